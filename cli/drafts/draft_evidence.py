@@ -2,40 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.conditioning.measured.calm_stretches import bend_of, noise_of
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.values.visible_text import visible
 
 if TYPE_CHECKING:
     from collaudit.cli.drafts.config_text import Section
     from collaudit.cli.drafts.trial import Trial
-    from collaudit.core.conditioning.channel_scale import ChannelScale, JointScale
     from collaudit.core.config.schema import Config
     from collaudit.core.data.identification_result import Bounds, ChannelFacts
     from collaudit.core.data.joint_log import JointLog
     from collaudit.core.prepare.prepared import Prepared
 
+#: Rows of which noise is told, and the fewest.
+_ROWS, _FEWEST = 100_000, 100
 _EFFORT_UNIT = {"Nm": "N·m", "raw": "raw"}
 
 
 def add_measurements(sections: Mapping[str, Section], trial: Trial) -> None:
-    """Clock, steps and noise of the log as remarks of ``[log]``; the delay of its velocity in ``[conditioning]``.
+    """Clock and noise of the log as remarks of ``[log]``; the delay of its velocity in ``[conditioning]``.
 
     Args:
         sections: of the draft, by name.
         trial: whose log is measured.
     """
-    from collaudit.core.conditioning.channel_scale import measure_channels
-
     if trial.log is None or trial.log.time_s.size < 2:
         return
     unit = _EFFORT_UNIT.get(trial.log.effort_unit, trial.log.effort_unit)
     remarks = [_clock_words(trial.log, trial.tried_s)]
-    remarks.append("Step between neighbouring values / noise from sample to sample (standard deviation, its 95 %):")
-    remarks += _table(measure_channels(trial.log), unit)
+    remarks.append(
+        "Noise from sample to sample (standard deviation), or the steps of a channel, where these are larger:"
+    )
+    remarks += _table(trial.log, unit)
     sections["log"].remarks += remarks
     series = trial.prepared.series if trial.prepared is not None else None
     if series is not None and series.velocity_lag_s is not None and series.velocity_lag_s > 0:
@@ -146,22 +149,21 @@ def _clock_words(log: JointLog, tried_s: float) -> str:
     )
 
 
-def _table(joints: Sequence[JointScale], unit: str) -> list[str]:
-    """One row a joint; a channel that the log does not have is left out."""
-    heads = ["position", "velocity", f"effort [{unit}]"]
-    rows = [[visible(each.joint), _cell(each.position), _cell(each.velocity), _cell(each.effort)] for each in joints]
-    wide = [max(len(row[k]) for row in [["joint", *heads], *rows]) for k in range(4)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, wide, strict=True)).rstrip()
-            for row in [["joint", *heads], *rows]]  # fmt: skip
+def _table(log: JointLog, unit: str) -> list[str]:
+    """One row a joint, one column a channel that the log has."""
+    channels = {"position": log.position_rad, "velocity": log.velocity_rad_s, f"effort [{unit}]": log.effort}
+    held = {head: values[:_ROWS] for head, values in channels.items() if values is not None}
+    rows = [[visible(name), *(_cell(values[:, j]) for values in held.values())]
+            for j, name in enumerate(log.joint_names)]  # fmt: skip
+    rows = [["joint", *held], *rows]
+    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows]
 
 
-def _cell(scale: ChannelScale | None) -> str:
-    if scale is None:
-        return ""
-    step = "-" if scale.step is None else f"{scale.step:.2g}"
-    if scale.noise is None or scale.noise_ci95 is None:
+def _cell(values: FloatArray) -> str:
+    """The noise of one channel (n,), or the steps that hide it."""
+    known = values[np.isfinite(values)]
+    if known.size < _FEWEST or not np.ptp(known) > 0.0:
         return "constant"
-    if scale.noise == 0.0:
-        return f"{step} / {'0' if scale.step is None else 'below'}"
-    low, high = scale.noise_ci95
-    return f"{step} / {scale.noise:.2g} ±{100 * max(high / scale.noise - 1, 1 - low / scale.noise):.0f}%"
+    noise = noise_of(known, bend_of(known), np.ones(known.size, dtype=np.bool_))
+    return f"steps of {noise.resolution:.2g}" if noise.coarse else f"{noise.sd:.2g}"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -137,14 +137,8 @@ def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:
     if wrench is not None:
         within = (wrench.time_s >= origin) & (wrench.time_s <= end)
         wrench = replace(wrench, time_s=wrench.time_s[within] - origin, wrench=wrench.wrench[within])
-    samples: dict[str, Any] = {
-        each.name: value[part]
-        for each in fields(log)
-        if isinstance(value := getattr(log, each.name), np.ndarray) and value.shape[0] == log.time_s.shape[0]
-    }
-    samples["time_s"] = samples["time_s"] - origin
-    kept = replace(log, wrench=wrench, **samples)
-    return replace(kept, annotations=_within(log.annotations, origin, end), phases=_within(log.phases, origin, end))
+    marks = {"annotations": _within(log.annotations, origin, end), "phases": _within(log.phases, origin, end)}
+    return replace(log.samples(part), time_s=log.time_s[part] - origin, wrench=wrench, **marks)  # type: ignore[arg-type]
 
 
 def _liveliest(position: FloatArray, rows: int) -> int:

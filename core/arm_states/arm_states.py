@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, drives_off
-from collaudit.core.arm_states.state_names import WORDS, state_of
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
 from collaudit.core.numeric.tables import copied
+from collaudit.core.vendors.controller_modes import WORDS, state_of
 
 _LISTED = 20
 

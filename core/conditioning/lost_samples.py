@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from collaudit.core.findings import Finding
@@ -50,14 +52,19 @@ def filled(rows: FloatArray, places: IntArray, count: int, smooth: bool) -> Floa
     k, x = right[cubic], at[holes[cubic]]
     if k.size:
         nodes = [places[k + o].astype(np.float64) for o in (-2, -1, 0, 1)]
-        guess = np.zeros((k.size, rows.shape[1]))
-        for a, node in enumerate(nodes):
-            weight = np.ones_like(x)
-            for b, other in enumerate(nodes):
-                if b != a:
-                    weight = weight * (x - other) / (node - other)
-            guess += weight[:, None] * rows[k - 2 + a]
-        out[holes[cubic]] = guess
+        out[holes[cubic]] = through(x, nodes, [rows[k + o] for o in (-2, -1, 0, 1)])
+    return out
+
+
+def through(x: FloatArray, nodes: Sequence[FloatArray], values: Sequence[FloatArray]) -> FloatArray:
+    """(m, j) at places (m,) the polynomial through values (m, j) at nodes (m,), each place with its own."""
+    out = np.zeros(values[0].shape)
+    for node, rows in zip(nodes, values, strict=True):
+        weight = np.ones_like(x)
+        for other in nodes:
+            if other is not node:
+                weight = weight * (x - other) / (node - other)
+        out = out + weight[:, None] * rows
     return out
 
 

@@ -8,6 +8,7 @@ nothing is claimed.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,16 +55,9 @@ class MotionClock:
     told: float
 
 
-@dataclass(frozen=True, slots=True)
-class WeakClock:
-    """The stamps scatter, and the motion does not show a steady clock behind them; why, in words."""
-
-    why: str
-
-
 def motion_clock(
     stamps: FloatArray, position: FloatArray, velocity: FloatArray | None, rows: IntArray | None = None
-) -> MotionClock | WeakClock | None:
+) -> MotionClock | None:
     """Rebuild the clock of samples whose stamps scatter.
 
     Args:
@@ -73,7 +67,7 @@ def motion_clock(
         rows: (n,) of position and velocity that the stamps are of, all without; picked only where stamps scatter.
 
     Returns:
-        The clock; why the motion does not show one; None where the stamps are steady and need none.
+        The clock; None where the motion does not show one, or the stamps are steady and need none.
     """
     steps = np.diff(stamps)
     if steps.size < _LEAST_STEPS:
@@ -82,23 +76,23 @@ def motion_clock(
     usual = usual if usual > 0.0 else float(np.mean(steps))
     if usual <= 0.0 or (_off_comb(steps / usual) <= _STEADY and np.mean(steps <= 0.0) <= _MOST_ALIKE):
         return None
-    if velocity is None:
-        return WeakClock("the log has no velocity to compare positions with")
+    if velocity is None:  # nothing to compare positions with
+        return None
     if rows is not None:
         position, velocity = position[rows], velocity[rows]
     passed, speed = _passed_s(steps, position, velocity)
     usable = np.isfinite(passed) & (speed > MOVING_RAD_S)
-    if np.count_nonzero(usable) < _LEAST_STEPS:
-        return WeakClock("the arm moves too little")
+    if np.count_nonzero(usable) < _LEAST_STEPS:  # the arm moves too little
+        return None
     # the faster half tells the period best
     clear = usable & (speed >= float(np.median(speed[usable])))
     period, spread = _period(passed[clear])
-    if not spread <= _SHARP:
-        return WeakClock(f"position steps over velocity are no multiples of one period (spread {spread:.2g} periods)")
+    if not spread <= _SHARP:  # no multiples of one period
+        return None
     ratio = passed[clear] / period
     whole = np.round(ratio)
-    if _typical(ratio - whole) > _BETTER * _typical(steps[clear] / period - whole):
-        return WeakClock("the motion fits the stamps as well as an even clock")
+    if _typical(ratio - whole) > _BETTER * _typical(steps[clear] / period - whole):  # the stamps fit as well
+        return None
     counts, told = _counts(passed, steps, period, usable)
     return _rebuilt(stamps, counts, told, spread)
 
@@ -161,17 +155,19 @@ def _counts(passed: FloatArray, steps: FloatArray, period: float, usable: BoolAr
     return whole.astype(np.int64), told
 
 
-def _rebuilt(stamps: FloatArray, counts: IntArray, told: BoolArray, spread: float) -> MotionClock | WeakClock:
+def _rebuilt(stamps: FloatArray, counts: IntArray, told: BoolArray, spread: float) -> MotionClock | None:
     """Stamps from the counts; stretches that the motion does not tell are placed by the recorded stamps."""
     places = np.concatenate(([0.0], np.cumsum(counts, dtype=np.float64)))
-    places += _lost_unseen(stamps, places, told, _pooled_period(stamps, places, told))
-    period = _pooled_period(stamps, places, told)
+    starts, stops = run_bounds(told)
+    spans = list(zip(starts.tolist(), (stops + 1).tolist(), strict=True))
+    places += _lost_unseen(stamps, places, told, pooled_period(stamps, places, spans))
+    period = pooled_period(stamps, places, spans)
     off = stamps - period * places
     off -= np.median(off)
     jitter = robust_sd(off)
-    wander = _wander(off[1:][told])  # where nothing moves, where a sample was lost makes no difference
-    if wander > 3.0 * max(period, robust_sd(np.diff(off))):
-        return WeakClock(f"an even clock would be off the stamps by {1e3 * wander:.3g} ms for seconds")
+    # an even clock may not be off for seconds; where nothing moves, where a sample was lost makes no difference
+    if _wander(off[1:][told]) > 3.0 * max(period, robust_sd(np.diff(off))):
+        return None
     return MotionClock(stamps - off, period, jitter, spread, float(np.mean(told)))
 
 
@@ -197,13 +193,12 @@ def _lost_unseen(stamps: FloatArray, places: FloatArray, told: BoolArray, period
     return np.asarray(np.cumsum(added))
 
 
-def _pooled_period(stamps: FloatArray, places: FloatArray, told: BoolArray) -> float:
-    """Stamp against place by least squares, each stretch of steps that are told with an origin of its own, s."""
+def pooled_period(stamps: FloatArray, places: FloatArray | IntArray, spans: Iterable[tuple[int, int]]) -> float:
+    """Stamp against place by least squares, each stretch (start, stop) of samples with an origin of its own, s."""
     top = bottom = 0.0
-    for a, b in zip(*run_bounds(told), strict=True):
-        x, y = places[a : b + 1], stamps[a : b + 1]
-        x = x - x.mean()
-        top, bottom = top + float(x @ y), bottom + float(x @ x)
+    for start, stop in spans:
+        x = places[start:stop] - np.mean(places[start:stop])
+        top, bottom = top + float(x @ stamps[start:stop]), bottom + float(x @ x)
     return top / bottom
 
 

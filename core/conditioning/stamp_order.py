@@ -6,23 +6,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.conditioning.motion_clock import MotionClock, clock_findings, motion_clock
+from collaudit.core.conditioning.lost_samples import through
+from collaudit.core.conditioning.motion_clock import clock_findings, motion_clock
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
+from collaudit.core.numeric.stats import median_of, robust_sd
 
 
 def clocked(
     time_s: FloatArray, position: FloatArray, velocity: FloatArray | None
-) -> tuple[IntArray, FloatArray, str, list[Finding]]:
-    """Samples in time order with their stamps, rebuilt where the motion tells them; why it does not; findings."""
+) -> tuple[IntArray, FloatArray, list[Finding]]:
+    """Samples in time order with their stamps, rebuilt where the motion tells them; findings."""
     order, findings = _sorted(time_s)
     clock = motion_clock(time_s[order], position, velocity, order) if order.size else None
-    if isinstance(clock, MotionClock):
+    if clock is not None:
         fresh = np.concatenate(([True], np.diff(clock.stamps_s) > 0.5 * clock.period_s))
-        return order[fresh], clock.stamps_s[fresh], "", [*findings, *clock_findings(clock, fresh)]
+        return order[fresh], clock.stamps_s[fresh], [*findings, *clock_findings(clock, fresh)]
     order = _distinct(order, time_s)
-    return order, time_s[order], "" if clock is None else clock.why, findings
+    return order, time_s[order], findings
 
 
 def usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
@@ -107,22 +108,16 @@ def _roughness(t: FloatArray, position: FloatArray) -> float:
     """RMS error of predicting each position from its neighbours at t[k±1], t[k±2]."""
     if t.size < 5:
         return 0.0
-    offsets = (-2, -1, 1, 2)
-    centre = t[2:-2]
-    nodes = [t[2 + o : t.size - 2 + o] - centre for o in offsets]
-    guess = np.zeros_like(position[2:-2])
-    for a, node in enumerate(nodes):
-        weight = np.ones_like(centre)
-        for b, other in enumerate(nodes):
-            if b != a:
-                weight = weight * (-other) / (node - other)
-        guess = guess + weight[:, None] * position[2 + offsets[a] : t.size - 2 + offsets[a]]
-    error = np.asarray(guess - position[2:-2])
+    inside = slice(2, t.size - 2)
+    at = [slice(2 + k, t.size - 2 + k) for k in (-2, -1, 1, 2)]
+    nodes = [t[part] - t[inside] for part in at]
+    guess = through(np.zeros_like(nodes[0]), nodes, [position[part] for part in at])
+    error = np.asarray(guess - position[inside])
     return float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else 0.0
 
 
 def jitter_finding(
-    errors: Sequence[FloatArray], raw: Sequence[Span], snap: tuple[bool, ...], period: float, weak: str
+    errors: Sequence[FloatArray], raw: Sequence[Span], snap: tuple[bool, ...], period: float
 ) -> list[Finding]:
     """How far stamps scatter about the period, and how the even time base was made.
 
@@ -130,28 +125,16 @@ def jitter_finding(
         errors: of each stretch's stamps, as of :func:`comb_error`.
         raw: the stretches; snap: which of them count as evenly sampled.
         period: s.
-        weak: why the motion does not show a steady clock, where that was looked for.
     """
     worst = max(_farthest(error) for error in errors)
     if worst < 0.02 * period:
         return []
     # of neighbours: a clock that drifts against another for minutes does not jitter
-    apart = np.concatenate([np.diff(error) for error in errors])
-    spread = robust_sd(apart) / np.sqrt(2.0)
+    spread = robust_sd(np.concatenate([np.diff(error) for error in errors])) / np.sqrt(2.0)
     snapped = sum(len(s) for s, yes in zip(raw, snap, strict=True) if yes)
-    total = sum(len(s) for s in raw)
-    how = (
-        "positions move more smoothly on an even time base, so samples were taken as evenly spaced"
-        if snapped == total
-        else "values were interpolated to an even time base"
-        if snapped == 0
-        else f"{snapped} of {total} samples were taken as evenly spaced, the others interpolated"
-    )
-    if weak and snapped < total:
-        how += f"; the motion does not show a steady clock behind the stamps: {weak}"
     text = (
         f"Stamps scatter by {spread * 1e3:.2g} ms about a period of {period * 1e3:.6g} ms (robust standard deviation; "
-        f"95 % of the steps are within {quantile_of(np.abs(apart), 0.95) * 1e3:.2g} ms of it, the farthest stamp is "
-        f"{worst * 1e3:.3g} ms off an even clock); {how}."
+        f"the farthest is {worst * 1e3:.3g} ms off an even clock); {snapped} of {sum(map(len, raw))} samples were "
+        "taken as evenly spaced, on which positions move more smoothly, the others interpolated to an even time base."
     )
     return [fact(text)]

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.conditioning.lost_samples import bridged_findings, bridged_steps
+from collaudit.core.conditioning.motion_clock import pooled_period
 from collaudit.core.conditioning.stamp_order import clocked, comb_error, jitter_finding, snaps
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
@@ -86,7 +87,7 @@ def make_timebase(
     Raises:
         NotJudgedError: there are too few samples for any stretch.
     """
-    order, stamps, weak, findings = clocked(time_s, position, velocity)
+    order, stamps, findings = clocked(time_s, position, velocity)
     if stamps.size < MIN_SEGMENT_SAMPLES:
         raise NotJudgedError(
             "too few samples to judge anything",
@@ -111,7 +112,8 @@ def make_timebase(
     counts = np.ones(steps.size, dtype=np.int64)
     counts[bridged] = np.maximum(np.round(steps[bridged] / period), 2.0)
     places = _places(counts, raw, order.size)
-    period = _pooled_period(stamps, places, raw, period)
+    pooled = pooled_period(stamps, places, [(span.start, span.stop) for span in raw])
+    period = pooled if abs(pooled - period) < 0.2 * period else period
     errors = [comb_error(stamps[s.slice], places[s.slice], period) for s in raw]
     snap = tuple(
         snaps(off, stamps[s.slice], places[s.slice], position, order[s.slice], period)
@@ -122,7 +124,7 @@ def make_timebase(
     inside = np.flatnonzero(bridged & (np.diff(places) > 0))
     longest = float(steps[inside].max(initial=0.0))
     findings += bridged_findings(int(counts[inside].sum()) - inside.size, inside.size, grid[-1].stop, longest)
-    findings += jitter_finding(errors, raw, snap, period, weak)
+    findings += jitter_finding(errors, raw, snap, period)
     return Timebase(
         order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, places, filled, skipped, tuple(findings)
     )
@@ -209,17 +211,6 @@ def _gap_findings(stamps: FloatArray, gaps: IntArray, spans: list[Span], limit: 
             )
         )
     return findings
-
-
-def _pooled_period(stamps: FloatArray, places: IntArray, spans: list[Span], fallback: float) -> float:
-    """Common least-squares slope of stamp against place over all stretches."""
-    top = bottom = 0.0
-    for span in spans:
-        k = places[span.slice] - np.mean(places[span.slice])
-        top += float(k @ stamps[span.slice])
-        bottom += float(k @ k)
-    period = top / bottom
-    return period if abs(period - fallback) < 0.2 * fallback else fallback
 
 
 def _grid_spans(

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from collaudit.core.arm_states.state_names import state_of
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
 from collaudit.core.data.joint_log import Annotation
@@ -15,6 +14,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.vendors.controller_modes import state_of
 
 #: A mark belongs to a contact from this long before its onset to this long after its end.
 _BEFORE_S, _AFTER_S = 0.1, 0.5

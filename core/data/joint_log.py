@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal, Protocol
+
+import numpy as np
 
 from collaudit.core.data import shown
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 
 EffortUnit = Literal["Nm", "raw"]
 JointType = Literal["revolute", "prismatic"]
@@ -128,6 +130,12 @@ class JointLog:
             array = getattr(self, name)
             if array is not None and array.shape != (n, j):
                 raise ValueError(f"{name} has shape {array.shape}, expected {(n, j)}")
+
+    def samples(self, rows: BoolArray | slice) -> JointLog:
+        """The log with some of its samples only; the wrench, which has stamps of its own, stays whole."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        kept = {name: frozen(value[rows]) for name, value in values.items() if isinstance(value, np.ndarray)}
+        return replace(self, **kept)  # type: ignore[arg-type]
 
     def outline(self) -> shown.Shown:
         """Joints, length, rate, what was recorded, findings."""

@@ -92,19 +92,9 @@ KINDS: dict[str, Kind] = {
         of_format=True,
     ),
     "clock-drift": Kind(
-        "The header's clock runs faster or slower than the recording's.",
+        "The header's clock goes on otherwise than the recording's: it drifts, was set, or tells simulated time.",
         "Synchronise the clocks of the machines that stamp and record, or choose one by [log] time.",
         _EITHER,
-    ),
-    "clock-publish": Kind(
-        "The stamps of publishing differ from those of recording.",
-        "Nothing for the header's clock; otherwise look at what delays the recorder.",
-        _EITHER,
-    ),
-    "clock-jump": Kind(
-        "The header's clock jumps against the recording's, or wraps around.",
-        'Look for a clock that was set while recording; [log] time = "log" avoids the header\'s clock.',
-        _WARNING,
     ),
     "log-joints-missing": Kind(
         "The robot has joints that the log does not have.",
@@ -250,18 +240,6 @@ KINDS: dict[str, Kind] = {
         "A file of arrays holds some with another number of rows than most: no columns of the same table.",
         "Export signals of one length, each with the same stamps.",
         _WARNING,
-    ),
-    "log-labels-offered": Kind(
-        "Columns are named as if they marked true events.",
-        "If they do, name them in [log.csv] labels, and in [detect] true_events to score against them.",
-        _INFO,
-        setting="log.csv.labels",
-    ),
-    "log-wrench-offered": Kind(
-        "Columns are named as if they were those of a force/torque sensor.",
-        "If they are, name them in [log.csv] wrench and state [log] wrench_frame and wrench_sign.",
-        _INFO,
-        setting="log.csv.wrench",
     ),
     "log-units-guessed": Kind(
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"

@@ -11,9 +11,9 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import guess_joints
+from collaudit.core.logs.signals.numbered_names import MARK, families
 from collaudit.core.logs.signals.stamps import interpolate
 
-_NUMBER = re.compile(r"\d+")
 #: Poses of two topics this close, rad and share of the range, are two reports on one arm (measured and commanded …).
 _SAME_POSE, _SAME_SHARE = 0.02, 0.02
 
@@ -95,14 +95,10 @@ def _groups(names: Sequence[str], robot: Sequence[str]) -> dict[str, dict[str, s
                 break
     if found := {arm: pairs for arm, pairs in found.items() if set(pairs.values()) == set(robot)}:
         return found
-    stems: dict[str, list[str]] = {}
-    for name in names:
-        for hit in _NUMBER.finditer(name):
-            stems.setdefault(f"{name[: hit.start()]}\0{name[hit.end() :]}", []).append(name)
-    arms = {stem: group for stem, group in stems.items() if len(group) == len(robot)}
-    guesses = {stem: guess_joints(group, robot) for stem, group in arms.items()}
-    called = _told_apart([_words(stem.replace("\0", "_")) for stem in arms])
-    return {name: dict(guess.mapping) for name, guess in zip(called, guesses.values(), strict=True) if guess.sure}
+    arms = [family for family in families(names) if len(family.places) == len(robot)]
+    guesses = [guess_joints([names[place] for place in family.places], robot) for family in arms]
+    called = _told_apart([_words(family.stem.replace(MARK, "_")) for family in arms])
+    return {name: dict(guess.mapping) for name, guess in zip(called, guesses, strict=True) if guess.sure}
 
 
 def _by_topics(tables: Sequence[TopicInfo], robot: Sequence[str], prismatic: Sequence[str]) -> dict[str, Arm]:

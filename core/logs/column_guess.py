@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
-from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import stated_units
-from collaudit.core.logs.tables.column_patterns import Found
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found
 from collaudit.core.logs.tables.file_quantities import AssignedTable, as_stated, assign_columns, time_as_stated, written
-from collaudit.core.logs.tables.wrench_columns import WrenchColumns
+from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -66,7 +65,7 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     joints = tuple(dict.fromkeys(joint for _, part in found.get("position", ()) for joint in part.joints))
     stated = {"time": time_as_stated(tables), **patterns, **written(tables)}
     passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
-    wrench = next((table.assignment.wrench_offered for table in tables if table.assignment.wrench_offered), None)
+    wrench = next(filter(None, (find_wrench(table.reader.names) for table in tables if table.reader.named)), None)
     return ColumnGuess(CsvConfig.of(stated), joints, stated_units(tables), passed, undecided, wrench)
 
 

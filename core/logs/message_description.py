@@ -19,7 +19,7 @@ from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.topics.log_topics import Topic, decode, sharing, topics_of
-from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
+from collaudit.core.logs.topics.topic_findings import skipped_findings
 from collaudit.core.numeric.arrays import IntArray
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def describe_messages(
     findings: list[Finding] = list(damage_findings(reader.damage, log_name(paths)))
     findings += [found for _, garbage in whole.values() for found in garbage]
     for topic in topics:
-        findings += [*skipped_findings(topic), *(publish_findings(topic) if topic.profile is not None else ())]
+        findings += skipped_findings(topic)
     return LogSummary(
         name=log_name(paths),
         format=reader.format,

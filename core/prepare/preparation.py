@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.arm_states.payload_step import payload_findings
 from collaudit.core.arm_states.switched_effort import switched_efforts
-from collaudit.core.conditioning.channel_scale import undelayed
+from collaudit.core.conditioning.channel_delay import undelayed
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog

@@ -287,21 +287,6 @@ def two_connections(path: Path, *parts: list[w.Said]) -> Path:
     return path
 
 
-def test_publish_stamps_are_compared(tmp_path: Path) -> None:
-    path = tmp_path / "log.mcap"
-    messages = states(50, steady)
-    with path.open("wb") as stream:
-        writer = Writer(stream)
-        writer.start(profile="ros2")
-        schema = writer.register_schema(w.JOINT_STATE, "ros2msg", w.definition(w.JOINT_STATE, "cdr").encode())
-        channel = writer.register_channel("/joint_states", "cdr", schema)
-        for k, one in enumerate(messages):
-            writer.add_message(channel, one.log_ns, w.encode(one, "cdr"), one.log_ns - 3_000_000 - 1000 * k)
-        writer.finish()
-    (finding,) = [one for one in read(path).findings if one.code == "clock-publish"]
-    assert "from 3 to 3.049 ms" in finding.text and finding.severity == "info"
-
-
 def test_a_gap_of_days_takes_no_memory() -> None:
     time_s = np.concatenate([np.arange(1000), np.arange(1000) + 3 * 86400 * 500]) * 0.002
     base = make_timebase(time_s, np.sin(time_s)[:, None], 1.8)

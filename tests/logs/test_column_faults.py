@@ -139,8 +139,8 @@ def test_wrench_columns_are_offered_in_their_order(six: list[str], tmp_path: Pat
     found = find_wrench(shuffled)
     assert found is not None and list(found.names) == six and not found.estimated
     path = table(tmp_path / "x.csv", ["t", "q1", "tau1", *six])
-    findings = describe((path,), LogConfig()).findings
-    assert any(f.code == "log-wrench-offered" and six[0] in f.text for f in findings)
+    offered = [column for column in describe((path,), LogConfig()).columns if column.role == "wrench?"]
+    assert [column.name for column in offered] == six and "[log.csv] wrench" in offered[0].why
     stated = {"csv": {"position": "q{i}", "effort": "tau{i}", "wrench": six}, "wrench_frame": "tool0"}
     log = read_log((path,), LogConfig.of(stated), robot_joints=None)
     assert log.wrench is not None and log.wrench.wrench[0, 5] == pytest.approx(np.sin(8) + 8, abs=1e-6)
@@ -157,7 +157,8 @@ def test_an_estimated_wrench_is_no_sensor(names: list[str], tmp_path: Path) -> N
     found = find_wrench(names)
     assert found is not None and found.estimated
     path = table(tmp_path / "x.csv", ["t", "q1", "tau1", *names])
-    assert not any(f.code == "log-wrench-offered" for f in describe((path,), LogConfig()).findings)
+    roles = {column.name: column.role for column in describe((path,), LogConfig()).columns}
+    assert {roles[name] for name in names} == {"estimated wrench"}
 
 
 @pytest.mark.parametrize("names", [["x", "y", "z", "rx", "ry", "rz"], ["Fx", "Fy", "Fz"], ["t1", "t2", "t3", "m1"]])

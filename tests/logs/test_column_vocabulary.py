@@ -13,7 +13,7 @@ from vocabularies import VOCABULARIES, header
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import guess_csv_columns, read_log
+from collaudit.core.logs import describe, guess_csv_columns, read_log
 from collaudit.core.logs.tables.column_groups import choose, numbered_groups
 from collaudit.core.logs.tables.column_recognition import recognise
 
@@ -118,8 +118,8 @@ def test_joints_named_in_paths_and_labels(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "__time,/joint_states/lift/position,/joint_states/pan/position,label")
     log = read_log((path,), LogConfig(), robot_joints=["pan", "lift"])
     assert log.position_rad[0].tolist() == [2.0, 1.0]
-    offered = [finding.text for finding in log.findings if finding.code == "log-labels-offered"]
-    assert len(offered) == 1 and 'labels = ["label"]' in offered[0]
+    (label,) = (column for column in describe((path,)).columns if column.name == "label")
+    assert label.role == "label?" and "[log.csv] labels" in label.why
     guess = guess_csv_columns([path])
     assert guess is not None and guess.csv.position == "joint_states/{joint}/position"
     again = read_log((path,), LogConfig(csv=guess.csv), robot_joints=["pan", "lift"])

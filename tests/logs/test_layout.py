@@ -21,9 +21,9 @@ from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
-from collaudit.core.logs.messages.profiles import PROFILES, Profile
 from collaudit.core.logs.messages.value_layout import lay_out
 from collaudit.core.logs.storage.records import Batch, Channel
+from collaudit.core.vendors.message_profiles import PROFILES, Profile
 
 NUMBERS = {
     "bool": "?", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from math import ceil
-from typing import Any
 
 import numpy as np
 
@@ -43,7 +42,7 @@ def without_stalls(log: JointLog) -> JointLog:
             findings.append(Finding("log-stalled", "warning", text, start_s=first, end_s=last))
     if not findings:
         return log
-    return _only(log, ~drop, tuple(findings[:_LISTED]))
+    return replace(log.samples(~drop), findings=(*log.findings, *findings[:_LISTED]))
 
 
 def _repeats(log: JointLog) -> BoolArray:
@@ -67,14 +66,6 @@ def _moved(log: JointLog, start: int, stop: int) -> bool:
         return False
     way = np.nan_to_num(np.abs(log.position_rad[stop] - log.position_rad[start - 1]))
     return float(way.max()) > MOVING_RAD_S * float(log.time_s[stop] - log.time_s[start - 1])
-
-
-def _only(log: JointLog, keep: BoolArray, findings: tuple[Finding, ...]) -> JointLog:
-    values = {field.name: getattr(log, field.name) for field in fields(log)}
-    rows: dict[str, Any] = {  # every array of a log is by sample
-        name: value[keep] for name, value in values.items() if isinstance(value, np.ndarray)
-    }
-    return replace(log, findings=(*log.findings, *findings), **rows)
 
 
 #: A position that repeats for less than this, or for fewer samples, is not frozen.

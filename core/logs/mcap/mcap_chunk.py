@@ -41,7 +41,6 @@ def locate(data: bytes, index_offsets: IntArray) -> Located:
         length=heads["length"].astype(np.int64) - _LEAST,
         channel=heads["channel"].astype(np.int64),
         log_ns=heads["log"].astype(np.int64),
-        publish_ns=heads["pub"].astype(np.int64),
         others=others,
         rest=rest,
     )

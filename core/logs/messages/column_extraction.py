@@ -9,9 +9,9 @@ import numpy as np
 from collaudit.core.logs.messages.decoded_columns import GroupKey
 from collaudit.core.logs.messages.field_paths import Runs, select
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers
-from collaudit.core.logs.messages.profiles import Profile
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.vendors.message_profiles import Profile
 
 #: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
 _NEAR = 16

@@ -74,39 +74,6 @@ class Group:
         return len(self.columns["log_ns"]) if "log_ns" in self.columns else 0
 
 
-@dataclass(slots=True)
-class Latency:
-    """From publishing to recording, ns, over the messages whose container keeps both.
-
-    Attributes:
-        count: messages with both times.
-        least, most, total: of the differences.
-        unset: messages whose time of publishing is zero.
-    """
-
-    count: int = 0
-    least: int = 0
-    most: int = 0
-    total: float = 0.0
-    unset: int = 0
-
-    def add(self, publish_ns: IntArray, log_ns: IntArray) -> None:
-        """Take in some messages; equal times, which most recorders write, cost one comparison."""
-        if np.array_equal(publish_ns, log_ns):
-            self.least, self.most = min(self.least, 0), max(self.most, 0)
-            self.count += log_ns.shape[0]
-            return
-        unset = publish_ns == 0
-        delays = (log_ns - publish_ns)[~unset]
-        self.unset += int(unset.sum())
-        if delays.shape[0]:
-            low, high = int(delays.min()), int(delays.max())
-            self.least = low if self.count == 0 else min(self.least, low)
-            self.most = high if self.count == 0 else max(self.most, high)
-            self.count += delays.shape[0]
-            self.total += float(delays.sum(dtype=np.float64))
-
-
 @dataclass(slots=True, eq=False)
 class Decoded:
     """Everything decoded of one topic.
@@ -116,7 +83,6 @@ class Decoded:
         seen: messages met.
         skipped: messages left out.
         problem: why the first of them was left out.
-        latency: how long after publishing messages were recorded.
         share: how much of the log's bytes has been read, 0 … 1.
         bounds: how much may be read; None for no bounds.
     """
@@ -125,7 +91,6 @@ class Decoded:
     seen: int = 0
     skipped: int = 0
     problem: str | None = None
-    latency: Latency = field(default_factory=lambda: Latency())
     share: float = 0.0
     bounds: ReadingBounds | None = None
 

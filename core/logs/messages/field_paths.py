@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
 from collaudit.core.logs.messages.layout import Chars, Layout, LayoutError, Node, Numbers
-from collaudit.core.logs.messages.profiles import ANNOTATION, Profile
+from collaudit.core.vendors.message_profiles import ANNOTATION, Profile
 
 Runs = tuple[Numbers, ...]
 

@@ -18,12 +18,12 @@ from collaudit.core.logs.messages.column_extraction import Plan, make_plan
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.layout import Layout, LayoutError, walk
 from collaudit.core.logs.messages.message_schema import parse_schema
-from collaudit.core.logs.messages.profiles import Profile
 from collaudit.core.logs.messages.value_layout import value_layouts
 from collaudit.core.logs.storage.message_places import rows_at
 from collaudit.core.logs.storage.packed_messages import packing_of, unpacked
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.vendors.message_profiles import Profile
 
 #: More layouts than this are not kept of one channel.
 MAX_PLANS = 256
@@ -104,8 +104,6 @@ class ChannelDecoder:
             self.out.bounds.take_messages(count)
         places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
-        if batch.publish_ns is not None:
-            self.out.latency.add(batch.publish_ns, batch.log_ns)
         if not self.max_plans:
             for index in range(count):
                 self._add_alone(batch.payload(index), batch.log_ns[index : index + 1], places[index : index + 1])

@@ -79,7 +79,7 @@ def locate_bag(data: bytes, index_offsets: IntArray) -> Located:
         columns = np.concatenate([columns, np.array(found.rows, dtype=np.int64)])
         columns = columns[np.argsort(columns[:, 0], kind="stable")]
     start, length, connection, log_ns = (np.ascontiguousarray(columns[:, number]) for number in range(4))
-    return Located(start, length, connection, log_ns, None, found.connections, found.rest)
+    return Located(start, length, connection, log_ns, found.connections, found.rest)
 
 
 def _by_index(data: bytes, offsets: IntArray) -> IntArray | None:

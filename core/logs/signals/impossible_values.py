@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -114,18 +114,11 @@ def without_impossible(log: JointLog, what: str) -> JointLog:
 
 
 def _without_rows(log: JointLog, far: BoolArray) -> JointLog:
-    rows = {name: frozen(values[~far]) for name, values in arrays_of(log).items()}
     wrench = log.wrench
     if wrench is not None:
         keep = ~np.isinf(wrench.time_s)
         wrench = WrenchSeries(frozen(wrench.time_s[keep]), frozen(wrench.wrench[keep]), wrench.topic)
-    return replace(log, wrench=wrench, **rows)  # type: ignore[arg-type]
-
-
-def arrays_of(log: JointLog) -> dict[str, FloatArray]:
-    """Its arrays by their names; the rows of each are samples."""
-    values = {field.name: getattr(log, field.name) for field in fields(log)}
-    return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(log.samples(~far), wrench=wrench)
 
 
 def _beyond(values: FloatArray, largest: float) -> bool:

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from collaudit.core.logs.signals.numbered_names import families
+
 _NUMBER = re.compile(r"\d+")
 _MOST_CHAINS = 4
 
@@ -58,18 +60,18 @@ def guess_joints(
     strangers = [name for name in names if name not in robot]
     if not numbered and len(strangers) < len(names):
         return _shifted(names, robot)
-    by_name = _by_affix(names, robot) if not numbered else {}
+    by_words = _by_words(names, robot) if not numbered else {}
     ordered = list(names) if numbered else _by_number(names)
-    if by_name and ordered is None:
-        return JointGuess(by_name, "the robot's names with a prefix or suffix", sure=False)
+    if by_words and ordered is None:
+        return JointGuess(by_words, "words of the log's name in the robot's", sure=False)
     arm = _arm_of(len(names), robot, prismatic)
     if arm is None:
-        return _counts_differ(ordered or names, robot, by_name)
+        return _counts_differ(ordered or names, robot, by_words)
     if ordered is None:
         return _in_order(names, arm)
     by_order = dict(zip(ordered, arm, strict=True))
-    if by_name and by_name != by_order:
-        return _open("the numbers of the log's joints and their names say different things", by_order, by_name)
+    if by_words and by_words != by_order:
+        return _open("the numbers of the log's joints and their names say different things", by_order, by_words)
     own = _by_number(arm)
     if own is not None and own != list(arm):
         other = dict(zip(ordered, own, strict=True))
@@ -108,33 +110,22 @@ def _arm_of(count: int, robot: Sequence[str], prismatic: Sequence[str]) -> Seque
 
 def _by_number(names: Sequence[str]) -> list[str] | None:
     """Names in the order of the one number in which they differ, which counts from 0 or 1; None otherwise."""
-    stems: dict[str, list[tuple[int, str]]] = {}
+    whole = (family for family in families(names) if family.counts and len(family.places) == len(names))
+    found = next(whole, None)
+    return None if found is None else [names[place] for place in found.places]
+
+
+def _by_words(names: Sequence[str], robot: Sequence[str]) -> dict[str, str]:
+    """Each name with the robot's joint that shares most words with it; empty unless all have one of their own.
+
+    A number alone is no word: it counts only beside a word that both names have.
+    """
+    found = {}
     for name in names:
-        for hit in _NUMBER.finditer(name):
-            stem = name[: hit.start()] + "\0" + name[hit.end() :]
-            stems.setdefault(stem, []).append((int(hit.group()), name))
-    for hits in stems.values():
-        hits.sort()
-        first = hits[0][0]
-        if len(hits) == len(names) and [n for n, _ in hits] == list(range(first, first + len(hits))) and first < 2:
-            return [name for _, name in hits]
-    return None
-
-
-def _by_affix(names: Sequence[str], robot: Sequence[str]) -> dict[str, str]:
-    """The mapping by one prefix and one suffix that all of one side have around the other's whole names."""
-    for long, short, turned in ((names, robot, False), (robot, names, True)):
-        for whole in long:
-            inner = max((name for name in short if name in whole), key=len, default=None)
-            if inner is None:
-                continue
-            front, _, back = whole.partition(inner)
-            if (front[-1:].isdigit() and inner[0].isdigit()) or (back[:1].isdigit() and inner[-1].isdigit()):
-                continue
-            pairs = {front + name + back: name for name in short if front + name + back in long}
-            if len(pairs) == len(names) > 1:
-                return {short_name: name for name, short_name in pairs.items()} if turned else pairs
-    return {}
+        shared = [_shared(name, joint) for joint in robot]
+        if shared.count(max(shared)) == 1:
+            found[name] = robot[shared.index(max(shared))]
+    return found if len(found) == len(names) == len(set(found.values())) else {}
 
 
 def _shifted(names: Sequence[str], robot: Sequence[str]) -> JointGuess:
@@ -154,8 +145,8 @@ def _shifted(names: Sequence[str], robot: Sequence[str]) -> JointGuess:
     return _open(problem, dict(zip(ordered, robot, strict=True)), by_name, "equal names")
 
 
-def _counts_differ(names: Sequence[str], robot: Sequence[str], by_name: Mapping[str, str]) -> JointGuess:
-    candidates = {"equal names but for a prefix or suffix": by_name} if by_name else {}
+def _counts_differ(names: Sequence[str], robot: Sequence[str], by_words: Mapping[str, str]) -> JointGuess:
+    candidates = {"words of their names": by_words} if by_words else {}
     candidates["the first of the robot, in order"] = dict(zip(names, robot, strict=False))
     problem = f"the log has {len(names)} joints and the robot {len(robot)}, under other names"
     return JointGuess(sure=False, problem=problem, candidates=candidates, chains=_chains(len(names), robot))
@@ -172,16 +163,9 @@ def _chains(count: int, robot: Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
 
 def _in_order(names: Sequence[str], arm: Sequence[str]) -> JointGuess:
-    """Names without numbers that count them: by whole words where these decide, by order unless a word speaks against.
-
-    A number alone is no word: it counts only beside a word that both names have.
-    """
+    """Names that neither numbers nor words decide: by order, unless a word speaks against it."""
     by_order = dict(zip(names, arm, strict=True))
-    shared = {name: [_shared(name, joint) for joint in arm] for name in names}
-    by_words = {name: arm[row.index(max(row))] for name, row in shared.items() if row.count(max(row)) == 1}
-    if len(by_words) == len(names) == len(set(by_words.values())):
-        return JointGuess(by_words, "words of the log's name in the robot's", sure=False)
-    if all(shared[name][place] == max(shared[name]) for place, name in enumerate(names)):
+    if all(_shared(name, own) == max(_shared(name, joint) for joint in arm) for name, own in by_order.items()):
         return JointGuess(by_order, "same place in the order of joints", sure=False)
     problem = "the order of the log's joints and their names say different things"
     return JointGuess(sure=False, problem=problem, candidates={"the order of the log": by_order})

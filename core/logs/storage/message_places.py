@@ -20,7 +20,6 @@ class Located:
         start, length: (n,) payload offsets and sizes.
         channel: (n,) channel numbers.
         log_ns: (n,) times of recording.
-        publish_ns: (n,) times of publishing, where the container keeps them.
         others: records that define schemas and channels, as the format has them.
         rest: bytes that are no whole record.
     """
@@ -29,7 +28,6 @@ class Located:
     length: IntArray
     channel: IntArray
     log_ns: IntArray
-    publish_ns: IntArray | None
     others: Sequence[Any]
     rest: int
 
@@ -38,8 +36,7 @@ class Located:
         out = []
         for number in np.unique(self.channel).tolist():
             mine = np.flatnonzero(self.channel == number)
-            publish_ns = None if self.publish_ns is None else self.publish_ns[mine]
-            out.append(Batch(number, data, self.start[mine], self.length[mine], self.log_ns[mine], publish_ns))
+            out.append(Batch(number, data, self.start[mine], self.length[mine], self.log_ns[mine]))
         return out
 
 

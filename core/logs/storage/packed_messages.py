@@ -75,8 +75,7 @@ def _put_together(batch: Batch, first: int, found: list[Unpacked], kind: str) ->
     parts = [one.data for one in found if one.problem is None]
     problems = [one.problem for one in found if one.problem is not None]
     length = np.array([len(part) for part in parts], dtype=np.int64)
-    publish = None if batch.publish_ns is None else batch.publish_ns[rows]
     data, start = np.frombuffer(b"".join(parts), dtype=np.uint8), np.cumsum(length) - length
-    good = replace(batch, data=data, start=start, length=length, log_ns=batch.log_ns[rows], publish_ns=publish)
+    good = replace(batch, data=data, start=start, length=length, log_ns=batch.log_ns[rows])
     problem = f"it is compressed as {kind} and cannot be unpacked: {problems[0]}" if problems else ""
     return UnpackedMessages(good, len(problems), problem)

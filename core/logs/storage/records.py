@@ -50,7 +50,6 @@ class Batch:
         start: (n,) offset of each message's payload in ``data``.
         length: (n,) bytes of each payload; ``start + length <= b`` holds.
         log_ns: (n,) time of recording, ns.
-        publish_ns: (n,) time of publishing, ns, where the container keeps one.
     """
 
     key: int
@@ -58,7 +57,6 @@ class Batch:
     start: IntArray
     length: IntArray
     log_ns: IntArray
-    publish_ns: IntArray | None = None
 
     def payload(self, index: int) -> bytes:
         """One message's bytes."""

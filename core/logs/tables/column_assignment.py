@@ -5,28 +5,24 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.numbered_names import MARK
 from collaudit.core.logs.tables.column_groups import Choice, numbered_groups
-from collaudit.core.logs.tables.column_patterns import Found, column_index, match_pattern, without_unit
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, column_index, match_pattern, without_unit
 from collaudit.core.logs.tables.column_recognition import recognise
-from collaudit.core.logs.tables.column_vocabulary import MARK, UNIT_WORDS, is_label, meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
-from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
+from collaudit.core.vendors.column_words import UNIT_WORDS
 
 if TYPE_CHECKING:
+    from collaudit.core.config.config_table import ColumnPattern
     from collaudit.core.config.schema import CsvConfig
 
 #: Words that say the numbers are currents.
 CURRENT_WORDS = ("current", "i_act")
-MOTION = ("position", "velocity", "effort")
-QUANTITIES = (*MOTION, "temperature", "joint_torque")
-#: Tables with other columns whose assignments are kept.
-_KEPT = 64
-_Pattern = str | tuple[str | int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +37,6 @@ class Assignment:
         guessed: quantities (and ``time``) recognised by their names.
         passed_over: quantity to groups of columns of it that are not taken, each with its role.
         open: quantity to patterns between which the names do not decide.
-        labels: columns that are named as marks of true events.
-        wrench_offered: six columns that are named as those of a force/torque sensor, where none are stated.
     """
 
     time: int | None
@@ -51,32 +45,15 @@ class Assignment:
     guessed: tuple[str, ...] = field(default=())
     passed_over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     open: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    labels: tuple[str, ...] = field(default=())
     fraction: int | None = None
-    wrench_offered: WrenchColumns | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Stated:
-    """What the configuration states of a file's columns.
-
-    Attributes:
-        patterns: of each of :data:`QUANTITIES`.
-        time: the time column.
-        wrench: the six columns of the wrench.
-    """
-
-    patterns: tuple[_Pattern | None, ...]
-    time: str | int | None
-    wrench: tuple[str | int, ...] | None
-
-
-def _configured(names: Sequence[str], pattern: _Pattern, quantity: str) -> Found | None:
+def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
     if isinstance(pattern, str):
         if "{" in pattern:
             found = match_pattern(names, pattern)
             return found if found is None else replace(found, unit=_unit_in(names, found))
-        pattern = (pattern,)
+        pattern = [pattern]
     indices = [column_index(names, key) for key in pattern]
     if all(index is None for index in indices):
         return None
@@ -104,9 +81,6 @@ def _unit_in(names: Sequence[str], found: Found) -> str:
 def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assignment:
     """Assign a file's columns.
 
-    A table is asked for its columns several times, and the tables of a night mostly have the same: they are assigned
-    once.
-
     Args:
         names: column names.
         settings: the configuration's patterns; what it leaves open is recognised by common names.
@@ -115,34 +89,22 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
     Raises:
         LogError: the configuration names columns the file does not have.
     """
-    patterns = [getattr(settings, quantity) for quantity in QUANTITIES]
-    stated = _Stated(
-        tuple(tuple(pattern) if isinstance(pattern, list) else pattern for pattern in patterns),
-        settings.time,
-        None if settings.wrench is None else tuple(settings.wrench),
-    )
-    return _assigned(tuple(names), stated, header)
-
-
-@lru_cache(maxsize=_KEPT)
-def _assigned(names: tuple[str, ...], stated: _Stated, header: bool) -> Assignment:
+    stated = {quantity: getattr(settings, quantity) for quantity in QUANTITIES}
     quantities: dict[str, Found] = {}
     guessed: list[str] = []
-    for quantity, pattern in zip(QUANTITIES, stated.patterns, strict=True):
-        if pattern is not None:
-            found = _configured(names, pattern, quantity)
-            if found is not None:
-                quantities[quantity] = found
+    for quantity, pattern in stated.items():
+        if pattern is not None and (found := _configured(names, pattern, quantity)) is not None:
+            quantities[quantity] = found
     choices: dict[str, Choice] = {}
-    if header and all(pattern is None for pattern in stated.patterns):
+    if header and all(pattern is None for pattern in stated.values()):
         quantities, choices = recognise(names, guess_time(names))
         guessed += list(quantities)
-    time = column_index(names, stated.time) if stated.time is not None else None
-    if stated.time is None and header:
+    time = column_index(names, settings.time) if settings.time is not None else None
+    if settings.time is None and header:
         time = guess_time(names)
         if time is not None:
             guessed.append("time")
-    wrench = [column_index(names, key) for key in stated.wrench or ()]
+    wrench = [column_index(names, key) for key in settings.wrench or ()]
     six = tuple(index for index in wrench if index is not None)
     passed = {q: tuple(group.said for group in choice.passed) for q, choice in choices.items() if choice.passed}
     undecided = {q: tuple(group.pattern for group in choice.open) for q, choice in choices.items() if choice.open}
@@ -153,7 +115,5 @@ def _assigned(names: tuple[str, ...], stated: _Stated, header: bool) -> Assignme
         tuple(guessed),
         passed,
         undecided,
-        tuple(name for name in names if header and is_label(name)),
         fraction_of(names, time) if time is not None and header else None,
-        find_wrench(names) if header and stated.wrench is None else None,
     )

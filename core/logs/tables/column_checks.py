@@ -8,8 +8,8 @@ from pathlib import Path
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment
-from collaudit.core.logs.tables.column_patterns import Found
+from collaudit.core.logs.tables.column_assignment import Assignment
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line
 
 #: A file and what its columns are.
 Assigned = tuple[Path, Assignment]
@@ -61,25 +61,12 @@ def check_columns(files: Sequence[Assigned]) -> None:
 
 
 def column_findings(assignment: Assignment, where: str) -> list[Finding]:
-    """Groups that were passed over for the measured ones, and columns that may be labels."""
-    findings = []
-    if assignment.passed_over and any(quantity != "time" for quantity in assignment.guessed):
-        said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
-        text = f"Columns that are not the measured quantity by their names were passed over: {said}."
-        findings.append(Finding("log-columns-passed-over", "info", text, where=where))
-    if assignment.labels:
-        names = ", ".join(f'"{name.strip()}"' for name in assignment.labels)
-        text = f"Columns may mark true events by their names; [log.csv] labels = [{names}] reads them as labels."
-        findings.append(Finding("log-labels-offered", "info", text, where=where))
-    offered = assignment.wrench_offered
-    if offered is not None and not offered.estimated:
-        names = ", ".join(f'"{name}"' for name in offered.names)
-        text = (
-            f"Columns are named as those of a force/torque sensor; [log.csv] wrench = [{names}] with [log] "
-            "wrench_frame and wrench_sign reads them."
-        )
-        findings.append(Finding("log-wrench-offered", "info", text, where=where))
-    return findings
+    """Groups that were passed over for the measured ones."""
+    if not assignment.passed_over or all(quantity == "time" for quantity in assignment.guessed):
+        return []
+    said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
+    text = f"Columns that are not the measured quantity by their names were passed over: {said}."
+    return [Finding("log-columns-passed-over", "info", text, where=where)]
 
 
 def motor_line(line: str) -> str:
@@ -118,7 +105,5 @@ def _passed_words(assignment: Assignment) -> str:
 
 def _line(files: Sequence[Assigned], quantity: str, pattern: str) -> str:
     """The lines of [log.csv]: one that is stated switches the guessing off, so all are."""
-    known = {name: _parts(files, name) for name in QUANTITIES}
-    lines = {name: parts[0].pattern for name, parts in known.items() if parts and parts[0].pattern}
-    lines[quantity] = pattern
-    return "[log.csv] " + "; ".join(f'{name} = "{lines[name]}"' for name in known if name in lines)
+    known = {name: parts[0].pattern for name in QUANTITIES if (parts := _parts(files, name)) and parts[0].pattern}
+    return stated_line({**known, quantity: pattern})

@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.tables.column_groups import Group, numbered_groups
-from collaudit.core.logs.tables.column_patterns import without_unit
-from collaudit.core.logs.tables.column_vocabulary import CONVERTED, MARK, QUANTITY_WORDS, USABLE, Meaning, meaning_of
-from collaudit.core.logs.tables.unknown_words import word_dropped
+from collaudit.core.logs.signals.numbered_names import MARK, Family, families
+from collaudit.core.logs.tables.column_groups import numbered_groups, word_dropped
+from collaudit.core.logs.tables.column_patterns import stated_line, without_unit
+from collaudit.core.logs.tables.column_vocabulary import meaning_of
+from collaudit.core.vendors.column_words import CONVERTED, USABLE
 
-_NUMBER = re.compile(r"\d+")
 _FEWEST = 2
-
-
-@dataclass(frozen=True, slots=True)
-class _Family:
-    """Columns that differ in one number, whatever the numbers are: (number, index), in their order."""
-
-    stem: str
-    hits: tuple[tuple[int, int], ...]
-    meaning: Meaning
 
 
 def column_fault(names: Sequence[str], quantity: str, where: str, known: Mapping[str, str]) -> LogError | None:
@@ -37,117 +25,83 @@ def column_fault(names: Sequence[str], quantity: str, where: str, known: Mapping
         known: quantity to pattern of what was recognised, which a stated line switches off and must be stated, too.
     """
     bare = [without_unit(name) for name in names]
-    return (
-        _broken_numbers(names, bare, quantity, where, known)
-        or _several_arms(names, quantity, where)
-        or _not_measured(bare, quantity, where, known)
-    )
-
-
-def not_measured(names: Sequence[str]) -> list[Group]:
-    """Numbered columns that the vocabulary knows and that are not measured, or in units that are not converted."""
-    groups = numbered_groups([without_unit(name) for name in names])
-    return [g for g in groups if g.meaning.role not in USABLE or g.meaning.unit not in CONVERTED]
-
-
-def _families(bare: Sequence[str]) -> Iterator[_Family]:
-    stems: dict[str, list[tuple[int, int]]] = {}
-    for index, name in enumerate(bare):
-        for hit in _NUMBER.finditer(name):
-            stems.setdefault(name[: hit.start()] + MARK + name[hit.end() :], []).append((int(hit.group()), index))
-    for stem, hits in stems.items():
-        meaning = meaning_of(stem)
-        if meaning is not None and len(hits) >= _FEWEST and meaning.role in USABLE:
-            yield _Family(stem, tuple(sorted(hits)), meaning)
+    fault = _broken_numbers(names, bare, quantity, known) or _several_arms(names, quantity)
+    fault = fault or _not_measured(bare, quantity, known)
+    if fault is not None:
+        fault.where = where
+    return fault
 
 
 def _broken_numbers(
-    names: Sequence[str], bare: Sequence[str], quantity: str, where: str, known: Mapping[str, str]
+    names: Sequence[str], bare: Sequence[str], quantity: str, known: Mapping[str, str]
 ) -> LogError | None:
     """Numbered columns with a number twice, with one missing, or that begin with another than 0 or 1."""
-    families = list(_families(bare))
-    for family in families:
-        numbers = [number for number, _ in family.hits]
-        first = min(numbers[0], 1)
-        if family.meaning.quantity != quantity or numbers == list(range(first, first + len(numbers))):
-            continue
-        own = listed([names[index] for _, index in family.hits], 40)
-        twice = sorted({number for number in numbers if numbers.count(number) > 1})
-        if twice:
-            name = family.stem.replace(MARK, str(twice[0]))
-            return LogError(
-                f"two columns are called {name}, so that the columns of the {quantity} cannot be told apart",
-                where=where,
-                found=own,
-                hint="give them different names in the table; or name the columns by their numbers in the file, from "
-                f"1: [log.csv] {_lines(families, lambda index: index + 1, known)}",
-            )
-        lacking = [number for number in range(first, numbers[-1] + 1) if number not in numbers]
-        gone = listed([family.stem.replace(MARK, str(number)) for number in lacking])
+    measured: dict[str, list[Family]] = {}
+    for family in families(bare):
+        meaning = meaning_of(family.stem)
+        if meaning is not None and meaning.role in USABLE and len(family.places) >= _FEWEST:
+            measured.setdefault(meaning.quantity, []).append(family)
+    broken = next((family for family in measured.get(quantity, ()) if not family.counts), None)
+    if broken is None:
+        return None
+    numbers = broken.numbers
+    found = listed([names[place] for place in broken.places], 40)
+    twice = next((number for number in numbers if numbers.count(number) > 1), None)
+    if twice is not None:
+        columns = {key: [place + 1 for place in own[0].places] for key, own in measured.items()}
+        name = broken.stem.replace(MARK, str(twice))
         return LogError(
-            f"the {quantity} columns are numbered and {gone} {'is' if len(lacking) == 1 else 'are'} missing",
-            where=where,
-            found=own,
-            expected="numbers that follow each other, from 0 or 1",
-            hint="add the missing column; or if these are all joints, name as many of each quantity: [log.csv] "
-            f"{_lines(families, lambda index: names[index], known)}, and which of the robot's joints they are by "
-            "[log] joint_names",
+            f"two columns are called {name}, so that the columns of the {quantity} cannot be told apart",
+            found=found,
+            hint="give them different names in the table; or name the columns by their numbers in the file, from 1: "
+            + stated_line({**columns, **known}),
         )
-    return None
-
-
-def _lines(families: Sequence[_Family], value: Callable[[int], str | int], known: Mapping[str, str]) -> str:
-    """Lines that name every column, and those of the quantities that were recognised."""
-    lines = {quantity: f'{quantity} = "{pattern}"' for quantity, pattern in known.items()}
-    for family in families:
-        columns = json.dumps([value(index) for _, index in family.hits], ensure_ascii=False)
-        lines.setdefault(family.meaning.quantity, f"{family.meaning.quantity} = {columns}")
-    return "; ".join(lines[quantity] for quantity in QUANTITY_WORDS if quantity in lines)
+    lacking = [number for number in range(min(numbers[0], 1), numbers[-1] + 1) if number not in numbers]
+    gone = listed([broken.stem.replace(MARK, str(number)) for number in lacking])
+    named = {key: [names[place] for place in own[0].places] for key, own in measured.items()}
+    return LogError(
+        f"the {quantity} columns are numbered and {gone} {'is' if len(lacking) == 1 else 'are'} missing",
+        found=found,
+        expected="numbers that follow each other, from 0 or 1",
+        hint="add the missing column; or if these are all joints, name as many of each quantity: "
+        f"{stated_line({**named, **known})}, and which of the robot's joints they are by [log] joint_names",
+    )
 
 
 def sides_of(names: Sequence[str], quantity: str = "position") -> dict[str, dict[str, str]]:
     """Numbered columns with a word more than the quantity's, such as an arm's side: word to quantity to pattern."""
-    bare = [without_unit(name) for name in names]
     sides: dict[str, dict[str, str]] = {}
-    stems = {name[: hit.start()] + MARK + name[hit.end() :] for name in bare for hit in _NUMBER.finditer(name)}
-    for stem in sorted(stems):
-        for word, group in word_dropped(stem):
-            zero = any(name == stem.replace(MARK, "0") for name in bare)
-            pattern = stem.replace(MARK, "{i0}" if zero else "{i}")
-            sides.setdefault(word, {}).setdefault(group.meaning.quantity, pattern)
+    for family in sorted(families([without_unit(name) for name in names]), key=lambda family: family.stem):
+        for word, meaning in word_dropped(family.stem):
+            sides.setdefault(word, {}).setdefault(meaning.quantity, family.pattern)
     return {word: patterns for word, patterns in sides.items() if quantity in patterns}
 
 
-def _several_arms(names: Sequence[str], quantity: str, where: str) -> LogError | None:
+def _several_arms(names: Sequence[str], quantity: str) -> LogError | None:
     sides = sides_of(names, quantity)
     if not sides:
         return None
-    lines = ["; ".join(f'{key} = "{each[key]}"' for key in QUANTITY_WORDS if key in each) for each in sides.values()]
-    several = len(sides) > 1
+    several = f"the {quantity} columns are of several arms or sides: {', '.join(sides)}"
+    one = f"the {quantity} columns have a word in their names that is not known: {next(iter(sides))}"
     return LogError(
-        f"the {quantity} columns are of several arms or sides: {', '.join(sides)}"
-        if several
-        else f"the {quantity} columns have a word in their names that is not known: {next(iter(sides))}",
-        where=where,
+        several if len(sides) > 1 else one,
         found=", ".join(patterns[quantity] for patterns in sides.values()),
-        hint=("one configuration an arm, " if several else "if they are measured, say so, ")
-        + ", or ".join(f"[log.csv] {line}" for line in lines),
+        hint=("one configuration an arm, " if len(sides) > 1 else "if they are measured, say so, ")
+        + ", or ".join(map(stated_line, sides.values())),
     )
 
 
-def _not_measured(bare: Sequence[str], quantity: str, where: str, known: Mapping[str, str]) -> LogError | None:
+def _not_measured(bare: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
     """Columns of the quantity, all of them desired, commanded, modelled or in a unit that is not converted."""
-    groups = not_measured(bare)
-    own = [group for group in groups if group.meaning.quantity == quantity]
+    groups = [g for g in numbered_groups(bare) if g.meaning.role not in USABLE or g.meaning.unit not in CONVERTED]
+    own = [group.said for group in groups if group.meaning.quantity == quantity]
     if not own:
         return None
-    lines = {group.meaning.quantity: group.pattern for group in reversed(groups)} | dict(known)
-    stated = "; ".join(f'{key} = "{lines[key]}"' for key in QUANTITY_WORDS if key in lines)
+    columns = {group.meaning.quantity: group.pattern for group in reversed(groups)} | dict(known)
     return LogError(
         f"no column of a measured {quantity} was recognised",
-        where=where,
-        found=", ".join(group.said for group in own),
+        found=", ".join(own),
         expected=f"one column of measured {quantity} per joint",
-        hint="record what was measured; or, if these are measured although their names say otherwise: [log.csv] "
-        f"{stated}",
+        hint="record what was measured; or, if these are measured although their names say otherwise: "
+        + stated_line(columns),
     )

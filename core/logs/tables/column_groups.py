@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
-from collaudit.core.logs.tables.column_vocabulary import (
+from collaudit.core.logs.signals.numbered_names import MARK, families
+from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
+from collaudit.core.vendors.column_words import (
     CONVERTED,
     CURRENTS,
-    MARK,
+    DOOSAN,
+    DOOSAN_ONLY,
     QUANTITY_WORDS,
+    ROLE_OF,
     USABLE,
     Meaning,
-    meaning_of,
 )
 
-_NUMBER = re.compile(r"\d+")
-_DOOSAN = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
+_WORD = re.compile(r"[A-Za-z]+")
+_QUANTITIES = frozenset(word for words in QUANTITY_WORDS.values() for word in words)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,38 +66,56 @@ def numbered_groups(names: Sequence[str]) -> list[Group]:
     Args:
         names: column names without units in brackets; "" for columns that are taken.
     """
-    stems: dict[str, list[tuple[int, int]]] = {}
-    for index, name in enumerate(names):
-        for hit in _NUMBER.finditer(name):
-            stems.setdefault(name[: hit.start()] + MARK + name[hit.end() :], []).append((int(hit.group()), index))
-    groups = []
-    for stem, hits in stems.items():
-        hits.sort()
-        numbers = [number for number, _ in hits]
-        if numbers[0] not in (0, 1) or numbers != list(range(numbers[0], numbers[0] + len(numbers))):
+    known = [(family, meaning_of(family.stem)) for family in families(names) if family.counts]
+    return _as_doosan([Group(each.pattern, each.places, meaning) for each, meaning in known if meaning is not None])
+
+
+def word_dropped(stem: str) -> Iterator[tuple[str, Meaning]]:
+    """Each word without which a stem that is not known is that of a measurement, and what it then is."""
+    if meaning_of(stem) is not None:
+        return
+    for hit in _WORD.finditer(stem):
+        meaning = meaning_of(stem[: hit.start()] + stem[hit.end() :])
+        if meaning is not None and meaning.role in USABLE:
+            yield hit.group(), replace(meaning, role="unknown word")
+
+
+def with_unknown(choices: Mapping[str, Choice], names: Sequence[str]) -> dict[str, Choice]:
+    """The choices with numbered columns whose names hold one unknown word: passed over, or rivals of the taken ones.
+
+    Of ``torque_a_#`` and ``torque_b_#`` the vocabulary may know a letter and not the other; that decides nothing.
+
+    Args:
+        choices: by quantity.
+        names: columns that are no signal; "" for those that are.
+    """
+    known = [(each, next(word_dropped(each.stem), None)) for each in families(names) if each.counts]
+    groups = [Group(each.pattern, each.places, word[1]) for each, word in known if word is not None]
+    out = dict(choices)
+    for quantity, choice in choices.items():
+        if (taken := choice.taken) is None:
             continue
-        meaning = meaning_of(stem)
-        if meaning is not None:
-            number = "{i0}" if numbers[0] == 0 else "{i}"
-            groups.append(Group(stem.replace(MARK, number), tuple(index for _, index in hits), meaning))
-    return _as_doosan(groups)
+        own = [g for g in groups if g.meaning.quantity == quantity and len(g.columns) == len(taken.columns)]
+        rivals = tuple(group for group in own if _rival(taken.pattern, group.pattern))
+        passed = (*choice.passed, *(group for group in own if group not in rivals))
+        out[quantity] = Choice(None, passed, (taken, *rivals)) if rivals else Choice(taken, passed)
+    return out
+
+
+def _rival(taken: str, other: str) -> bool:
+    """Whether two patterns differ in one word that says nothing of the taken one."""
+    ours, theirs = (words_of(re.sub(r"\{i0?\}", MARK, pattern)) for pattern in (taken, other))
+    apart = [word.replace(MARK, "") for word, another in zip(ours, theirs, strict=False) if word != another]
+    return len(ours) == len(theirs) and len(apart) == 1 and apart[0] not in {*ROLE_OF, *_QUANTITIES}
 
 
 def _as_doosan(groups: list[Group]) -> list[Group]:
-    """Doosan's real-time state, told by columns that only it has beside ``actual_joint_position``.
-
-    By its public definition (dsr_msgs2/RobotStateRt) it is in degrees, and ``actual_joint_torque`` is estimated.
-    """
+    """Doosan's real-time state, told by columns that only it has beside ``actual_joint_position``."""
     letters = [re.sub(r"\{\w+\}|[^a-z{}]", "", group.pattern.lower()) for group in groups]
-    if "actualjointposition" not in letters or not _DOOSAN.intersection(letters):
+    if "actualjointposition" not in letters or not DOOSAN_ONLY.intersection(letters):
         return groups
-    known: dict[str, dict[str, Any]] = {
-        "actualjointposition": {"unit": "deg"},
-        "actualjointvelocity": {"unit": "deg/s"},
-        "actualjointtorque": {"role": "model"},
-    }
     pairs = zip(letters, groups, strict=True)
-    return [replace(group, meaning=replace(group.meaning, **known.get(name, {}))) for name, group in pairs]
+    return [replace(group, meaning=replace(group.meaning, **DOOSAN.get(name, {}))) for name, group in pairs]
 
 
 def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) -> Choice:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 from collaudit.core.errors import LogError
 
+MOTION = ("position", "velocity", "effort")
+QUANTITIES = (*MOTION, "temperature", "joint_torque")
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 #: A quantity of a message with a number: as paths, or as MATLAB and R rename them.
@@ -120,6 +123,12 @@ def without_unit(name: str) -> str:
     while text[:1] in ("-", "*") and len(text) > 1:
         text = text[1:].lstrip()
     return text if unit_of(text) is None else _UNIT.sub("", text)
+
+
+def stated_line(columns: Mapping[str, object]) -> str:
+    """The line of the configuration that states columns, by quantity."""
+    stated = (f"{name} = {json.dumps(columns[name], ensure_ascii=False)}" for name in QUANTITIES if name in columns)
+    return "[log.csv] " + "; ".join(stated)
 
 
 def counts_message(pattern: str) -> bool:

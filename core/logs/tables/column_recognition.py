@@ -6,10 +6,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups
-from collaudit.core.logs.tables.column_patterns import Found, match_pattern, without_unit
-from collaudit.core.logs.tables.column_vocabulary import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, words_of
-from collaudit.core.logs.tables.unknown_words import with_unknown
+from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups, with_unknown
+from collaudit.core.logs.tables.column_patterns import Found, bare, match_pattern, without_unit
+from collaudit.core.logs.tables.column_vocabulary import words_of
+from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS
 
 #: Words of columns that are named by their joints, the usual first.
 _WORDS = {
@@ -20,6 +20,8 @@ _WORDS = {
 }
 _NAMED_FORMS = ("{joint}_{word}", "{word}_{joint}", "{joint}.{word}", "{word}.{joint}", "{joint}/{word}",
                 "{joint} {word}", "{word} {joint}", "{word}/{joint}")  # fmt: skip
+#: What stands between a joint's name and the word.
+_BETWEEN = "_./ "
 _QUALIFIED = ("actual_{word}", "measured_{word}", "{word}_actual", "{word}_measured", "actual/{word}", "{word}")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
 _NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error", "derivative")
@@ -67,15 +69,17 @@ def _of_group(group: Group) -> Found:
 def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
     """Columns that are named by their joints; "" for columns that are taken."""
     best: Found | None = None
-    text = "\n".join(names).lower()
-    for word in (form.format(word=word) for word in _WORDS[quantity] for form in _QUALIFIED if word in text):
-        for form in _NAMED_FORMS:
-            pattern = form.format(word=word, joint="{joint}")
-            found = match_pattern(names, pattern)
-            if found is not None:
-                found = _of_joints(names, found)
-            if found is not None and (best is None or len(found.columns) > len(best.columns)):
-                best = found
+    written = {form for name in names for form in (name.strip().lower(), bare(name).lower())}
+    edges = {text[k:] for text in written for k in range(len(text)) if text[k] in _BETWEEN}
+    edges |= {text[: k + 1] for text in written for k in range(len(text)) if text[k] in _BETWEEN}
+    phrases = (form.format(word=word) for word in _WORDS[quantity] for form in _QUALIFIED)
+    for pattern in (form.format(word=phrase, joint="{joint}") for phrase in phrases for form in _NAMED_FORMS):
+        if pattern.replace("{joint}", "") not in edges:
+            continue
+        matched = match_pattern(names, pattern)
+        found = None if matched is None else _of_joints(names, matched)
+        if found is not None and (best is None or len(found.columns) > len(best.columns)):
+            best = found
     return best
 
 

@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_assignment import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_groups import numbered_groups
+from collaudit.core.logs.tables.column_patterns import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
-from collaudit.core.logs.tables.column_vocabulary import CONVERTED, USABLE
+from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
+from collaudit.core.logs.tables.wrench_columns import find_wrench
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.vendors.column_words import CONVERTED, USABLE
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -84,18 +87,13 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, 
     """What the configuration or names say: index to role and joint."""
     out: dict[int, tuple[_Guess, str]] = {}
     assignment = file.assignment
-
-    def why(quantity: str, pattern: str) -> str:
+    taken = [(quantity, found.pattern, *each) for quantity, found in assignment.quantities.items()
+             for each in zip(found.joints, found.columns, strict=True)]  # fmt: skip
+    taken += [("time", "", "", assignment.time)] if assignment.time is not None else []
+    for quantity, pattern, joint, index in taken:
         by = "by its name" if quantity in assignment.guessed else "as stated"
-        return f"{by}, {pattern}" if pattern else by
-
-    for quantity, found in assignment.quantities.items():
-        for joint, index in zip(found.joints, found.columns, strict=True):
-            out[index] = (_Guess(quantity, why(quantity, found.pattern)), joint)
-    for index in assignment.wrench:
-        out[index] = (_Guess("wrench", "as stated"), "")
-    if assignment.time is not None:
-        out[assignment.time] = (_Guess("time", why("time", "")), "")
+        out[index] = (_Guess(quantity, f"{by}, {pattern}" if pattern else by), joint)
+    out |= {index: (_Guess("wrench", "as stated"), "") for index in assignment.wrench}
     for group in numbered_groups([without_unit(name) for name in file.reader.names]):
         meaning = group.meaning
         measured = meaning.role in USABLE and meaning.unit in CONVERTED
@@ -103,9 +101,13 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, 
         role = f"{meaning.quantity}?" if measured else f"{meaning.role} {meaning.quantity}"
         for number, index in enumerate(group.columns, 1):
             out.setdefault(index, (_Guess(role, f"by its name, {group.pattern}: {text}"), f"joint{number}"))
-    if assignment.wrench_offered is not None:
-        said = "estimated wrench" if assignment.wrench_offered.estimated else "wrench?"
-        for name in assignment.wrench_offered.names:
+    for index, name in enumerate(file.reader.names):
+        if file.reader.named and is_label(name):
+            out.setdefault(index, (_Guess("label?", "by its name; see [log.csv] labels"), ""))
+    offered = find_wrench(file.reader.names) if file.reader.named and settings.wrench is None else None
+    if offered is not None:
+        said = "estimated wrench" if offered.estimated else "wrench?"
+        for name in offered.names:
             index = file.reader.names.index(name)
             if out.get(index, (_Guess("", ""), ""))[0].role not in _QUANTITIES:
                 out[index] = (_Guess(said, "by its name; see [log.csv] wrench"), "")
@@ -131,15 +133,7 @@ def _numbers(file: AssignedTable) -> tuple[list[int], FloatArray | None]:
 
 def _all_numbers(cells: Iterable[str]) -> bool:
     filled = [cell.replace(",", ".") for cell in cells if cell.strip()]
-    return bool(filled) and all(map(_is_number, filled))
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+    return bool(filled) and all(map(is_number, filled))
 
 
 def _by_data(
@@ -154,21 +148,19 @@ def _by_data(
     if not finite.size:
         return _Guess("empty", "no values")
     steps = np.diff(finite)
-    if not steps.any():
-        return _Guess("constant", "the same in every row")
-    if (steps == 1).all():
-        return _Guess("counter", "grows by 1 with each row")
-    if (steps > 0).all():
-        return _Guess("time?", f"grows with each row, by {np.median(steps):.4g} in the median")
-    if bool(((finite == 0) | (finite == 1)).all()):
-        return _Guess("label?", "0 and 1 only")
-    if np.count_nonzero(steps) * _STATE_ROWS <= finite.size and bool((finite == np.round(finite)).all()):
-        return _Guess("state or run?", "whole numbers that stand for many rows")
-    if np.count_nonzero(steps < 0) * _STATE_ROWS <= finite.size and bool((steps[steps > 0] == steps.max()).all()):
-        return _Guess("counter or time of runs?", "grows evenly and begins again")
-    if follows is not None:
-        return _Guess("velocity?", f"goes as the derivative of {follows}")
-    return _Guess("signal", "")
+    middle = np.median(steps) if steps.size else 0.0
+    few, again = (np.count_nonzero(which) * _STATE_ROWS <= finite.size for which in (steps, steps < 0))
+    shapes = (
+        ("constant", "the same in every row", not steps.any()),
+        ("counter", "grows by 1 with each row", (steps == 1).all()),
+        ("time?", f"grows with each row, by {middle:.4g} in the median", (steps > 0).all()),
+        ("label?", "0 and 1 only", ((finite == 0) | (finite == 1)).all()),
+        ("state or run?", "whole numbers that stand for many rows", few and (finite == np.round(finite)).all()),
+        ("counter or time of runs?", "grows evenly and begins again",
+         again and (steps[steps > 0] == steps.max(initial=0.0)).all()),
+        ("velocity?", f"goes as the derivative of {follows}", follows is not None),
+    )  # fmt: skip
+    return next((_Guess(role, why) for role, why, holds in shapes if holds), _Guess("signal", ""))
 
 
 def _derivatives(values: FloatArray) -> dict[int, int]:

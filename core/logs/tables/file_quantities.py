@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment, assign
-from collaudit.core.logs.tables.column_patterns import Found, match_pattern
+from collaudit.core.logs.tables.column_assignment import Assignment, assign
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, match_pattern
 from collaudit.core.logs.tables.joint_name_columns import with_named_joints
 
 if TYPE_CHECKING:

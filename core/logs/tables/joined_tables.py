@@ -15,11 +15,10 @@ from collaudit.core.logs.signals.impossible_values import garbage_rows
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_assignment import MOTION, QUANTITIES
 from collaudit.core.logs.tables.column_checks import check_columns, column_findings, left_out_findings
 from collaudit.core.logs.tables.column_faults import column_fault
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
-from collaudit.core.logs.tables.column_patterns import counts_message, is_numbered
+from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message, is_numbered
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs

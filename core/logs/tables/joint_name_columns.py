@@ -8,8 +8,8 @@ from dataclasses import replace
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_assignment import MOTION, Assignment
-from collaudit.core.logs.tables.column_patterns import Found, counts_message, is_numbered, match_pattern
+from collaudit.core.logs.tables.column_assignment import Assignment
+from collaudit.core.logs.tables.column_patterns import MOTION, Found, counts_message, is_numbered, match_pattern
 
 _QUANTITY = re.compile(r"(position|velocity|effort)(?=[\[._]?\{i)", re.IGNORECASE)
 

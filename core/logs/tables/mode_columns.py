@@ -10,24 +10,20 @@ import numpy as np
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.logs.signals.annotation_spans import spans_of
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-
-#: Values of UR's safety_mode and robot_mode (RTDE), and of libfranka's robot_mode; other values are ordinary.
-_UR_SAFETY = {"3": "protective_stop", "5": "safeguard_stop", "6": "emergency_stop", "7": "emergency_stop",
-              "8": "safety_stop", "9": "safety_stop"}  # fmt: skip
-_UR_ROBOT = {"3": "power_off", "4": "power_off", "5": "power_off", "6": "backdrive"}
-_UR_RUNNING = "7"
-_FRANKA = {"3": "guiding", "4": "reflex", "5": "user_stop"}
-#: The same in words, letters only and in lower case, libfranka's with and without their k.
-_WORDS = {"protectivestop": "protective_stop", "safeguardstop": "safeguard_stop", "emergencystop": "emergency_stop",
-          "robotemergencystop": "emergency_stop", "systememergencystop": "emergency_stop", "poweroff": "power_off",
-          "backdrive": "backdrive", "freedrive": "freedrive", "guiding": "guiding", "handguiding": "guiding",
-          "reflex": "reflex", "userstopped": "user_stop"}  # fmt: skip
-_SAFETY, _ROBOT = ("safetymode", "safetystatus"), ("robotmode",)
+from collaudit.core.vendors.controller_modes import (
+    FRANKA_MODE,
+    MODE_WORDS,
+    ROBOT_COLUMNS,
+    SAFETY_COLUMNS,
+    UR_ROBOT_MODE,
+    UR_RUNNING,
+    UR_SAFETY_MODE,
+)
 
 
 def mode_columns(names: Sequence[str]) -> tuple[str, ...]:
     """The columns of a table that hold a mode, by their names."""
-    return tuple(name for name in names if _letters(name).endswith((*_SAFETY, *_ROBOT)))
+    return tuple(name for name in names if _letters(name).endswith((*SAFETY_COLUMNS, *ROBOT_COLUMNS)))
 
 
 def mode_annotations(
@@ -54,11 +50,11 @@ def mode_annotations(
 
 def _meaning(name: str, values: set[str]) -> dict[str, str]:
     """Value to state. A robot_mode that is ever 7, running, is UR's; libfranka's stays below."""
-    letters = _letters(name)
-    numbers = _UR_SAFETY if letters.endswith(_SAFETY) else _UR_ROBOT if _UR_RUNNING in values else _FRANKA
-    words = {value: _WORDS[key] for value in values if (key := _letters(value).removeprefix("robotmode")) in _WORDS}
-    words |= {value: _WORDS[key] for value in values if (key := _letters(value).removeprefix("k")) in _WORDS}
-    return {**numbers, **words}
+    of_robot = UR_ROBOT_MODE if str(UR_RUNNING) in values else FRANKA_MODE
+    states = UR_SAFETY_MODE if _letters(name).endswith(SAFETY_COLUMNS) else of_robot
+    bare = {value: _letters(value).removeprefix("robotmode").removeprefix("k") for value in values}
+    words = {value: MODE_WORDS[word] for value, word in bare.items() if word in MODE_WORDS}
+    return {**{str(number): state for number, state in states.items()}, **words}
 
 
 def _value(text: str) -> str:

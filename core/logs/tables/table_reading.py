@@ -17,8 +17,8 @@ from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
+from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.mode_columns import mode_annotations
 from collaudit.core.numeric.arrays import FloatArray, frozen

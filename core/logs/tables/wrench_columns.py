@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from collaudit.core.logs.signals.numbered_names import MARK, families
+
 _AXES = "xyz"
 _FORCE = frozenset({"f", "force", "forces", "kraft"})
 _TORQUE = frozenset({"m", "t", "torque", "torques", "moment", "moments", "tau"})
@@ -66,12 +68,8 @@ def _kind_and_axis(name: str) -> tuple[str, str, str] | None:
 
 
 def _by_number(names: Sequence[str]) -> Iterator[WrenchColumns]:
-    stems: dict[str, list[tuple[int, str]]] = {}
-    for name in names:
-        hit = re.search(r"(\d+)\D*$", name)
-        if hit is not None:
-            stems.setdefault(re.sub(r"[^a-z]", "", name[: hit.start()].lower()), []).append((int(hit[1]), name))
-    for stem, hits in stems.items():
-        hits.sort()
-        if _NUMBERED.search(stem) and [n - hits[0][0] for n, _ in hits] == list(range(6)) and hits[0][0] in (0, 1):
-            yield WrenchColumns(tuple(name for _, name in hits), bool(_ESTIMATED.search(stem)))
+    for family in families(names):
+        front, _, behind = family.stem.partition(MARK)
+        stem = re.sub(r"[^a-z]", "", front.lower())
+        if _NUMBERED.search(stem) and not re.search(r"\d", behind) and family.counts and len(family.places) == 6:
+            yield WrenchColumns(tuple(names[place] for place in family.places), bool(_ESTIMATED.search(stem)))

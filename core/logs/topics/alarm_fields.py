@@ -8,11 +8,11 @@ import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.logs.messages.decoded_columns import Decoded
-from collaudit.core.logs.messages.profiles import ANNOTATION, Profile
 from collaudit.core.logs.signals.annotation_spans import spans_of
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.vendors.message_profiles import ANNOTATION, Profile
 
 
 @dataclass(frozen=True, slots=True, eq=False)

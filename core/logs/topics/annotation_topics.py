@@ -11,7 +11,6 @@ import numpy as np
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.profiles import ANNOTATION, Profile, Role
 from collaudit.core.logs.signals.annotation_spans import phases_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
@@ -19,6 +18,7 @@ from collaudit.core.logs.topics.log_topics import Topic, described, read_by
 from collaudit.core.logs.topics.publishers import Publisher
 from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

@@ -10,9 +10,10 @@ from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_definitions import read_definitions
 from collaudit.core.logs.messages.message_schema import SchemaError
-from collaudit.core.logs.messages.profiles import Profile, configured, profile_of
+from collaudit.core.logs.messages.profiles import configured, profile_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
+from collaudit.core.vendors.message_profiles import Profile
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

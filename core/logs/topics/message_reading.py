@@ -35,7 +35,7 @@ from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
 from collaudit.core.logs.topics.logged_wrench import read_wrench
 from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
 from collaudit.core.logs.topics.publishers import Publisher, publishers_of
-from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
+from collaudit.core.logs.topics.topic_findings import skipped_findings
 from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
 
 if TYPE_CHECKING:
@@ -96,7 +96,6 @@ def read_message_log(
     )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
     alarms = alarm_fields(joints.decoded, joints.profile)
-    findings += publish_findings(joints)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
     findings += [garbage_finding(*p.garbage, "message", joints.name) for p in publishers if p.garbage is not None]

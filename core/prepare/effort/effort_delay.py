@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.conditioning.channel_scale import moved
+from collaudit.core.conditioning.channel_delay import moved
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity

@@ -7,7 +7,6 @@ second and nothing of the first. A current holds both by the same factor.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -19,16 +18,13 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.vendors.torque_sensors import TORQUE_SENSED
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 EffortSource = Literal["motor", "joint"]
 
-#: Arms whose drivers publish joint-side torque sensors, by the names of their joints.
-_SENSED = re.compile(
-    r"(^|[_/])(panda|fer|fr3|fp3|franka|iiwa\d*|lbr(_\w+)?|lwr|med7|med14|gen3|rizon\d*|diana\d*|sawyer)(_|$)", re.I
-)
 _MOST_ROWS, _CLUSTER_S, _LEAST_CLUSTERS = 20_000, 1.0, 8
 #: Gravity's share is none when it is surely less than so much of the model's, and of the inertia's share, which is
 #: surely more than that.
@@ -85,7 +81,7 @@ def effort_kind(
 
 
 def _by_name(joints: Sequence[str]) -> tuple[EffortKind, tuple[Finding, ...]]:
-    named = [joint for joint in joints if _SENSED.search(joint)]
+    named = [joint for joint in joints if TORQUE_SENSED.search(joint)]
     if not named or 2 * len(named) <= len(joints):
         return EffortKind(), ()
     text = (

@@ -12,6 +12,7 @@ ROOMS = (
     "small_files",
     "findings",
     "numeric",
+    "vendors",
     "friction_laws",
     "data",
     "config",
@@ -38,7 +39,7 @@ ROOMS = (
     "api",
 )
 #: Rooms that every other one may use; arrows to them would hide the others.
-_EVERYWHERE = frozenset({"errors", "small_files", "findings", "numeric", "data", "config", "provenance"})
+_EVERYWHERE = frozenset({"errors", "small_files", "findings", "numeric", "vendors", "data", "config", "provenance"})
 
 
 def module_imports(top: Path, package: str) -> dict[str, set[str]]:

@@ -1,0 +1,140 @@
+"""The words that robot software writes above its columns: quantity, role and unit of each.
+
+Sources are the public documentation of libfranka (RobotState), UR (RTDE, RobotStateRTMsg), KUKA (FRI, RSI), ABB (EGM),
+Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggler (CSV export).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Role = Literal[
+    "measured",
+    "plain",
+    "filtered",
+    "side",
+    "desired",
+    "commanded",
+    "model",
+    "external",
+    "error",
+    "derivative",
+    "unknown word",
+]
+
+#: Roles that a guess may take for a measurement, best first.
+USABLE: tuple[Role, ...] = ("measured", "plain", "filtered", "side")
+#: A column with words of several roles has the first of these.
+STRONGEST: tuple[Role, ...] = (
+    "derivative", "error", "external", "model", "desired", "commanded", "side", "filtered", "measured"
+)  # fmt: skip
+
+#: Words of each quantity, the usual first.
+QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
+    "position": ("q", "position", "positions", "pos", "angle", "angles", "jpos", "theta"),
+    "velocity": ("dq", "qd", "qdot", "velocity", "velocities", "vel", "speed", "speeds", "jvel", "omega", "dtheta"),
+    "effort": ("tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "moments", "tor",
+               "current", "currents", "curr", "i"),
+    "temperature": ("temperature", "temperatures", "temp", "temps"),
+}  # fmt: skip
+#: Words of ``effort`` that say the numbers are currents.
+CURRENTS = frozenset({"current", "currents", "curr", "i"})
+#: Words of the motor's side: of any quantity, and of quantities that have another word on the joint's side.
+MOTOR = frozenset({"motor", "motors", "rotor", "rotors"})
+MOTOR_WORDS = frozenset({"theta", "dtheta"})
+#: Positions that a ``dot`` behind makes velocities, and the velocity's word.
+BY_DOT = {"q": "qdot", "theta": "dtheta"}
+
+ROLE_WORDS: dict[Role, tuple[str, ...]] = {
+    "measured": ("actual", "act", "measured", "meas", "measure", "msr", "feedback", "fbk", "present", "real"),
+    "filtered": ("filtered", "filt", "filter", "lp", "lpf", "smooth", "smoothed"),
+    "side": ("sensor", "sensors", "motor", "motors", "rotor", "rotors"),
+    "desired": ("d", "des", "desired", "target", "tgt", "ref", "reference", "goal", "set", "setpoint", "sp", "planned",
+                "nominal", "ipo"),
+    "commanded": ("c", "cmd", "command", "commanded", "commands", "u", "control"),
+    "model": ("model", "sim", "simulated", "rnea", "id", "gravity", "grav", "coriolis", "ff", "feedforward", "pred",
+              "predicted", "dynamic", "est", "estimated", "hat", "nominal_model", "friction"),
+    "external": ("ext", "external", "contact", "disturbance", "dist", "residual", "res"),
+    "error": ("e", "err", "error", "diff", "deviation", "delta"),
+    "derivative": ("ddot", "acceleration", "accelerations", "acc", "accel", "jerk", "dot"),
+}  # fmt: skip
+ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for word in words}
+#: Words that say nothing but "of a joint".
+JOINT_WORDS = frozenset({"joint", "joints", "j", "axis", "axes", "jnt", "actuator", "actuators"})
+#: Words that carry nothing in front of a quantity.
+FILLERS = frozenset({"raw", "robot", "state", "states", "field", "data", "link", "load"})
+#: Words of other things than joints: no joint signal has them.
+ELSEWHERE = frozenset({"tcp", "tool", "ee", "eef", "cartesian", "cart", "force", "wrench", "pose", "base", "imu"})
+#: Units inside names.
+UNIT_WORDS = {"deg": "deg", "degree": "deg", "degrees": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
+              "degps": "deg/s", "degs": "deg/s", "dps": "deg/s", "radps": "rad/s", "rads": "rad/s",
+              "nm": "Nm", "a": "A", "amp": "A", "amps": "A", "ma": "mA", "mrad": "mrad", "rpm": "rpm", "mnm": "mNm",
+              "turns": "turns", "counts": "counts", "ticks": "ticks", "percent": "percent"}  # fmt: skip
+UNITS_OF = {
+    "position": ("deg", "rad", "mrad", "turns", "counts", "ticks"),
+    "velocity": ("deg/s", "rad/s", "rpm", "deg", "rad"),
+    "effort": ("Nm", "mNm", "A", "mA", "counts", "percent"),
+    "temperature": ("deg",),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a column's words say.
+
+    Attributes:
+        quantity: position, velocity, effort or temperature.
+        role: what kind of value of it.
+        word: the quantity's word.
+        unit: the unit that the name or its source's documentation states; "" for none.
+        motor: whether the name says that it is the motor's side of the gear.
+    """
+
+    quantity: str
+    role: Role
+    word: str
+    unit: str = ""
+    motor: bool = False
+
+
+#: Names that only their source explains, letters only and in lower case: (quantity, role, word, unit).
+KNOWN: dict[str, Meaning] = {
+    "aipos": Meaning("position", "measured", "aipos", "deg"),  # KUKA RSI: axis-specific actual position
+    "aspos": Meaning("position", "desired", "aspos", "deg"),  # KUKA RSI: setpoint
+    "macur": Meaning("effort", "measured", "macur", "current"),  # KUKA RSI: motor currents
+    "targetmoment": Meaning("effort", "model", "moment", "Nm"),  # UR RTDE: from the model, not measured
+    "jointcontroloutput": Meaning("effort", "commanded", "output", "current"),  # UR RTDE
+    "feedbackjoints": Meaning("position", "measured", "joints", "deg"),  # ABB EGM
+    "feedbackjointsjoints": Meaning("position", "measured", "joints", "deg"),
+    "plannedjoints": Meaning("position", "desired", "joints", "deg"),
+    "plannedjointsjoints": Meaning("position", "desired", "joints", "deg"),
+    "jointvelocityestimated": Meaning("velocity", "filtered", "velocity", "rad/s"),  # lcmt_iiwa_status
+    "estimatedjointvelocities": Meaning("velocity", "filtered", "velocity", "rad/s"),
+    "actualjointposition": Meaning("position", "measured", "position", ""),
+    "actualjointpositionabs": Meaning("position", "side", "position", "deg"),  # Doosan: encoder of the link
+    "actualjointvelocityabs": Meaning("velocity", "side", "velocity", "deg/s"),
+    "rawjointtorque": Meaning("effort", "measured", "torque", ""),  # Doosan: joint torque sensor
+    "dynamictor": Meaning("effort", "model", "tor", "Nm"),  # Doosan
+    "commandedtorque": Meaning("effort", "commanded", "torque", ""),
+    "observationstate": Meaning("position", "measured", "state", ""),  # LeRobot
+    "positionsraw": Meaning("position", "measured", "positions", "rad"),  # FloBaRoID: as recorded, beside filtered ones
+    "velocitiesraw": Meaning("velocity", "measured", "velocities", "rad/s"),
+    "torquesraw": Meaning("effort", "measured", "torques", "Nm"),
+}
+
+#: Columns that may mark true events, letters only and in lower case.
+LABEL_WORDS = ("label", "labels", "anomaly", "anomalies", "collision", "collisions", "iscollision", "contact",
+               "contacts", "incontact", "touch", "robotprotectivestop", "protectivestop", "collisionlabel")  # fmt: skip
+#: Doosan's real-time state (dsr_msgs2/RobotStateRt): names that only it has beside ``actual_joint_position``, and what
+#: other names mean beside them. It is in degrees, and ``actual_joint_torque`` is estimated.
+DOOSAN_ONLY = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
+DOOSAN: dict[str, dict[str, Any]] = {
+    "actualjointposition": {"unit": "deg"},
+    "actualjointvelocity": {"unit": "deg/s"},
+    "actualjointtorque": {"role": "model"},
+}
+#: Words of a path below which angles are in degrees: Kinova's Kortex.
+DEGREES_BELOW = frozenset({"actuators"})
+#: Units that are converted; columns in others are passed over.
+CONVERTED = ("", "deg", "rad", "deg/s", "rad/s", "Nm", "A", "current")

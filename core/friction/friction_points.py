@@ -35,11 +35,8 @@ class _Pair:
 
 
 def friction_points(
-    series: UniformSeries,
-    sections: Sequence[Section],
-    model_torque: FloatArray | None,
-    config: FrictionConfig,
-) -> tuple[FrictionPoint, ...]:
+    series: UniformSeries, sections: Sequence[Section], model_torque: FloatArray | None, config: FrictionConfig
+) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
     """Friction against speed for one joint.
 
     Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
@@ -54,15 +51,8 @@ def friction_points(
         config: tolerances.
 
     Returns:
-        Points sorted by speed.
+        Points sorted by speed, and what half the sum of each pair leaves of the model's torque (none without one).
     """
-    return points_and_sums(series, sections, model_torque, config)[0]
-
-
-def points_and_sums(
-    series: UniformSeries, sections: Sequence[Section], model_torque: FloatArray | None, config: FrictionConfig
-) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
-    """:func:`friction_points`, and what half the sum of each pair leaves of the model's torque (none without one)."""
     if not sections:
         return (), ()
     j = series.column(sections[0].joint)

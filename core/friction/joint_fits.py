@@ -13,7 +13,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel, direction_words
-from collaudit.core.friction.friction_points import points_and_sums
+from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
 from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
@@ -153,7 +153,7 @@ def _of_sections(
     joint: str, log: Prepared, found: SectionSet, config: Config
 ) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
     """Points of a joint's constant speeds, and what pairs of them leave of the model's torque."""
-    return points_and_sums(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
+    return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
 
 
 def _loose_points(joint: str, prepared: Sequence[Prepared], config: Config) -> list[FrictionPoint]:

@@ -152,7 +152,7 @@ def test_gravity_cancels_in_pairs_without_any_model() -> None:
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
     series = condition(log, ConditioningConfig())
     sections = find_sections(series, SectionsConfig())
-    points = friction_points(series, sections.of("joint1"), None, FrictionConfig())
+    points, _ = friction_points(series, sections.of("joint1"), None, FrictionConfig())
     assert len(points) == 14
     assert {p.source for p in points} == {"pair"}
     speeds = np.array([p.speed_rad_s for p in points])
@@ -174,9 +174,9 @@ def test_one_way_motion_needs_a_model_and_is_marked() -> None:
         ConditioningConfig(),
     )
     sections = find_sections(series, SectionsConfig()).of("joint1")
-    assert friction_points(series, sections, None, FrictionConfig()) == ()
+    assert friction_points(series, sections, None, FrictionConfig()) == ((), ())
     model = 10 * np.cos(series.position_rad)
-    points = friction_points(series, sections, model, FrictionConfig())
+    points, _ = friction_points(series, sections, model, FrictionConfig())
     assert {(p.source, p.direction) for p in points} == {("model", 1)}
     for p in points:
         assert p.friction_nm == pytest.approx(5 + 2 * p.speed_rad_s, abs=0.05)
@@ -214,7 +214,7 @@ def test_slow_sampling_gives_points_or_none_but_never_breaks() -> None:
             log = make_log(period * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
             series = condition(log, ConditioningConfig())
             sections = find_sections(series, SectionsConfig())
-            for point in friction_points(series, sections.of("joint1"), None, FrictionConfig()):
+            for point in friction_points(series, sections.of("joint1"), None, FrictionConfig())[0]:
                 assert np.isfinite([point.friction_nm, point.se_nm, point.speed_rad_s]).all()
 
 

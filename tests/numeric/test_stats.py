@@ -18,7 +18,6 @@ def test_constants_are_those_of_the_normal_distribution() -> None:
     assert pytest.approx(norm.ppf(0.975), abs=5e-3) == stats.STANDARD_ERRORS_95
     assert pytest.approx(norm.ppf(0.975), abs=5e-7) == stats.NORMAL_QUANTILE_975
     assert pytest.approx(1.0 / norm.ppf(0.75), abs=5e-5) == stats.SD_PER_MAD
-    assert pytest.approx(np.sqrt(np.pi / 2.0), abs=5e-5) == stats.MEDIAN_INEFFICIENCY
 
 
 def test_hubers_bound_has_95_percent_of_the_efficiency_of_least_squares() -> None:

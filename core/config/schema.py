@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, Vec3, Vec6, about
-from collaudit.core.config.schema_detect import DetectConfig, DynamicConfig, NearMissConfig, PhasesConfig
+from collaudit.core.config.schema_detect import DetectConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_fleet import FleetConfig, FleetRobot
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
 from collaudit.core.config.schema_plan import PlanConfig
@@ -20,7 +20,6 @@ __all__ = [
     "CsvConfig",
     "DetectConfig",
     "DhRow",
-    "DynamicConfig",
     "FieldsConfig",
     "FitConfig",
     "FleetConfig",

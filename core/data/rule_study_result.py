@@ -230,30 +230,6 @@ class ThresholdParts:
 
 
 @dataclass(frozen=True, slots=True)
-class DynamicGain:
-    """What a threshold that grows with the motion would gain over a constant one with the same guarantee.
-
-    Attributes:
-        constant_nm: constant threshold that half of the clean time asks for.
-        median_nm: median over the clean time of the dynamic threshold that the same half asks for.
-        lower_share: share of the time in which it is below the constant one.
-        sensitivity_gain: by how much of itself the threshold falls on average (geometric mean); negative: it rises.
-        alarms_constant, alarms_dynamic: on the other half, which neither has seen.
-        hours: of each half.
-        why_not: why nothing can be said; None where it can.
-    """
-
-    constant_nm: float | None
-    median_nm: float | None
-    lower_share: float | None
-    sensitivity_gain: float | None
-    alarms_constant: int | None
-    alarms_dynamic: int | None
-    hours: float
-    why_not: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class LabelledCurve:
     """How many known contacts a rule misses as its thresholds rise, beside injected ones.
 
@@ -308,7 +284,6 @@ class RuleStudy:
         choices: persistences that were compared; empty where the evidence supports no threshold.
         force_map: over the poses driven; None without a kinematic model.
         parts: what each joint's threshold is made of.
-        dynamic: gain of a dynamic threshold, by joint.
         labelled: against known contacts; None where none are known.
         assumptions: what the numbers assume, in words.
         set_rules: what this log alone says of the configured thresholds, by joint: too tight, too loose or supported.
@@ -324,7 +299,6 @@ class RuleStudy:
     choices: tuple[PersistenceChoice, ...] = ()
     force_map: ForceMap | None = None
     parts: dict[str, ThresholdParts] = field(default_factory=dict)
-    dynamic: dict[str, DynamicGain] = field(default_factory=dict)
     labelled: LabelledCurve | None = None
     assumptions: tuple[str, ...] = ()
     set_rules: dict[str, SetRule] = field(default_factory=dict)

@@ -58,9 +58,7 @@ def make_rule(
 
 
 def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
-    """The constant thresholds, or the dynamic ones at rest, N·m."""
-    if detect.gamma_nm == "dynamic":
-        return {joint: law.base_nm for joint, law in detect.dynamic.items()}
+    """The thresholds that are stated, N·m."""
     if detect.gamma_nm == "auto":
         return {}  # the friction file's take its place before: core/detection/fitted_rule.py
     return detect.gamma_nm

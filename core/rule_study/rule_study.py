@@ -12,7 +12,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import LogFacts
 from collaudit.core.data.rule_study_result import (
     STUDY_SCHEMA,
-    DynamicGain,
     ForceMap,
     JointPlane,
     PersistenceChoice,
@@ -32,7 +31,6 @@ from collaudit.core.rule_study.arm_contacts import (
     contact_sensitivities,
     watched_columns,
 )
-from collaudit.core.rule_study.dynamic_gain import dynamic_gain
 from collaudit.core.rule_study.force_map import force_map
 from collaudit.core.rule_study.injected_contacts import (
     LASTING,
@@ -118,7 +116,6 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         choices=choices,
         force_map=_map(studied),
         parts=_parts(studied),
-        dynamic=_dynamic(studied),
         labelled=None if not studied.contact else labelled_curve(prepared, run, studied.inputs, studied.contact, push),
         assumptions=tuple(_assumptions(studied, bool(added))),
     )
@@ -251,17 +248,6 @@ def _sensor_noise(studied: StudiedLog, j: int) -> tuple[float, FloatArray]:
     made = white * np.random.default_rng([_SEED, j]).normal(size=(series.time_s.size, 1))
     passed = kernel.apply(made, [Span(0, series.time_s.size)], series.period_s)[:, 0]
     return white * kernel.noise_gain(series.period_s), passed
-
-
-def _dynamic(studied: StudiedLog) -> dict[str, DynamicGain]:
-    """What a dynamic threshold would gain."""
-    series, kernel = studied.prepared.judged_series, studied.run.residual.balance.kernel
-    out = {}
-    for j, name in zip(studied.columns, studied.joints, strict=True):
-        motion = np.stack([np.abs(series.velocity_rad_s[:, j]), np.abs(series.acceleration_rad_s2[:, j])], axis=1)
-        speed, turn = kernel.apply(np.asfortranarray(motion), series.segments, series.period_s).T
-        out[name] = dynamic_gain(joint_series(studied, j), studied.inputs.rule.n, speed, turn)
-    return out
 
 
 def _assumptions(studied: StudiedLog, added: bool) -> list[str]:

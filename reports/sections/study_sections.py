@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.data.rule_study_result import (
     ContactSensitivity,
-    DynamicGain,
     ForceNoticed,
     JointPlane,
     PersistenceChoice,
@@ -48,7 +47,6 @@ def study_sections(study: RuleStudy, answer: bool = True) -> tuple[Section, ...]
         _labelled(study),
         plane_section("Threshold and persistence of each joint", study.joints, study.units),
         _parts(study),
-        Section("A threshold that grows with the motion would be", ("joint", "gain"), _dynamic(study), folded=True),
         Section("Poses and directions that are blind", ("place", "from where"), _blind(study)),
         Section("What these numbers rest on", (), (), study.assumptions),
     )
@@ -202,21 +200,6 @@ def _parts(study: RuleStudy) -> Section:
     title = "What thresholds are made of: by how much the level falls without each cause"
     note = "The level is what the clean residual sustains for n samples. Causes overlap and do not add up."
     return Section(title, ("joint", "level", "falls without"), tuple(rows), (note,) if rows else ())
-
-
-def _dynamic(study: RuleStudy) -> Rows:
-    return tuple((joint, _gain(gain, study.units.get(joint, "N·m"))) for joint, gain in study.dynamic.items())
-
-
-def _gain(gain: DynamicGain, unit: str) -> str:
-    if gain.sensitivity_gain is None:
-        return gain.why_not or ""
-    if gain.sensitivity_gain <= 0.02:
-        held = "no gain: constant and dynamic thresholds are about equal"
-    else:
-        held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} {unit} constant)"
-    fresh = f"alarms on the held-out half: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
-    return f"{held}; {fresh}"
 
 
 def _labelled(study: RuleStudy) -> Section:

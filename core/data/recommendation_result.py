@@ -136,7 +136,6 @@ class ArmRate:
         supported: whether the target is met by what is stated.
         hours: clean hours of the joint that has fewest.
         more_hours: further hours of such logs that would support the target; 0 when it is supported.
-        coincident: share of the joints' peaks within one second of another joint's: how far the sum overstates.
     """
 
     target_per_hour: float
@@ -147,4 +146,3 @@ class ArmRate:
     supported: bool
     hours: float
     more_hours: float
-    coincident: float | None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -126,13 +126,7 @@ def _rate(found: Mapping[str, JointEvidence], gammas: Mapping[str, float | None]
     """The arm's rate; a joint without a tail makes the whole unsupported, for nothing is known of it."""
     rate = arm_rate(ArmEvidence((), tuple(found)), found, gammas, per_hour)
     known = all(item.tail is not None for item in found.values())
-    return rate if known else _unsupported(rate)
-
-
-def _unsupported(rate: ArmRate) -> ArmRate:
-    from dataclasses import replace
-
-    return replace(rate, supported=False)
+    return rate if known else replace(rate, supported=False)
 
 
 def _since(

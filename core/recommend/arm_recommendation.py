@@ -23,7 +23,7 @@ from collaudit.core.numeric.distinct_names import distinct
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
 from collaudit.core.recommend.evidence_range import ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, LEAST_S, REACH, arm_rate, recommend_joints
-from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
+from collaudit.core.recommend.outlying_peaks import outlying_stretches, unsuspicious, without_outliers
 from collaudit.core.recommend.set_rules import judge_set_rules
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
 
@@ -209,7 +209,7 @@ def _if_clean(
 ) -> dict[str, float]:
     """Gamma of the joints for which it were higher if nothing had touched the arm where contacts are not known."""
     clean = gather_evidence(audits, [() if times is None else times for times in known])
-    rules, _ = recommend_joints(clean, persistence_s, per_hour, others=False)
+    rules, _ = recommend_joints(clean, persistence_s, per_hour)
     out = {}
     for joint, rule in rules.items():
         without = joints[joint].gamma_nm
@@ -243,19 +243,6 @@ def recommend_rules(
 def recommended_of_log(
     log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> dict[str, RecommendedRule]:
-    """A threshold for each watched joint from one log alone."""
-    return _of_log(log, persistence_s, per_hour, others=True)
-
-
-def thresholds_of_log(
-    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
-) -> dict[str, float | None]:
-    """Gamma of each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
-    rules = _of_log(log, persistence_s, per_hour, others=False)
-    return {joint: rule.gamma_nm for joint, rule in rules.items()}
-
-
-def _of_log(log: LogEvidence, persistence_s: float, per_hour: float, others: bool) -> dict[str, RecommendedRule]:
-    evidence = ArmEvidence((log,), log.watched)
-    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
-    return recommend_joints(evidence, persistence_s, per_hour, others)[0]
+    """A threshold for each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
+    evidence = unsuspicious(ArmEvidence((log,), log.watched), persistence_s)
+    return recommend_joints(evidence, persistence_s, per_hour)[0]

@@ -105,6 +105,11 @@ def without_outliers(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch])
     return ArmEvidence(logs, evidence.joints)
 
 
+def unsuspicious(evidence: ArmEvidence, persistence_s: float) -> ArmEvidence:
+    """The evidence without what is suspicious in it; arguments as of :func:`outlying_stretches`."""
+    return without_outliers(evidence, outlying_stretches(evidence, persistence_s))
+
+
 def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) -> FloatArray:
     """(b,) the median peak at speeds and accelerations like those of each peak; of all where there are few like it."""
     speed, turn = np.empty(peaks.level_nm.size), np.empty(peaks.level_nm.size)

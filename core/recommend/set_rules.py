@@ -28,7 +28,7 @@ def judge_set_rules(
         per_hour: false alarms of the arm that are accepted.
         units: by joint, of what its drive exerts; N·m where absent.
     """
-    joints, found = recommend_joints(evidence, persistence_s, per_hour, others=False)
+    joints, found = recommend_joints(evidence, persistence_s, per_hour)
     share = per_hour / max(1, len(joints))
     return {
         joint: judge_set_rule(gamma_nm[joint], rule, found[joint], share, units.get(joint, "N·m"))

@@ -87,13 +87,8 @@ class JointTail:
         return sqrt(self.likelihood.level)
 
 
-def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
-    """The tail of a joint's peaks; None where they are too few, or do not differ.
-
-    Args:
-        peaks: of the joint.
-        tested: whether the law is tested, and the tail begins where it fits; otherwise it is a twentieth of the peaks.
-    """
+def fit_tail(peaks: SustainedPeaks) -> JointTail | None:
+    """The tail of a joint's peaks, from where the law fits; None where they are too few, or do not differ."""
     count = peaks.level_nm.size
     if count < 2 * _FEWEST or peaks.hours <= 0:
         return None
@@ -101,7 +96,7 @@ def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
     order = np.sort(squares)[::-1]
     if order[0] <= order[_FEWEST]:
         return None
-    k, fit_p = _tail_count(order) if tested else (int(np.clip(order.size // 20, _FEWEST, _MOST)), float("nan"))
+    k, fit_p = _tail_count(order)
     level = float(order[k])
     over = squares > level
     excess, window = squares[over] - level, peaks.window[over]
@@ -305,11 +300,6 @@ class TailLikelihood:
         inside = self.deviance <= quantile**2
         ratio = np.full(int(np.count_nonzero(inside)), self.rate_per_hour / rate_per_hour)
         return float(np.min(_level(self.shapes[inside], self.scales[inside], ratio))) + self.level
-
-    def level_at(self, rate_per_hour: float) -> float:
-        """The level that is likeliest to be passed that often; u at least,"""
-        ratio = np.array([self.rate_per_hour / rate_per_hour])
-        return self.level + float(_level(np.array([self.shape]), np.array([self.scale]), ratio)[0])
 
     def shape_interval(self, quantile: float) -> tuple[float, float]:
         """Shapes that the deviance leaves room for."""

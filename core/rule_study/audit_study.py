@@ -13,8 +13,8 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
-from collaudit.core.recommend.arm_recommendation import thresholds_of_log
-from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
+from collaudit.core.recommend.arm_recommendation import recommended_of_log
+from collaudit.core.recommend.outlying_peaks import unsuspicious
 from collaudit.core.recommend.set_rules import judge_set_rules
 from collaudit.core.rule_study.rule_study import StudiedLog, study_rule
 from collaudit.core.scoring.known_events import contact_times, label_times
@@ -45,14 +45,14 @@ def audit_study(
     period = result.log.sample_period_s
 
     def gammas_at(n: int) -> Mapping[str, float | None]:
-        return thresholds_of_log(evidence, n * period, config.study.per_hour)
+        rules = recommended_of_log(evidence, n * period, config.study.per_hour)
+        return {joint: rule.gamma_nm for joint, rule in rules.items()}
 
     study = study_rule(
         StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at, progress
     )
     rule = result.rule
-    arm = ArmEvidence((evidence,), evidence.watched)
-    arm = without_outliers(arm, outlying_stretches(arm, rule.persistence_s))
+    arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
     gammas = {joint: gamma for joint, gamma in rule.gamma_nm.items() if joint in arm.joints}
     units = dict(result.log.units)
     opinions = judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour, units)

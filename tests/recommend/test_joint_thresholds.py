@@ -189,13 +189,6 @@ def test_a_residual_that_grows_is_called_drifting() -> None:
     assert drifting.gamma_nm > 1.5 * steady.gamma_nm, "the worst third determines it"
 
 
-def test_longer_persistence_needs_no_more() -> None:
-    rule = recommended(coloured(6, 400.0)).joints["joint1"]
-    known = sorted([*rule.alternatives])
-    assert [g for _, g in known] == sorted((g for _, g in known), reverse=True)
-    assert {n for n, _ in known} == {7, 26, 52}
-
-
 @given(st.floats(1e-6, 1e6), st.floats(1.0, 3.0))
 def test_rounding_is_upwards_by_less_than_a_digit_and_keeps_order(level: float, factor: float) -> None:
     rounded = round_up(level)

@@ -18,7 +18,6 @@ class PlanePoint:
         alarms: in the clean time.
         alarms_per_hour, alarms_per_hour_upper95: their rate and its one-sided 95 % Poisson bound; None without time.
         torque_nm: the smallest torque of the joint that such a rule notices, as of :class:`JointPlane`.
-        delay_s: as of :class:`JointPlane`.
     """
 
     gamma_nm: float
@@ -27,12 +26,11 @@ class PlanePoint:
     alarms_per_hour: float | None
     alarms_per_hour_upper95: float | None
     torque_nm: float | None
-    delay_s: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class JointPlane:
-    """Alarms, sensitivity and delay of one joint over threshold and persistence. Tables are (threshold, persistence).
+    """Alarms and sensitivity of one joint over threshold and persistence. Tables are (threshold, persistence).
 
     Attributes:
         gamma_nm: thresholds, rising.
@@ -40,9 +38,7 @@ class JointPlane:
         clean_hours: judged time away from contact that the alarms were counted in.
         alarms: their number in it; closer than ``merge_ms`` they are one.
         torque_nm: the smallest torque of a push of 100 ms that alarms at 95 % of the judged moments; None: none does.
-        delay_s: median time from the onset of a torque of twice the threshold, reached within 30 ms and lasting, to
-            the alarm; None: it does not alarm at half of the moments or more.
-        moments: number of moments that torque and delay were found at.
+        moments: number of moments that the torque was found at.
         configured: the rule that is set.
         chosen: the rule that is recommended; None where none is.
         frontier: the rules at which no other notices less torque at as few alarms, by rising alarms.
@@ -53,7 +49,6 @@ class JointPlane:
     clean_hours: float
     alarms: tuple[tuple[int, ...], ...]
     torque_nm: tuple[tuple[float | None, ...], ...]
-    delay_s: tuple[tuple[float | None, ...], ...]
     moments: int
     configured: PlanePoint | None
     chosen: PlanePoint | None
@@ -238,7 +233,6 @@ class LabelledCurve:
         contacts: number of known contacts that were judged.
         missed: share of them not noticed at each factor, with ``missed_ci95`` its Wilson interval.
         injected: by force in N, the share of injected pushes missed at the same factors.
-        delay_s: median time from the known onset to the alarm at the configured thresholds.
     """
 
     scale: tuple[float, ...]
@@ -246,7 +240,6 @@ class LabelledCurve:
     missed: tuple[float, ...]
     missed_ci95: tuple[tuple[float, float], ...]
     injected: dict[str, tuple[float, ...]]
-    delay_s: float | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.rule_study.alarm_grid import excess, sustained_level
 from collaudit.core.rule_study.arm_contacts import AddedContacts, watched_columns, wilson_interval
-from collaudit.core.rule_study.shown_torque import first_alarms, shown
+from collaudit.core.rule_study.shown_torque import shown
 
 #: Start and end of contacts, s.
 Times = Sequence[tuple[float, float]]
@@ -38,7 +38,7 @@ def labelled_curve(
     columns, n = watched_columns(inputs, names), inputs.rule.n
     gamma = np.array([inputs.rule.gamma_nm[names[j]] for j in columns])
     state = run.detected.state
-    reached, delays = [], []
+    reached = []
     for start, end in contact:
         a, b = (int(x) for x in np.searchsorted(series.time_s, [start - _EARLY_S, end + _LATE_S]))
         evidence = np.asarray(state[a:b, columns] <= State.FRICTION_INTERVAL)
@@ -51,9 +51,6 @@ def labelled_curve(
             ]
         )
         reached.append(float((sustained_level(found, np.array([n]))[:, 0] / gamma).max()))
-        fired = int(first_alarms(found[:, None, :], gamma, n)[0])
-        if fired >= 0:
-            delays.append(float(series.time_s[a + fired]) - start)
     if not reached:
         return None
     needed = np.array(reached)
@@ -64,7 +61,6 @@ def labelled_curve(
         missed=tuple(m / needed.size for m in missed),
         missed_ci95=tuple(wilson_interval(m, needed.size) for m in missed),
         injected={} if added is None else {f"{force:g}": _missed(added, force, gamma, n) for force in FORCES_N},
-        delay_s=float(np.median(delays)) if delays else None,
     )
 
 

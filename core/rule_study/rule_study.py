@@ -33,10 +33,8 @@ from collaudit.core.rule_study.arm_contacts import (
 )
 from collaudit.core.rule_study.force_map import force_map
 from collaudit.core.rule_study.injected_contacts import (
-    LASTING,
     REFERENCE_PUSH,
     SHAPES,
-    ContactShape,
     open_moments,
     spread_moments,
 )
@@ -47,8 +45,8 @@ from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
 from collaudit.core.verdict.noticed_torque import Push, noticed_torque
 
-#: Moments that planes, delays and the map are computed at.
-_PUSH_MOMENTS, _DELAY_MOMENTS, _MAP_MOMENTS = 160, 64, 400
+#: Moments that planes and the map are computed at.
+_PUSH_MOMENTS, _MAP_MOMENTS = 160, 400
 _SEED = 20210316
 #: Thresholds that the evidence supports at a persistence, by joint.
 GammasAt = Callable[[int], Mapping[str, float | None]]
@@ -92,9 +90,10 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         gammas_at: thresholds that the evidence supports at a persistence.
         progress: called with steps done and in all.
     """
-    rule = studied.inputs.rule
+    rule, longest_ms = studied.inputs.rule, studied.config.study.max_delay_ms
+    longest_s = None if longest_ms is None else longest_ms / 1e3
     added = _added(studied, stage(progress, 0.0, 0.6)) if judges_joints(studied.run) else []
-    choices = compared_persistences(added, studied.joints, rule.n, gammas_at, _longest_delay_s(studied.config))
+    choices = compared_persistences(added, studied.joints, rule.n, gammas_at, longest_s)
     chosen = next((choice for choice in choices if choice.chosen), None)
     step = stage(progress, 0.0, 1.0)
     step(7, 10)
@@ -119,10 +118,6 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         labelled=None if not studied.contact else labelled_curve(prepared, run, studied.inputs, studied.contact, push),
         assumptions=tuple(_assumptions(studied, bool(added))),
     )
-
-
-def _longest_delay_s(config: Config) -> float | None:
-    return None if config.study.max_delay_ms is None else config.study.max_delay_ms / 1e3
 
 
 def _added(studied: StudiedLog, progress: Progress) -> list[AddedContacts]:
@@ -162,34 +157,31 @@ def joint_series(studied: StudiedLog, j: int) -> JointSeries:
 def _plane(studied: StudiedLog, j: int, chosen: PersistenceChoice | None) -> JointPlane:
     joint, rule = joint_series(studied, j), studied.inputs.rule
     name = studied.prepared.judged_series.joint_names[j]
-    push = _added_torque(studied, j, REFERENCE_PUSH, _PUSH_MOMENTS)
-    lasting = _added_torque(studied, j, LASTING, _DELAY_MOMENTS)
-    plane = joint_plane(joint, rule.gamma_nm[name], rule.n, push, lasting)
-    if chosen is not None:
-        point = plane_point(joint, chosen.gamma_nm[name], chosen.n, push, lasting)
-        plane = replace(plane, chosen=point)
-    return replace(plane, frontier=frontier(plane, _longest_delay_s(studied.config)))
+    push = _pushed(studied, j)
+    plane = joint_plane(joint, rule.gamma_nm[name], rule.n, push)
+    point = None if chosen is None else plane_point(joint, chosen.gamma_nm[name], chosen.n, push)
+    return replace(plane, chosen=point, frontier=frontier(plane))
 
 
-def _added_torque(studied: StudiedLog, j: int, shape: ContactShape, most: int) -> AddedTorque | None:
-    """A newton metre on one joint at moments that are judged; None where no moment is, or nothing is known of it."""
+def _pushed(studied: StudiedLog, j: int) -> AddedTorque | None:
+    """Pushes of a newton metre on a joint at judged moments; None where no moment is, or nothing is known of it."""
     series, run = studied.prepared.judged_series, studied.run
     if not judges_joints(run):
         return None
     kernel, period = run.residual.balance.kernel, series.period_s
     margin = margin_samples(kernel, series.bandwidth_hz, period)
-    after = round(shape.duration_s / period) + margin
+    after = round(REFERENCE_PUSH.duration_s / period) + margin
     moments = open_moments(series, studied.free, margin, after)
     moments = moments[run.detected.state[moments, j] <= State.FRICTION_INTERVAL]
     if moments.size == 0:
         return None
-    moments = spread_moments(moments, most, np.random.default_rng(_SEED))
+    moments = spread_moments(moments, _PUSH_MOMENTS, np.random.default_rng(_SEED))
     samples: IntArray = moments[:, None] + np.arange(-margin, after)
     around = windows(series, run, studied.inputs.laws, studied.config.detect.slow_speed_rad_s, [j], samples)
     time_s: FloatArray = period * np.arange(-margin, after, dtype=np.float64)
-    unit = through_filters(shape.values(time_s, period)[None, None, :], kernel, series.bandwidth_hz, period)
+    unit = through_filters(REFERENCE_PUSH.values(time_s, period)[None, None, :], kernel, series.bandwidth_hz, period)
     sign = np.where(np.arange(moments.size) % 2 == 0, 1.0, -1.0)
-    return AddedTorque(around, sign[None, :, None] * unit, margin)
+    return AddedTorque(around, sign[None, :, None] * unit)
 
 
 def _map(studied: StudiedLog) -> ForceMap | None:

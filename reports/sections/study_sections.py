@@ -117,9 +117,9 @@ def plane_section(title: str, planes: Mapping[str, JointPlane], units: Mapping[s
                 )
                 upper = point.alarms_per_hour_upper95
                 alarms = f"{point.alarms}" + ("" if upper is None else f" (at most {significant(upper)} an hour)")
-                rows.append((joint, name, gamma, str(point.n), alarms, push, milliseconds(point.delay_s)))
+                rows.append((joint, name, gamma, str(point.n), alarms, push))
     alarms_head, push_head = "alarms in the clean time (95 %)", "push of 100 ms noticed from"
-    head = ("joint", "rule", "γ", "n", alarms_head, push_head, "delay at 2 γ, ms")
+    head = ("joint", "rule", "γ", "n", alarms_head, push_head)
     return Section(title, head, tuple(rows), folded=True)
 
 

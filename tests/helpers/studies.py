@@ -38,13 +38,13 @@ def plane(seed: int = 0) -> JointPlane:
     torque = gamma[:, None] * (1 + n / 40) * rng.lognormal(0.0, 0.1, (1, len(n)))
     blind = torque > 250.0
     points = tuple(
-        PlanePoint(float(gamma[90 - 2 * k]), int(n[k]), 2 * k, 3.0 * k, 4.0 * k + 3, float(gamma[90 - 2 * k]), 0.03)
+        PlanePoint(float(gamma[90 - 2 * k]), int(n[k]), 2 * k, 3.0 * k, 4.0 * k + 3, float(gamma[90 - 2 * k]))
         for k in range(40)
     )
     return JointPlane(
         tuple(gamma.tolist()), tuple(n.tolist()), 0.2, tuple(map(tuple, alarms.tolist())),
         tuple(tuple(None if b else t for t, b in zip(*row, strict=True)) for row in zip(torque, blind, strict=True)),
-        tuple((0.03,) * len(n) for _ in gamma), 400, points[10], points[20], points,
+        400, points[10], points[20], points,
     )  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
     )
     scale = tuple(exp(0.1 * k) for k in range(-10, 30))
     injected = {force: tuple(0.5 for _ in scale) for force in ("5 N", "10 N", "20 N", "40 N")}
-    curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected, 0.03)
+    curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected)
     parts = tuple(ThresholdPart(cause, 0.1, 0.3, "") for cause in _CAUSES)
     return RuleStudy(
         STUDY_SCHEMA, "polishing.bag", 64 * "0", 0.002,

@@ -18,7 +18,7 @@ def studied(seed: int, period_s: float = 0.002) -> Audit:
     residual = coloured(seed, 30.0)
     audit = audit_of(residual, name=f"log-{seed}.mcap", period_s=period_s)
     series = JointSeries(residual[:, 0], np.zeros(residual.size), np.ones(residual.size, dtype=bool), period_s, 100)
-    plane = joint_plane(series, 2.0, 13, None, None)
+    plane = joint_plane(series, 2.0, 13, None)
     return replace(audit, study=RuleStudy(STUDY_SCHEMA, str(seed), str(seed), period_s, joints={"joint1": plane}))
 
 

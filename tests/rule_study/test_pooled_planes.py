@@ -17,7 +17,7 @@ def series(residual: np.ndarray) -> JointSeries:
 
 def test_alarms_of_two_logs_add_up_exactly() -> None:
     logs = [scale * coloured(seed, 60.0)[:, 0] for seed, scale in ((1, 1.0), (2, 3.0))]
-    planes = [joint_plane(series(x), 2.0, 13, None, None) for x in logs]
+    planes = [joint_plane(series(x), 2.0, 13, None) for x in logs]
     studies = [RuleStudy(STUDY_SCHEMA, str(k), str(k), 0.002, joints={"j": p}) for k, p in enumerate(planes)]
     pooled = pooled_planes(studies)["j"]
     assert len(pooled.gamma_nm) > 0.5 * GAMMAS and pooled.n == planes[0].n

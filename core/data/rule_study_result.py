@@ -71,23 +71,6 @@ class ForceNoticed:
 
 
 @dataclass(frozen=True, slots=True)
-class MissRate:
-    """How many contacts of a force stayed unnoticed.
-
-    Attributes:
-        force_n: peak force.
-        missed, contacts: numbers.
-        share, ci95: their ratio and its 95 % Wilson interval.
-    """
-
-    force_n: float
-    missed: int
-    contacts: int
-    share: float
-    ci95: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
 class ContactSensitivity:
     """Contacts of one shape at one place (or at all), added to the log.
 
@@ -96,8 +79,7 @@ class ContactSensitivity:
         place: where it acted, or None for all places.
         motion: of the joints that feel it most at its onset; None for both.
         contacts: number of them.
-        noticed: forces of which half, 90 % and 95 % were noticed.
-        misses: over rising forces.
+        noticed: forces of which half and 90 % were noticed.
         delay_s: median time from onset to alarm at twice the force that each contact needs; None without any.
         blind: share of the contacts that no force up to the largest made alarm.
     """
@@ -109,7 +91,6 @@ class ContactSensitivity:
     motion: Motion | None
     contacts: int
     noticed: tuple[ForceNoticed, ...]
-    misses: tuple[MissRate, ...]
     delay_s: float | None
     blind: float
 
@@ -194,16 +175,12 @@ class ThresholdPart:
 
     Attributes:
         cause: ``noise``, ``reversal``, ``model``, ``ripple``, ``drift``, ``lag`` or ``rest``.
-        rms_nm: of its part of the clean residual.
         gamma_nm: by how much the level that the clean residual sustains for n samples would fall without it; the
             causes overlap, so these do not add up.
-        remedy: what would shrink it.
     """
 
     cause: str
-    rms_nm: float
     gamma_nm: float
-    remedy: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.special import bdtrik as binomial_quantile
 
-from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNoticed, MissRate, Motion
+from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNoticed, Motion
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
@@ -33,9 +33,8 @@ from collaudit.core.rule_study.shown_torque import (
 )
 from collaudit.core.verdict.arm_places import Place, arm_places
 
-#: Shares of contacts whose force is given, and forces at which misses are counted.
-NOTICED_SHARES = (0.5, 0.9, 0.95)
-FORCES_N = (10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 500.0)
+#: Shares of contacts whose force is given.
+NOTICED_SHARES = (0.5, 0.9)
 #: The delay is that of contacts of so many times the force that each needs.
 _DELAY_FORCES = 2.0
 #: Fewer contacts than this say nothing of a place.
@@ -75,6 +74,13 @@ class AddedContacts:
             around=self.around.part(rows),
             unit_nm=self.unit_nm[:, rows],
         )
+
+    def noticed(self, gamma_nm: FloatArray, n: int) -> tuple[FloatArray, float | None]:
+        """(k,) force that each contact needs (:func:`noticed_forces`), and the median delay at twice that, s."""
+        needed = noticed_forces(self.around, self.unit_nm, gamma_nm, n)
+        twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
+        late = alarm_delays(self.around, self.unit_nm, twice, gamma_nm, n, self.onset)
+        return needed, float(np.median(late)) * self.period_s if late.size else None
 
 
 def watched_columns(inputs: DetectionInputs, joint_names: Sequence[str]) -> list[int]:
@@ -147,10 +153,7 @@ def contact_sensitivities(
         n: persistence, samples.
     """
     gamma = np.array([gamma_nm[joint] for joint in joints])
-    needed = noticed_forces(added.around, added.unit_nm, gamma, n)
-    at_twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
-    late = alarm_delays(added.around, added.unit_nm, at_twice, gamma, n, added.onset)
-    delay_s = float(np.median(late)) * added.period_s if late.size else None
+    needed, delay_s = added.noticed(gamma, n)
     place = np.array([contact.place for contact in added.contacts])
     groups: list[tuple[str | None, Motion | None, BoolArray]] = [(None, None, np.ones(needed.size, dtype=np.bool_))]
     groups += [(None, "moving", ~added.standing), (None, "standing", added.standing)]
@@ -174,7 +177,6 @@ def _summary(
         motion=motion,
         contacts=int(needed.size),
         noticed=tuple(noticed_share(ordered, share) for share in NOTICED_SHARES),
-        misses=tuple(miss_rate(ordered, force) for force in FORCES_N),
         delay_s=delay_s,
         blind=float(np.mean(np.isinf(needed))),
     )
@@ -197,13 +199,6 @@ def noticed_share(ordered: FloatArray, share: float) -> ForceNoticed:
     low, high = (float(binomial_quantile(p, count, share)) for p in (0.025, 0.975))
     lower = at(np.floor(low)) if low >= 0.0 else None
     return ForceNoticed(share, at(ceil(share * count - 1e-9) - 1), (lower, at(np.ceil(high))))
-
-
-def miss_rate(ordered: FloatArray, force_n: float) -> MissRate:
-    """How many contacts a force leaves unnoticed, with the Wilson interval."""
-    count = ordered.size
-    missed = int(count - np.searchsorted(ordered, force_n, side="right"))
-    return MissRate(force_n, missed, count, missed / count, wilson_interval(missed, count))
 
 
 def wilson_interval(hits: int, count: int) -> tuple[float, float]:

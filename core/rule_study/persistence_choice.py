@@ -9,13 +9,11 @@ import numpy as np
 
 from collaudit.core.data.rule_study_result import PersistenceChoice
 from collaudit.core.rule_study.arm_contacts import AddedContacts
-from collaudit.core.rule_study.shown_torque import alarm_delays, noticed_forces
 
 #: Persistences that are compared, s; the one that is set is among them.
 _PERSISTENCES_S = (0.004, 0.008, 0.012, 0.02, 0.03, 0.05, 0.1)
 #: A persistence is chosen over the one that is set only where it gains as much.
 _WORTH = 0.97
-_DELAY_FORCES = 2.0
 #: Of the contacts every third: the comparison is between persistences, on the same contacts.
 _EVERY = 3
 #: Persistences closer than this are the same.
@@ -102,12 +100,9 @@ def _noticed(added: Sequence[AddedContacts], gamma_nm: dict[str, float], n: int)
     force: dict[str, float | None] = {}
     delay: dict[str, float | None] = {}
     for contacts in added:
-        needed = noticed_forces(contacts.around, contacts.unit_nm, gamma, n)
+        needed, delay[contacts.shape.name] = contacts.noticed(gamma, n)
         middle = float(np.median(needed[~np.isnan(needed)])) if (~np.isnan(needed)).any() else np.inf
         force[contacts.shape.name] = float(f"{middle:.3g}") if np.isfinite(middle) else None
-        twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
-        late = alarm_delays(contacts.around, contacts.unit_nm, twice, gamma, n, contacts.onset)
-        delay[contacts.shape.name] = float(np.median(late)) * contacts.period_s if late.size else None
     return PersistenceChoice(n, n * added[0].period_s, gamma_nm, force, delay, None, False)
 
 

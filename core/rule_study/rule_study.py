@@ -209,7 +209,6 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
     out = {}
     for j, name in zip(studied.columns, studied.joints, strict=True):
         joint, column = joint_series(studied, j), columns[j]
-        noise_nm, noise = _sensor_noise(studied, j)
         inputs = PartInputs(
             joint.residual_nm,
             joint.uncertainty_nm,
@@ -220,8 +219,7 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
             gravity[:, column],
             prepared.rigid_nm[:, column] - gravity[:, column],
             motion,
-            noise_nm,
-            noise,
+            _sensor_noise(studied, j),
             series.period_s,
         )
         found = threshold_parts(inputs, studied.inputs.rule.n)
@@ -230,16 +228,15 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
     return out
 
 
-def _sensor_noise(studied: StudiedLog, j: int) -> tuple[float, FloatArray]:
-    """White noise of a joint's effort as it passes the kernel: its standard deviation, and as much of it made up."""
+def _sensor_noise(studied: StudiedLog, j: int) -> FloatArray:
+    """(n,) made-up noise, as white and as large as that of a joint's effort, as it passes the kernel."""
     series, kernel = studied.prepared.judged_series, studied.run.residual.balance.kernel
     assert series.effort is not None
     bend = np.diff(series.effort[:, j], 2)
     bend = bend[np.isfinite(bend)]
     white = robust_sd(bend) / sqrt(6.0) if bend.size else 0.0
     made = white * np.random.default_rng([_SEED, j]).normal(size=(series.time_s.size, 1))
-    passed = kernel.apply(made, [Span(0, series.time_s.size)], series.period_s)[:, 0]
-    return white * kernel.noise_gain(series.period_s), passed
+    return kernel.apply(made, [Span(0, series.time_s.size)], series.period_s)[:, 0]
 
 
 def _assumptions(studied: StudiedLog, added: bool) -> list[str]:

@@ -51,9 +51,9 @@ def plane(seed: int = 0) -> JointPlane:
 def _contact(shape: str, place: str | None, motion: Motion | None, force_n: float) -> ContactSensitivity:
     noticed = tuple(
         ForceNoticed(share, force_n * grown, (0.8 * force_n * grown, 1.7 * force_n * grown))
-        for share, grown in ((0.5, 1.0), (0.9, 6.3), (0.95, 11.0))
+        for share, grown in ((0.5, 1.0), (0.9, 6.3))
     )
-    return ContactSensitivity(shape, SHAPES[shape], 0.01, place, motion, 29, noticed, (), 0.04, 0.015)
+    return ContactSensitivity(shape, SHAPES[shape], 0.01, place, motion, 29, noticed, 0.04, 0.015)
 
 
 def _rule(name: str, joints: tuple[str, ...]) -> RuleSensitivity:
@@ -89,7 +89,7 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
     scale = tuple(exp(0.1 * k) for k in range(-10, 30))
     injected = {force: tuple(0.5 for _ in scale) for force in ("5 N", "10 N", "20 N", "40 N")}
     curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected)
-    parts = tuple(ThresholdPart(cause, 0.1, 0.3, "") for cause in _CAUSES)
+    parts = tuple(ThresholdPart(cause, 0.3) for cause in _CAUSES)
     return RuleStudy(
         STUDY_SCHEMA, "polishing.bag", 64 * "0", 0.002,
         joints={joint: plane(k) for k, joint in enumerate(joints)},

@@ -34,7 +34,6 @@ def inputs(residual: np.ndarray, noise_nm: float = 0.05) -> PartInputs:
         gravity,
         inertial,
         motion,
-        noise_nm,
         noise(noise_nm, 2),
         PERIOD,
     )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collaudit.cli.fleet.run_evidence import Judged
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.recommendation_result import PersistenceReason
-    from collaudit.core.data.rule_study_result import JointPlane, PersistenceChoice
+    from collaudit.core.data.rule_study_result import PersistenceChoice
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
@@ -154,17 +154,11 @@ def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None
 
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
-    from collaudit.reports.sections.study_sections import plane_section
     from collaudit.reports.terminal.recommendation_text import brief_text, recommendation_text
-    from collaudit.reports.terminal.section_text import section_text
     from collaudit.reports.values.noticed import noticed_brief, noticed_n
 
     if verbose:
         say(recommendation_text(found, terminal_width()), nl=False)
-        planes = _planes(audits) if len(audits) > 1 else {}
-        if any(plane.configured for plane in planes.values()):
-            shown = plane_section("Configured rule of each joint, over all logs", planes, found.units)
-            say(f"\n{section_text(shown, terminal_width())}", nl=False)
         say_studies(audits, answer=False)
         return
     worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))
@@ -249,13 +243,6 @@ def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) ->
     return most * period_s
 
 
-def _planes(audits: Sequence[Audit]) -> dict[str, JointPlane]:
-    """The planes of all logs that were studied, as one."""
-    from collaudit.core.rule_study.joint_plane import pooled_planes
-
-    return pooled_planes([audit.study for audit in audits if audit.study is not None])
-
-
 def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
     from collaudit.reports.files.json_writer import json_text
 
@@ -275,7 +262,6 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
         "highest": {joint: [asdict(peak) for peak in peaks] for joint, peaks in found.highest.items()},
         "units": found.units,
         "assumptions": found.assumptions,
-        "planes": {joint: asdict(plane) for joint, plane in _planes(audits).items()},
         "studies": [asdict(a.study) for a in audits if a.study is not None],
     }
     return json_text(content, indent=2)

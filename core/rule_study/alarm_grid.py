@@ -8,7 +8,6 @@ persistence only removes runs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import floor, log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,6 @@ IndexArray = NDArray[np.int32]
 GAMMAS, COUNTS = 100, 50
 #: The longest persistence of the grid is at least this, and at least ``COUNTS`` samples.
 _LONGEST_S = 0.25
-#: Ratio of neighbouring thresholds of the finest grid, as a logarithm.
-_STEP = 0.04
 
 
 def excess(residual_nm: FloatArray, uncertainty_nm: FloatArray, evidence: BoolArray) -> FloatArray:
@@ -97,8 +94,6 @@ def sustained_level(excess_nm: FloatArray, counts: IntArray) -> FloatArray:
 def grid_gammas(floor_nm: float, set_nm: Sequence[float], largest_nm: float) -> FloatArray:
     """(100,) thresholds in equal ratios, from the noise to well above everything seen or set, N·m.
 
-    They are powers of one ratio, or of its second, fourth, … power, so that grids of several logs share thresholds.
-
     Args:
         floor_nm: level of the clean residual.
         set_nm: thresholds that the grid must enclose.
@@ -109,11 +104,7 @@ def grid_gammas(floor_nm: float, set_nm: Sequence[float], largest_nm: float) -> 
     if known:
         low = 0.5 * min(floor_nm if floor_nm > 0 else np.inf, *known)
         high = max(2.5 * max(known), 10.0 * low)
-    stride = 1
-    while (GAMMAS - 2) * stride < log(high / low) / _STEP:
-        stride *= 2
-    first = floor(log(low) / _STEP / stride) * stride
-    return np.asarray(np.exp(_STEP * (first + stride * np.arange(GAMMAS))))
+    return np.asarray(np.geomspace(low, high, GAMMAS))
 
 
 def grid_counts(period_s: float, set_n: int) -> IntArray:

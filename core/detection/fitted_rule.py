@@ -75,7 +75,6 @@ def with_fitted_thresholds(
         findings.append(Finding("gamma-missing", "error", text, joint=joint))
     if usable is not None and used:
         findings.append(_source(usable, used, series.joint_names))
-        findings += _beyond_drive(usable, {joint: level.gamma_nm for joint, level in used.items()})
     detect = config.detect.changed({"gamma_nm": gamma})
     return config.changed({"detect": detect}), follows, findings
 
@@ -142,21 +141,6 @@ def _source(thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], or
         f"expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
     )
     return fact(text)
-
-
-def _beyond_drive(thresholds: FittedThresholds, gamma: Mapping[str, float]) -> list[Finding]:
-    """Thresholds above what the drive of the joint can exert."""
-    out = []
-    for joint, level in gamma.items():
-        rated = thresholds.joints[joint].rated_nm
-        if rated is not None and level >= rated:
-            text = (
-                f"The fitted threshold of joint '{joint}', {level:.3g} N·m, is above what its drive is rated for "
-                f"({rated:.3g} N·m): hardly any contact on it can alarm. The fitted residual has errors of this size, "
-                "or contact in it."
-            )
-            out.append(Finding("gamma-beyond-drive", "warning", text, joint=joint))
-    return out
 
 
 def _duration(hours: float) -> str:

@@ -123,7 +123,6 @@ def _joint(
         held_out=float(np.mean(held)),
         fastest_rad_s=quantile_of(speed, 0.99),
         reason=None if levels else _too_little(seconds),
-        rated_nm=_rated(residuals, joint),
         evidence=_range(columns),
         rest_nm=rest_level([r.torque_nm[:, j] for r, j in columns], loose),
     )
@@ -154,12 +153,6 @@ def _range(columns: Sequence[tuple[HeldOutResidual, int]]) -> RangeOfEvidence | 
         phases={},
         temperature_c=np.concatenate([temperature(r)[mask][:, j : j + 1].ravel() for r, j, mask in used]),
     )
-
-
-def _rated(residuals: Sequence[HeldOutResidual], joint: str) -> float | None:
-    robot = next((r.prepared.robot for r in residuals if joint in r.series.joint_names), None)
-    limit = 0.0 if robot is None else float(robot.effort_limit_nm[robot.joint_names.index(joint)])
-    return limit if 0 < limit < inf else None
 
 
 def _too_little(seconds: float) -> str:

@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
-from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.signals import State
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
 from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
@@ -19,7 +18,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.joint_fits import friction_models
-from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import (
     ARM_PER_HOUR,
@@ -32,7 +31,7 @@ from collaudit.core.numeric.stats import (
 )
 from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
+from collaudit.core.recommend.evidence_range import Driven, range_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual
 from collaudit.core.recommend.null_level import (
     NullEvidence,
@@ -123,36 +122,16 @@ def _joint(
         held_out=float(np.mean(held)),
         fastest_rad_s=quantile_of(speed, 0.99),
         reason=None if levels else _too_little(seconds),
-        evidence=_range(columns),
+        evidence=range_of([_driven(r, j) for r, j in columns]),
         rest_nm=rest_level([r.torque_nm[:, j] for r, j in columns], loose),
     )
 
 
-def _range(columns: Sequence[tuple[HeldOutResidual, int]]) -> RangeOfEvidence | None:
-    """What the evidence of one joint covers: time in which the rule could fire."""
-    used = [(r, j, np.asarray(r.evidence[:, j])) for r, j in columns]
-    count = sum(int(np.count_nonzero(mask)) for _, _, mask in used)
-    if count == 0:
-        return None
-
-    def temperature(r: HeldOutResidual) -> FloatArray:
-        heat = r.series.temperature_c
-        return np.empty((r.series.time_s.size, 0)) if heat is None else heat
-
-    standing = sum(int(np.count_nonzero(mask & ~r.judged[:, j])) for r, j, mask in used)
-    velocity = [(r.series.velocity_rad_s[:, j], r.series.period_s, mask) for r, j, mask in used]
-    return range_of_samples(
-        speed=np.concatenate([np.abs(v[mask]) for v, _, mask in velocity]),
-        turn=np.concatenate([acceleration(v, period)[mask] for v, period, mask in velocity]),
-        load=np.nan_to_num(np.concatenate([r.model_nm(mask, j) for r, j, mask in used])),
-        reversals=(
-            sum(reversals_of(v[mask]) for v, _, mask in velocity),
-            sum(float(np.count_nonzero(mask)) * period for _, period, mask in velocity) / 3600.0,
-        ),
-        standing=standing / count,
-        phases={},
-        temperature_c=np.concatenate([temperature(r)[mask][:, j : j + 1].ravel() for r, j, mask in used]),
-    )
+def _driven(one: HeldOutResidual, j: int) -> Driven:
+    """What a joint did while the rule could fire."""
+    series, used = one.series, one.evidence[:, j]
+    heat = np.empty(0) if series.temperature_c is None else series.temperature_c[used, j]
+    return Driven(series.velocity_rad_s[:, j], one.model_nm(j), used, ~one.judged[:, j], series.period_s, heat)
 
 
 def _too_little(seconds: float) -> str:

@@ -60,12 +60,12 @@ class HeldOutResidual:
         """The judged joints."""
         return self.prepared.judged_series
 
-    def model_nm(self, rows: BoolArray, j: int) -> FloatArray:
-        """(k,) modelled torque of a joint at (n,) rows; NaN where nothing was compared."""
+    def model_nm(self, j: int) -> FloatArray:
+        """(n,) modelled torque of a joint; NaN where nothing was compared."""
         effort = self.series.effort
         if effort is None:
-            return np.full(np.count_nonzero(rows), np.nan)
-        return np.asarray(effort[rows, j] - self.torque_nm[rows, j])
+            return np.full(self.torque_nm.shape[0], np.nan)
+        return np.asarray(effort[:, j] - self.torque_nm[:, j])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,6 +20,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
+from collaudit.core.recommend.evidence_range import acceleration
 from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks
 
 #: Chance that any peak of a clean joint is called an outlier.
@@ -35,8 +36,6 @@ _CLASSES = (4, 3)
 _FEWEST_IN_CLASS = 20
 #: Joints that are tested together, at least; those are named that have this share of the highest ratio.
 _FEWEST_JOINTS, _SHARES = 2, 0.5
-#: Over which acceleration is taken, s.
-_STEP_S = 0.02
 
 
 def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[LeftOutStretch, ...]:
@@ -116,11 +115,8 @@ def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) ->
     for k, log in enumerate(logs):
         own = peaks.log == k
         velocity = log.signals.velocity_rad_s[:, log.signals.joint_names.index(joint)]
-        step = max(1, round(_STEP_S / log.period_s))
         at = np.round(peaks.time_s[own] / log.period_s).astype(np.int64).clip(0, velocity.size - 1)
-        before, after = (at - step).clip(0), (at + step).clip(max=velocity.size - 1)
-        speed[own] = np.abs(velocity[at])
-        turn[own] = np.abs(velocity[after] - velocity[before]) / (2.0 * _STEP_S)
+        speed[own], turn[own] = np.abs(velocity[at]), acceleration(velocity, log.period_s)[at]
     like = _CLASSES[1] * _class(speed, _CLASSES[0]) + _class(turn, _CLASSES[1])
     usual = np.full(peaks.level_nm.size, max(median_of(peaks.level_nm), 1e-12))
     for label in np.unique(like):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+from scipy.special import boxcox, inv_boxcox
 from scipy.special import stdtr as student_share
 from scipy.special import stdtrit as student_quantile
 
@@ -359,26 +360,18 @@ def _log_likelihood(excess: FloatArray, shapes: FloatArray, scales: FloatArray) 
     """(g,) of the generalised Pareto law at each point."""
     out = np.empty(shapes.size)
     for part in np.array_split(np.arange(shapes.size), max(1, shapes.size * excess.size // 1_000_000)):
-        xi, sigma = shapes[part, None], scales[part, None]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            inner = np.log(np.maximum(1.0 + xi * excess[None, :] / sigma, 1e-300))
-            total = np.where(np.abs(xi[:, 0]) < _TINY, (excess[None, :] / sigma).sum(axis=1), 0.0)
-            slope = np.where(np.abs(xi) < _TINY, 0.0, 1.0 + 1.0 / np.where(np.abs(xi) < _TINY, 1.0, xi))
-        out[part] = -excess.size * np.log(sigma[:, 0]) - (slope * inner).sum(axis=1) - total
+        xi, sigma = shapes[part], scales[part]
+        rarity = np.log(inv_boxcox(excess[None, :] / sigma[:, None], xi[:, None])).sum(axis=1)
+        out[part] = -excess.size * np.log(sigma) - (1.0 + xi) * rarity
     return out
 
 
 def _survival(shapes: FloatArray, scales: FloatArray, excess: float) -> FloatArray:
-    """(g,) share of peaks that exceed u by more than ``excess``."""
-    x = max(0.0, excess) / scales
-    small = np.abs(shapes) < _TINY
-    inner = np.maximum(1.0 + shapes * x, 0.0)
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.where(small, np.exp(-x), inner ** (-1.0 / np.where(small, 1.0, shapes))))
+    """(g,) share of peaks that exceed u by more than ``excess``: (1 + xi x / sigma)^(-1 / xi), exp(-x / sigma) at 0."""
+    end = -1.0 / np.minimum(shapes, -_TINY)  # in scales, where the shape is negative
+    return np.asarray(1.0 / inv_boxcox(np.minimum(max(0.0, excess) / scales, end), shapes))
 
 
 def _level(shapes: FloatArray, scales: FloatArray, ratio: FloatArray) -> FloatArray:
-    """(g,) excess over u that is passed once in ``ratio`` peaks; 0 where the ratio is below one."""
-    log_ratio = np.log(np.maximum(ratio, 1.0))
-    small = np.abs(shapes) < _TINY
-    return np.asarray(scales * np.where(small, log_ratio, np.expm1(shapes * log_ratio) / np.where(small, 1.0, shapes)))
+    """(g,) excess over u that is passed once in ``ratio`` peaks: sigma (ratio^xi - 1) / xi; 0 for a ratio below one."""
+    return np.asarray(scales * boxcox(np.maximum(ratio, 1.0), shapes))

@@ -120,13 +120,11 @@ class ForceCell:
         centre_m: (x, y, z) of the part, base axes.
         moments: of the log that were computed there.
         force_n: median over them, of the force that is noticed from 95 % of all directions; None: from fewer.
-        weakest: the direction, in base axes, from which most force is needed there.
     """
 
     centre_m: tuple[float, float, float]
     moments: int
     force_n: float | None
-    weakest: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,17 +134,13 @@ class BlindPose:
     Attributes:
         place: where the force acts.
         time_s: when the arm was so.
-        position_rad: of the judged joints.
-        direction: unit vector in base axes.
-        words: the same for a reader.
+        words: the direction, in base axes, for a reader.
         force_n: the smallest noticeable force from there; None: none is.
         share: of the moments in which such a direction exists at this place.
     """
 
     place: str
     time_s: float
-    position_rad: dict[str, float]
-    direction: tuple[float, float, float]
     words: str
     force_n: float | None
     share: float

@@ -134,7 +134,7 @@ def recommend_arm(
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
         counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
         if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
-        set_rules=_set_rules(audits, evidence, per_hour, units),
+        set_rules=_set_rules(audits, evidence, per_hour),
         logs=tuple(_use(log) for log in evidence.logs),
         highest={joint: _highest(found[joint].peaks, evidence, joint) for joint in joints},
         units=units,
@@ -218,9 +218,7 @@ def _if_clean(
     return out
 
 
-def _set_rules(
-    audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float, units: Mapping[str, str]
-) -> dict[str, SetRule]:
+def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) -> dict[str, SetRule]:
     """Opinions on the thresholds of the latest audit that has one for the joint, at its own persistence."""
     latest: dict[float, dict[str, float]] = {}
     for joint in evidence.joints:
@@ -229,7 +227,7 @@ def _set_rules(
             latest.setdefault(rules[-1].persistence_s, {})[joint] = rules[-1].gamma_nm[joint]
     found: dict[str, SetRule] = {}
     for persistence_s, gammas in latest.items():
-        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour, units)
+        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour)
     return {joint: found[joint] for joint in evidence.joints if joint in found}
 
 

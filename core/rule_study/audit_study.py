@@ -54,9 +54,8 @@ def audit_study(
     rule = result.rule
     arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
     gammas = {joint: gamma for joint, gamma in rule.gamma_nm.items() if joint in arm.joints}
-    units = dict(result.log.units)
-    opinions = judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour, units)
-    return replace(study, set_rules=opinions, units=units)
+    opinions = judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour)
+    return replace(study, set_rules=opinions, units=dict(result.log.units))
 
 
 def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -> Times | None:

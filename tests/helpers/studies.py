@@ -72,13 +72,12 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
     rng = np.random.default_rng(1)
     cells = tuple(
         ForceCell(
-            (0.1 * x, 0.1 * y, 0.1 * z), 9, float(rng.lognormal(4, 0.5)) if (x + y) % 9 else None, (0.0, 0.0, 1.0)
+            (0.1 * x, 0.1 * y, 0.1 * z), 9, float(rng.lognormal(4, 0.5)) if (x + y) % 9 else None
         )
         for x in range(9) for y in range(9) for z in range(5)
     )  # fmt: skip
     blind = tuple(
-        BlindPose(f"end of {j}", 46.7, dict.fromkeys(joints, 0.1), (-0.5, -0.6, 0.6), "along (-0.47, -0.62, 0.63)",
-                  6420.0, 0.37)
+        BlindPose(f"end of {j}", 46.7, "along (-0.47, -0.62, 0.63)", 6420.0, 0.37)
         for j in joints
     )  # fmt: skip
     forces, delays = dict.fromkeys(SHAPES, 31.7), dict.fromkeys(SHAPES, 0.04)

@@ -9,13 +9,12 @@ import numpy as np
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
+from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.signals import State
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
-from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
-from collaudit.core.detection.threshold import motion_features
+from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.errors import ConfigError
-from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import Span
@@ -32,7 +31,7 @@ from collaudit.core.numeric.stats import (
 from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of
-from collaudit.core.recommend.held_out_residual import HeldOutResidual
+from collaudit.core.recommend.held_out_residual import HeldOutResidual, residual_by
 from collaudit.core.recommend.null_level import (
     NullEvidence,
     rest_level,
@@ -40,8 +39,6 @@ from collaudit.core.recommend.null_level import (
     sustained_ratios,
     threshold_levels,
 )
-from collaudit.core.residual.detector import detector_named
-from collaudit.core.residual.residual import ResidualInputs
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
 _PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
@@ -90,13 +87,7 @@ def _joint(
     if fit.model is None or seconds < FEWEST_BLOCKS * BLOCK_S:
         why = "its friction could not be fitted" if fit.model is None else _too_little(seconds)
         return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
-    data = [
-        NullEvidence(
-            r.torque_nm[:, j], r.judged[:, j], motion_features(r.series.velocity_rad_s, j, r.series.period_s),
-            r.series.period_s,
-        )
-        for r, j in columns
-    ]  # fmt: skip
+    data = [NullEvidence.of(r.series, j, r.torque_nm, r.judged) for r, j in columns]
     x = np.concatenate([one.residual_nm[one.moving] for one in data])
     speed = np.concatenate([one.features[one.moving, 2] for one in data])
     held = np.concatenate([r.held_out[r.judged[:, j], j] for r, j in columns])
@@ -204,18 +195,15 @@ def _levels(log: Prepared, whole: ArmFit, thresholds: FittedThresholds, detect: 
     """By joint the level, in units of the scale, that the residual of a detector reaches as seldom as is accepted."""
     series = log.judged_series
     laws, _ = friction_models(whole.fits, series)
-    inputs = ResidualInputs(laws, joints_not_judged(log.findings, log.judged))
-    residual = detector_named(detect.detector).residual(log, inputs, detect)
+    residual = residual_by(log, laws, detect)
+    told = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
+    judged = np.isfinite(residual.torque_nm) & (residual.state <= told)
     n = persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, series.period_s)
     out = {}
     for joint, one in thresholds.joints.items():
         if joint not in series.joint_names or one.scale is None:
             continue
-        j = series.column(joint)
-        judged = np.isfinite(residual.torque_nm[:, j])
-        judged &= residual.state[:, j] <= (State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL)
-        features = motion_features(series.velocity_rad_s, j, series.period_s)
-        data = NullEvidence(residual.torque_nm[:, j], judged, features, series.period_s)
+        data = NullEvidence.of(series, series.column(joint), residual.torque_nm, judged)
         tail = null_tail(sustained_ratios(data, one.scale, n))
         if tail is not None:
             out[joint] = tail.level(ARM_PER_HOUR / len(thresholds.joints))

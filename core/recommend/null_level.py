@@ -10,7 +10,8 @@ import numpy as np
 import scipy
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
-from collaudit.core.detection.threshold import LEAST_SHARE, scale_over
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.threshold import LEAST_SHARE, motion_features, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
@@ -49,6 +50,12 @@ class NullEvidence:
     moving: BoolArray
     features: FloatArray
     period_s: float
+
+    @classmethod
+    def of(cls, series: UniformSeries, j: int, residual_nm: FloatArray, moving: BoolArray) -> NullEvidence:
+        """A column of residuals (n, j) and of the samples (n, j) at which they count."""
+        features = motion_features(series.velocity_rad_s, j, series.period_s)
+        return cls(residual_nm[:, j], moving[:, j], features, series.period_s)
 
 
 def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:

@@ -38,7 +38,6 @@ class JointPlane:
         clean_hours: judged time away from contact that the alarms were counted in.
         alarms: their number in it; closer than ``merge_ms`` they are one.
         torque_nm: the smallest torque of a push of 100 ms that alarms at 95 % of the judged moments; None: none does.
-        moments: number of moments that the torque was found at.
         configured: the rule that is set.
         chosen: the rule that is recommended; None where none is.
         frontier: the rules at which no other notices less torque at as few alarms, by rising alarms.
@@ -49,7 +48,6 @@ class JointPlane:
     clean_hours: float
     alarms: tuple[tuple[int, ...], ...]
     torque_nm: tuple[tuple[float | None, ...], ...]
-    moments: int
     configured: PlanePoint | None
     chosen: PlanePoint | None
     frontier: tuple[PlanePoint, ...]
@@ -164,35 +162,18 @@ class ForceMap:
 
 
 @dataclass(frozen=True, slots=True)
-class ThresholdPart:
-    """One cause of a joint's residual, and what of the threshold it asks for.
-
-    Attributes:
-        cause: ``noise``, ``reversal``, ``model``, ``ripple``, ``drift``, ``lag`` or ``rest``.
-        gamma_nm: by how much the level that the clean residual sustains for n samples would fall without it; the
-            causes overlap, so these do not add up.
-    """
-
-    cause: str
-    gamma_nm: float
-
-
-@dataclass(frozen=True, slots=True)
 class ThresholdParts:
     """What a joint's threshold is made of.
 
     Attributes:
-        level_nm: the level that the clean residual sustains once in ``every_s`` for n samples: what the causes are
-            measured by.
-        every_s: see there.
-        clean_s: time it was measured in.
-        parts: by falling share.
+        level_nm: the level that the clean residual sustains for n samples once in a while: what causes are measured by.
+        falls_nm: by cause (``noise``, ``reversal``, ``friction``, ``model``, ``ripple``, ``drift``, ``lag``), by how
+            much that would fall without it, largest first; ``rest``: what is left without them all. Causes overlap, so
+            these do not add up.
     """
 
     level_nm: float
-    every_s: float
-    clean_s: float
-    parts: tuple[ThresholdPart, ...]
+    falls_nm: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)

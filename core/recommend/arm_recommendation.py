@@ -231,13 +231,6 @@ def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) 
     return {joint: found[joint] for joint in evidence.joints if joint in found}
 
 
-def recommend_rules(
-    audits: Sequence[Audit], persistence_s: float | None = None, contact: Sequence[Times | None] = ()
-) -> dict[str, RecommendedRule]:
-    """Recommended gamma and n per joint over all given audits; arguments as of :func:`recommend_arm`."""
-    return recommend_arm(audits, persistence_s, contact).joints
-
-
 def recommended_of_log(
     log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> dict[str, RecommendedRule]:

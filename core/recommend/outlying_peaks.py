@@ -49,7 +49,7 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
         The stretches with their margin, log by log and in time order.
     """
     found: dict[int, list[LeftOutStretch]] = {}
-    together: list[dict[int, dict[str, float]]] = [{} for _ in evidence.logs]
+    together: dict[tuple[int, int], dict[str, float]] = {}
 
     def peaks_of(joint: str) -> SustainedPeaks:
         return evidence.peaks(joint, persistence_s)
@@ -64,8 +64,8 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
             k = logs[int(peaks.log[i])]
             found.setdefault(k, []).append(_around(evidence.logs[k], float(peaks.time_s[i]), (joint,)))
         for own, second, size in zip(peaks.log, (peaks.time_s / BLOCK_S).astype(np.int64), ratio, strict=True):
-            together[logs[int(own)]].setdefault(int(second), {})[joint] = float(size)
-    for k, second, joints in _together(together):
+            together.setdefault((logs[int(own)], int(second)), {})[joint] = float(size)
+    for (k, second), joints in _together(together):
         found.setdefault(k, []).append(_around(evidence.logs[k], (second + 0.5) * BLOCK_S, joints, 0.5 * BLOCK_S))
     return tuple(stretch for k in sorted(found) for stretch in joined(found[k]))
 
@@ -74,23 +74,24 @@ def _around(log: LogEvidence, at_s: float, joints: tuple[str, ...], half_s: floa
     return LeftOutStretch(log.name, at_s - half_s - MARGIN_S, at_s + half_s + MARGIN_S, "suspicious", joints)
 
 
-def _together(logs: Sequence[Mapping[int, Mapping[str, float]]]) -> list[tuple[int, int, tuple[str, ...]]]:
-    """Seconds in which the joints together lie too far out: log, second, and the joints that are highest in it.
+def _together(
+    seconds: Mapping[tuple[int, int], Mapping[str, float]],
+) -> list[tuple[tuple[int, int], tuple[str, ...]]]:
+    """Seconds in which the joints together lie too far out, with the joints that are highest in them.
 
     Args:
-        logs: of each log by second the peaks of its joints over their usual.
+        seconds: by log and second the peaks of the joints over their usual.
     """
-    places = [(k, second) for k, log in enumerate(logs) for second in log]
-    count = max((len(logs[k][second]) for k, second in places), default=0)
+    places = sorted(seconds, key=lambda place: place[0])
+    count = max((len(ratios) for ratios in seconds.values()), default=0)
     if count < _FEWEST_JOINTS or len(places) < _FEWEST:
         return []
     # A joint whose peak was merged into the next second counts as usual.
-    size = np.array([sum(x * x for x in logs[k][s].values()) + count - len(logs[k][s]) for k, s in places])
+    size = np.array([sum(x * x for x in seconds[at].values()) + count - len(seconds[at]) for at in places])
     out = []
-    for i in _outliers(size):
-        k, second = places[int(i)]
-        ratios = logs[k][second]
-        out.append((k, second, tuple(joint for joint, x in ratios.items() if x > _SHARES * max(ratios.values()))))
+    for at in (places[int(i)] for i in _outliers(size)):
+        most = _SHARES * max(seconds[at].values())
+        out.append((at, tuple(joint for joint, x in seconds[at].items() if x > most)))
     return out
 
 

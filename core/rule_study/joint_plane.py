@@ -82,7 +82,6 @@ def joint_plane(joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque |
         clean_hours=joint.hours,
         alarms=tuple(tuple(int(x) for x in row) for row in alarms),
         torque_nm=tuple(tuple(_known(row)) for row in torque),
-        moments=0 if push is None else int(push.around.above_nm.shape[1]),
         configured=plane_point(joint, gamma_nm, n, push),
         chosen=None,
         frontier=(),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.rule_study_result import ThresholdPart, ThresholdParts
+from collaudit.core.data.rule_study_result import ThresholdParts
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.rule_study.alarm_grid import excess
@@ -82,8 +82,8 @@ def threshold_parts(joint: PartInputs, n: int) -> ThresholdParts | None:
     falls["noise"] = level(residual + joint.noise) - whole
     falls["reversal"] = whole - level(residual, sliding)
     falls["rest"] = level(residual - sum(explained.values()), sliding)
-    parts = [ThresholdPart(cause, max(0.0, gamma_nm)) for cause, gamma_nm in falls.items()]
-    return ThresholdParts(whole, every, seconds, tuple(sorted(parts, key=lambda p: -p.gamma_nm)))
+    ranked = sorted(((cause, max(0.0, fall)) for cause, fall in falls.items()), key=lambda each: -each[1])
+    return ThresholdParts(whole, dict(ranked))
 
 
 def _seldom_level(

@@ -194,8 +194,8 @@ def _parts(study: RuleStudy) -> Section:
     """What each threshold is made of: the level, the causes by falling share, and last what is left."""
     rows = []
     for joint, parts in study.parts.items():
-        shares = sorted(parts.parts, key=lambda part: part.cause == "rest")
-        causes = [f"{_CAUSES[p.cause]} {significant(p.gamma_nm, 2)}" for p in shares if p.gamma_nm >= 0.005]
+        shares = sorted(parts.falls_nm.items(), key=lambda each: each[0] == "rest")
+        causes = [f"{_CAUSES[cause]} {significant(fall, 2)}" for cause, fall in shares if fall >= 0.005]
         rows.append((joint, with_unit(significant(parts.level_nm), joint, study.units), ", ".join(causes)))
     title = "What thresholds are made of: by how much the level falls without each cause"
     note = "The level is what the clean residual sustains for n samples. Causes overlap and do not add up."

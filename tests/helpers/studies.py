@@ -20,7 +20,6 @@ from collaudit.core.data.rule_study_result import (
     PlanePoint,
     RuleSensitivity,
     RuleStudy,
-    ThresholdPart,
     ThresholdParts,
 )
 
@@ -44,7 +43,7 @@ def plane(seed: int = 0) -> JointPlane:
     return JointPlane(
         tuple(gamma.tolist()), tuple(n.tolist()), 0.2, tuple(map(tuple, alarms.tolist())),
         tuple(tuple(None if b else t for t, b in zip(*row, strict=True)) for row in zip(torque, blind, strict=True)),
-        400, points[10], points[20], points,
+        points[10], points[20], points,
     )  # fmt: skip
 
 
@@ -88,14 +87,14 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
     scale = tuple(exp(0.1 * k) for k in range(-10, 30))
     injected = {force: tuple(0.5 for _ in scale) for force in ("5 N", "10 N", "20 N", "40 N")}
     curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected)
-    parts = tuple(ThresholdPart(cause, 0.3) for cause in _CAUSES)
+    parts = ThresholdParts(2.0, dict.fromkeys(_CAUSES, 0.3))
     return RuleStudy(
         STUDY_SCHEMA, "polishing.bag", 64 * "0", 0.002,
         joints={joint: plane(k) for k, joint in enumerate(joints)},
         rules=(_rule("configured", joints), _rule("recommended", joints)),
         choices=choices,
         force_map=ForceMap(0.1, 500.0, cells, blind),
-        parts={joint: ThresholdParts(2.0, 60.0, 100.0, parts) for joint in joints},
+        parts=dict.fromkeys(joints, parts),
         labelled=curve,
         assumptions=4 * ("Added contacts keep the recorded motion, and act on the arm in the poses that it was in.",),
     )  # fmt: skip

@@ -54,9 +54,6 @@ def test_of_a_recommendation(audit: Audit) -> None:
 def test_of_what_is_set() -> None:
     two = sliding(audit_of(coloured(2, 600.0, joints=2), gamma_nm=40.0), "joint1")
     found = recommend_arm([two])
-    assert "Too loose: external forces of " in found.set_rules["joint1"].text
-    assert " to 40 N go unnoticed" in found.set_rules["joint1"].text
-    assert " to 40 N·m go unnoticed" in found.set_rules["joint2"].text
     text = recommendation_text(found)
     opinions = [line for line in text.splitlines() if line.endswith("too loose")]
     assert [line.count(" N ") for line in opinions] == [3, 0], "set, asked for, unnoticed"

@@ -53,7 +53,7 @@ CAUSES = {
 def test_the_cause_that_was_put_in_is_the_largest(cause: str) -> None:
     found = threshold_parts(inputs(CAUSES[cause]), 5)
     assert found is not None
-    shares = {part.cause: part.gamma_nm for part in found.parts if part.cause != "rest"}
+    shares = {cause: fall for cause, fall in found.falls_nm.items() if cause != "rest"}
     assert max(shares, key=lambda name: shares[name]) == cause
     assert shares[cause] > 0.4 * found.level_nm
 
@@ -61,7 +61,7 @@ def test_the_cause_that_was_put_in_is_the_largest(cause: str) -> None:
 def test_noise_alone_is_noise() -> None:
     found = threshold_parts(inputs(noise(0.5, 3), noise_nm=0.5), 5)
     assert found is not None
-    shares = {part.cause: part.gamma_nm for part in found.parts if part.cause != "rest"}
+    shares = {cause: fall for cause, fall in found.falls_nm.items() if cause != "rest"}
     assert max(shares, key=lambda name: shares[name]) == "noise"
     assert all(value < 0.3 * found.level_nm for name, value in shares.items() if name != "noise")
 

@@ -186,7 +186,7 @@ def audit_log(
     )
     study = None
     if config.study.run:
-        from collaudit.core.rule_study.audit_study import audit_study
+        from collaudit.core.rule_study.rule_study import audit_study
 
         study = audit_study(
             prepared, judged.run, judged.inputs, config, result, judged.signals, truth, stage(progress, judging, 1.0)

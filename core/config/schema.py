@@ -244,7 +244,7 @@ class StudyConfig(ConfigTable, frozen=True, kw_only=True):
     run: Annotated[
         bool,
         about(
-            "Study threshold and persistence in every audit: alarms, delay and sensitivity over both, with "
+            "Study threshold and persistence in every audit: alarms and sensitivity over both, with "
             "contacts of known force added to the log. `collaudit recommend` does so for logs without being asked."
         ),
     ] = False

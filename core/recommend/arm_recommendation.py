@@ -22,9 +22,15 @@ from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.distinct_names import distinct
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
 from collaudit.core.recommend.evidence_range import ranges_of_evidence
-from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, LEAST_S, REACH, arm_rate, recommend_joints
+from collaudit.core.recommend.joint_thresholds import (
+    DEFAULT_PER_HOUR,
+    LEAST_S,
+    REACH,
+    arm_rate,
+    judge_set_rules,
+    recommend_joints,
+)
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, unsuspicious, without_outliers
-from collaudit.core.recommend.set_rules import judge_set_rules
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
 
 if TYPE_CHECKING:

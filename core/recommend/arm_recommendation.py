@@ -134,7 +134,7 @@ def recommend_arm(
     unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
     return ArmRecommendation(
         persistence_s=wanted,
-        rate=arm_rate(evidence, found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
+        rate=arm_rate(found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
         joints=joints,
         ranges=ranges_of_evidence(evidence),
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),

@@ -15,7 +15,7 @@ from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
-from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks, round_up
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, round_up
 from collaudit.core.recommend.tail_fit import JointTail, fit_tail
 
 #: False alarms of the arm per hour that are asked for where nothing is said.
@@ -48,19 +48,14 @@ class JointEvidence:
     tail: JointTail | None
 
 
-def joint_evidence(data: Sequence[CleanResidual], persistence_s: float) -> JointEvidence:
-    """Peaks and tail of one joint at a persistence; where its level drifts, the tail of its worst third.
-
-    Args:
-        data: its clean residuals, one entry a log.
-        persistence_s: of the rule.
-    """
-    counts = [persistence_samples(persistence_s, d.period_s) for d in data]
-    return tail_evidence(declustered_peaks(data, counts), max(counts, default=1))
+def joint_evidence(evidence: ArmEvidence, joint: str, persistence_s: float) -> JointEvidence:
+    """Peaks and tail of one joint at a persistence."""
+    n = max((persistence_samples(persistence_s, d.period_s) for d in evidence.of_joint(joint)), default=1)
+    return tail_evidence(evidence.peaks(joint, persistence_s), n)
 
 
 def tail_evidence(peaks: SustainedPeaks, n: int) -> JointEvidence:
-    """Peaks with their tail, of a rule of n samples."""
+    """Peaks with their tail, of a rule of n samples; where their level drifts, the tail of their worst third."""
     tail = fit_tail(peaks) if peaks.hours * 3600.0 >= LEAST_S else None
     if tail is not None and tail.drift is not None:
         windows = peaks.window_hours.size
@@ -90,25 +85,18 @@ def recommend_joints(
     asked = (per_hour, max(1, len(evidence.joints)))
 
     def of_joint(joint: str) -> tuple[RecommendedRule, JointEvidence]:
-        data = evidence.of_joint(joint)
-        n = max((persistence_samples(persistence_s, d.period_s) for d in data), default=1)
-        found = tail_evidence(evidence.peaks(joint, persistence_s), n)
-        return _rule(found, data, asked), found
+        found = joint_evidence(evidence, joint, persistence_s)
+        return _rule(found, evidence.of_joint(joint), asked), found
 
     made = by_name(of_joint, evidence.joints)
     return {joint: rule for joint, (rule, _) in made.items()}, {joint: found for joint, (_, found) in made.items()}
 
 
-def arm_rate(
-    evidence: ArmEvidence,
-    found: Mapping[str, JointEvidence],
-    gamma_nm: Mapping[str, float | None],
-    per_hour: float,
-) -> ArmRate:
+def arm_rate(found: Mapping[str, JointEvidence], gamma_nm: Mapping[str, float | None], per_hour: float) -> ArmRate:
     """False alarms of the arm at given thresholds.
 
     Args:
-        evidence, found: as of :func:`recommend_joints`.
+        found: as of :func:`recommend_joints`.
         gamma_nm: of each joint; None: it has no threshold and no alarms.
         per_hour: asked for.
     """

@@ -16,7 +16,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import Times
-from collaudit.core.rule_study.alarm_grid import excess, sustained_level
 from collaudit.core.rule_study.injected_contacts import (
     ContactShape,
     InjectedContact,
@@ -25,6 +24,7 @@ from collaudit.core.rule_study.injected_contacts import (
     spread_moments,
     unit_torques,
 )
+from collaudit.core.rule_study.joint_plane import excess, sustained_level
 from collaudit.core.rule_study.shown_torque import (
     Windows,
     alarm_delays,

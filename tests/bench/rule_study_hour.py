@@ -12,8 +12,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import low_pass
-from collaudit.core.rule_study.alarm_grid import alarm_grid
-from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, joint_plane
+from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, alarm_grid, joint_plane
 from collaudit.core.rule_study.shown_torque import Windows
 
 SAMPLES, JOINTS, PERIOD_S = 1_800_000, 7, 0.002

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collaudit.core.detection.rule import collisions
-from collaudit.core.rule_study.alarm_grid import (
+from collaudit.core.rule_study.joint_plane import (
     COUNTS,
     GAMMAS,
     alarm_grid,

@@ -120,20 +120,11 @@ def grid_gammas(floor_nm: float, set_nm: Sequence[float], largest_nm: float) -> 
 def grid_counts(period_s: float, set_n: int) -> IntArray:
     """(50,) persistences, dense where they are short, up to a quarter of a second or more; with the one set."""
     longest = max(COUNTS, round(_LONGEST_S / period_s), set_n)
-    values = np.arange(1, COUNTS + 1)
-    if longest > COUNTS:
-        ratio = _ratio(longest)
-        steps = ratio ** np.arange(COUNTS)
-        values = np.maximum(values, np.round(steps).astype(np.int64))
-        values[-1] = longest
+    steps = np.round(np.geomspace(1, longest, COUNTS)).astype(np.int64)
+    values = np.maximum(np.arange(1, COUNTS + 1), steps)
     nearest = int(np.argmin(np.abs(np.log(values / set_n))))
     values[nearest] = set_n
     return np.unique(values)
-
-
-def _ratio(longest: int) -> float:
-    """Ratio of a geometric series of the grid's length from 1 to the longest persistence."""
-    return float(longest ** (1.0 / (COUNTS - 1)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,11 +20,6 @@ _EVERY = 3
 _SAME_S = 1e-9
 
 
-def persistences(period_s: float, set_n: int) -> list[int]:
-    """Persistences to compare, samples."""
-    return sorted({set_n, *(max(1, round(p / period_s)) for p in _PERSISTENCES_S)})
-
-
 def compared_persistences(
     added: Sequence[AddedContacts],
     joints: Sequence[str],
@@ -46,7 +41,7 @@ def compared_persistences(
     if not added or not joints:
         return ()
     found = []
-    for n in persistences(added[0].period_s, set_n):
+    for n in sorted({set_n, *(max(1, round(p / added[0].period_s)) for p in _PERSISTENCES_S)}):
         gammas = gammas_at(n)
         known = {joint: gamma for joint in joints if (gamma := gammas.get(joint)) is not None}
         if len(known) == len(joints):
@@ -81,8 +76,6 @@ def pooled_choices(
 
 def _pooled(logs: Sequence[PersistenceChoice]) -> PersistenceChoice:
     """One persistence over several logs."""
-    if len(logs) == 1:
-        return replace(logs[0], chosen=False)
     force: dict[str, float | None] = {}
     delay: dict[str, float | None] = {}
     for shape in logs[0].force_n:
@@ -122,11 +115,9 @@ def chosen_of(
         and (longest_delay_s is None or all(d is None or d <= longest_delay_s for d in _quick(choice)))
         and (longest_s is None or choice.persistence_s <= longest_s + _SAME_S)
     ]
-    if not allowed:
-        return tuple(replace(c, cost=cost) for c, cost in zip(found, costs, strict=True))
-    best = min(allowed, key=lambda k: costs[k] or np.inf)
+    best = min(allowed, key=lambda k: costs[k] or np.inf, default=None)
     for k in allowed:
-        if found[k].n == set_n and (costs[best] or 1.0) > _WORTH * (costs[k] or np.inf):
+        if best is not None and found[k].n == set_n and (costs[best] or 1.0) > _WORTH * (costs[k] or np.inf):
             best = k
     return tuple(replace(c, cost=cost, chosen=k == best) for k, (c, cost) in enumerate(zip(found, costs, strict=True)))
 

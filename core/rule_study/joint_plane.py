@@ -25,7 +25,6 @@ from collaudit.core.rule_study.shown_torque import Windows, shown
 NOTICED_SHARE = 0.95
 #: Torques that are tried: from below the lowest threshold to above the highest, in equal ratios.
 _TORQUES = 28
-IndexArray = NDArray[np.int32]
 #: Steps of the grid.
 GAMMAS, COUNTS = 100, 50
 #: The longest persistence of the grid is at least this, and at least ``COUNTS`` samples.
@@ -71,7 +70,7 @@ def alarm_grid(excess_nm: FloatArray, gamma_nm: FloatArray, counts: IntArray, me
     return out
 
 
-def _count(starts: IndexArray, stops: IndexArray, counts: IntArray, gap: int, out: IntArray) -> None:
+def _count(starts: NDArray[np.int32], stops: NDArray[np.int32], counts: IntArray, gap: int, out: IntArray) -> None:
     """Alarms of the runs of one threshold by rising persistence, into (c,)."""
     for c, n in enumerate(counts):
         long = stops - starts >= n

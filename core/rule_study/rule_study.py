@@ -106,22 +106,19 @@ def audit_study(
         truth: known contacts, if any; labels of the log that the configuration names count as well.
         progress: called with steps done and in all.
     """
-    contact = known_contact(prepared, config, truth)
+    rule, contact = inputs.rule, known_contact(prepared, config, truth)
     events = (result.collisions, result.near_misses)
-    evidence = evidence_of(result.log, inputs.rule, signals, result.phases, events, contact)
-    period = result.log.sample_period_s
+    evidence = evidence_of(result.log, rule, signals, result.phases, events, contact)
 
     def gammas_at(n: int) -> Mapping[str, float | None]:
-        rules = recommended_of_log(evidence, n * period, config.study.per_hour)
+        rules = recommended_of_log(evidence, n * evidence.period_s, config.study.per_hour)
         return {joint: rule.gamma_nm for joint, rule in rules.items()}
 
     study = study_rule(
         StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at, progress
     )
-    rule = result.rule
     arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
-    gammas = {joint: gamma for joint, gamma in rule.gamma_nm.items() if joint in arm.joints}
-    opinions = judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour)
+    opinions = judge_set_rules(arm, rule.gamma_nm, rule.persistence_s, config.study.per_hour)
     return replace(study, set_rules=opinions, units=dict(result.log.units))
 
 
@@ -156,7 +153,6 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         rules.append(_rule("recommended", added, chosen.gamma_nm, chosen.n))
     step(9, 10)
     push = next((contacts for contacts in added if contacts.shape == REFERENCE_PUSH), None)
-    prepared, run = studied.prepared, studied.run
     return RuleStudy(
         schema=STUDY_SCHEMA,
         log=studied.log.name,
@@ -167,7 +163,7 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         choices=choices,
         force_map=_map(studied),
         parts=_parts(studied),
-        labelled=None if not studied.contact else labelled_curve(prepared, run, studied.inputs, studied.contact, push),
+        labelled=labelled_curve(studied.prepared, studied.run, studied.inputs, studied.contact or (), push),
         assumptions=tuple(_assumptions(studied, bool(added))),
     )
 

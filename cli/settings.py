@@ -213,7 +213,7 @@ def _watch(text: str) -> str | list[str]:
 
 
 def _gamma(text: str) -> float | str | dict[str, float]:
-    if text in ("auto", "dynamic"):
+    if text == "auto":
         return text
     if "=" not in text:
         return _number(text)

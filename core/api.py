@@ -300,9 +300,7 @@ def recommend(
         persistence_s: persistence in s; the longest the audits used when absent.
         contact: for each audit the start and end of all contacts, s; None where the alarms are to be taken for it.
     """
-    from collaudit.core.recommend.arm_recommendation import recommend_rules
-
-    return recommend_rules(audits, persistence_s, contact)
+    return recommend_arm(audits, persistence_s, contact).joints
 
 
 def recommend_arm(

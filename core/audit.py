@@ -50,7 +50,6 @@ from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
-from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.findings.joint_units import in_joint_units
@@ -187,7 +186,7 @@ def audit_log(
     )
     study = None
     if config.study.run:
-        from collaudit.core.rule_study.audit_study import audit_study
+        from collaudit.core.rule_study.rule_study import audit_study
 
         study = audit_study(
             prepared, judged.run, judged.inputs, config, result, judged.signals, truth, stage(progress, judging, 1.0)
@@ -235,7 +234,6 @@ def _detect(
         joint: replace(item, temperature_c=heat[joint][0], temperature_range_c=heat[joint][1])
         for joint, item in stats.items()
     }
-    watched = {joint: samples for joint, samples in clean.items() if watch[joint].watched}
     others: dict[str, DetectorFacts] = {
         name: detector_facts(run_detector(prepared, inputs, config, name), rule, series.joint_names, period)
         for name in dict.fromkeys(config.detect.compare)
@@ -245,14 +243,13 @@ def _detect(
         equation=run.detector.equation,
         delay=delay_facts(run.residual.balance.kernel, rule, period),
         friction_level=friction_levels(run.residual, config.detect.friction_level == "followed"),
-        dynamic=learn_dynamic_thresholds(series, run.residual, watched, rule.n),
         incidents=(),
         detectors=others,
         flags=(),
         control=control_modes(series, prepared.phases, config.detect),
     )
     step(7, 10)
-    if on_signals is not None:  # not sooner: dynamic thresholds take memory, and so do rows on their way
+    if on_signals is not None:
         on_signals(signals, series.source.sha256)
     found += pattern_findings(signals, rule.gamma_nm)
     more = detection_findings(series, run, inputs, facts.friction_level)

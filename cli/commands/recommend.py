@@ -20,9 +20,8 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 if TYPE_CHECKING:
     from collaudit.cli.fleet.run_evidence import Judged
     from collaudit.core.data.audit_result import Audit
-    from collaudit.core.data.detection_result import DynamicThreshold
     from collaudit.core.data.recommendation_result import PersistenceReason
-    from collaudit.core.data.rule_study_result import JointPlane, PersistenceChoice
+    from collaudit.core.data.rule_study_result import PersistenceChoice
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
@@ -71,9 +70,6 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     type=click.Choice(["config", "franka", "ur"]),
     help="Print text to paste: the configuration's [detect] table, or a controller's call.",
 )
-@click.option(
-    "--dynamic", "as_dynamic", is_flag=True, help="Print [detect.dynamic] tables: thresholds that grow with the motion."
-)
 @clean_option
 @contact_options
 @config_option
@@ -90,7 +86,6 @@ def command(
     choose_n: bool,
     max_delay_ms: float | None,
     snippet: str | None,
-    as_dynamic: bool,
     truth: tuple[Path, ...],
 ) -> int:
     """Recommend gamma and n per joint so that the arm's false alarms stay below a rate, with the evidence.
@@ -119,12 +114,11 @@ def command(
     if store is not None or not inputs:
         raise click.UsageError("Name runs or logs, or a store with --store; not both.")
     from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
-    from collaudit.reports.files.dynamic_toml import dynamic_toml
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste
 
     evidence = run_evidence(inputs, truth, per_hour, max_delay_ms)
     arms = by_arm(evidence, robot)
-    if len(arms) > 1 and (as_json or as_dynamic or snippet is not None):
+    if len(arms) > 1 and (as_json or snippet is not None):
         names = ", ".join(arms)
         raise ConfigError("these are runs of several robots", where="--robot", found=names, expected="the name of one")
     answers = {}
@@ -133,18 +127,15 @@ def command(
         with progress("recommending") as report:
             found = _found(judged, per_hour, max_delay_ms, choose_n)
             report(8, 10)
-            laws = _dynamic(audits)
         answers[name] = found
         if as_json:
-            say_json(_json(audits, found, laws))
-        elif as_dynamic:
-            say(dynamic_toml(laws), nl=False)
+            say_json(_json(audits, found))
         elif snippet is not None:
             say(text_to_paste(snippet, found), nl=False)
         else:
             say(f"Robot {name}\n" if len(arms) > 1 else "", nl=False)
             _say(audits, found, verbose)
-        if found.to_confirm and not (verbose and snippet is None and not as_json and not as_dynamic):
+        if found.to_confirm and not (verbose and snippet is None and not as_json):
             count = len(found.to_confirm)
             note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
     if target is not None:
@@ -163,17 +154,11 @@ def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None
 
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
-    from collaudit.reports.sections.study_sections import plane_section
     from collaudit.reports.terminal.recommendation_text import brief_text, recommendation_text
-    from collaudit.reports.terminal.section_text import section_text
     from collaudit.reports.values.noticed import noticed_brief, noticed_n
 
     if verbose:
         say(recommendation_text(found, terminal_width()), nl=False)
-        planes = _planes(audits) if len(audits) > 1 else {}
-        if any(plane.configured for plane in planes.values()):
-            shown = plane_section("Configured rule of each joint, over all logs", planes, found.units)
-            say(f"\n{section_text(shown, terminal_width())}", nl=False)
         say_studies(audits, answer=False)
         return
     worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))
@@ -258,24 +243,7 @@ def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) ->
     return most * period_s
 
 
-def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
-    """The dynamic threshold of each joint that covers all the runs."""
-    from collaudit.core.detection.threshold import pooled_dynamic
-
-    learnt = [audit.result.detection.dynamic for audit in audits if audit.result.detection]
-    joints = dict.fromkeys(joint for laws in learnt for joint in laws)
-    pooled = {joint: pooled_dynamic([laws.get(joint) for laws in learnt]) for joint in joints}
-    return {joint: law for joint, law in pooled.items() if law is not None}
-
-
-def _planes(audits: Sequence[Audit]) -> dict[str, JointPlane]:
-    """The planes of all logs that were studied, as one."""
-    from collaudit.core.rule_study.joint_plane import pooled_planes
-
-    return pooled_planes([audit.study for audit in audits if audit.study is not None])
-
-
-def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, DynamicThreshold]) -> str:
+def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
     from collaudit.reports.files.json_writer import json_text
 
     content = {
@@ -294,8 +262,6 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, 
         "highest": {joint: [asdict(peak) for peak in peaks] for joint, peaks in found.highest.items()},
         "units": found.units,
         "assumptions": found.assumptions,
-        "dynamic": {joint: asdict(law) for joint, law in laws.items()},
-        "planes": {joint: asdict(plane) for joint, plane in _planes(audits).items()},
         "studies": [asdict(a.study) for a in audits if a.study is not None],
     }
     return json_text(content, indent=2)

@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, Vec3, Vec6, about
-from collaudit.core.config.schema_detect import DetectConfig, DynamicConfig, NearMissConfig, PhasesConfig
+from collaudit.core.config.schema_detect import DetectConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_fleet import FleetConfig, FleetRobot
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
 from collaudit.core.config.schema_plan import PlanConfig
@@ -20,7 +20,6 @@ __all__ = [
     "CsvConfig",
     "DetectConfig",
     "DhRow",
-    "DynamicConfig",
     "FieldsConfig",
     "FitConfig",
     "FleetConfig",
@@ -245,7 +244,7 @@ class StudyConfig(ConfigTable, frozen=True, kw_only=True):
     run: Annotated[
         bool,
         about(
-            "Study threshold and persistence in every audit: alarms, delay and sensitivity over both, with "
+            "Study threshold and persistence in every audit: alarms and sensitivity over both, with "
             "contacts of known force added to the log. `collaudit recommend` does so for logs without being asked."
         ),
     ] = False

@@ -12,14 +12,6 @@ from collaudit.core.config.detector_names import DetectorName
 DEFAULT_PERSISTENCE_MS = 25.0
 
 
-class DynamicConfig(ConfigTable, frozen=True, kw_only=True):
-    """gamma(t) = base_nm + speed·|v| + acceleration·|a| of one joint."""
-
-    base_nm: Annotated[Positive, about("Threshold at rest, N·m.")]
-    speed_nm_s_per_rad: Annotated[NonNegative, about("Growth with speed, N·m·s/rad.")] = 0.0
-    acceleration_nm_s2_per_rad: Annotated[NonNegative, about("Growth with acceleration, N·m·s²/rad.")] = 0.0
-
-
 class EvidenceConfig(ConfigTable, frozen=True, kw_only=True):
     """What the evidence behind one joint's gamma covers, as `collaudit recommend --snippet config` writes it."""
 
@@ -53,20 +45,13 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
         about("Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."),
     ] = 60.0
     gamma_nm: Annotated[
-        Positive | dict[str, Positive] | Literal["auto", "dynamic"],
+        Positive | dict[str, Positive] | Literal["auto"],
         about(
             "Threshold, N·m (N if prismatic); one number, or by joint; `auto`: of each joint from the held-out "
-            "residual of the fit, as kept in the friction file (without one nothing is judged); `dynamic`: see "
-            "`dynamic`."
+            "residual of the fit, as kept in the friction file, growing with the motion as that does (without one "
+            "nothing is judged)."
         ),
     ] = 4.0
-    dynamic: Annotated[
-        dict[str, DynamicConfig],
-        about(
-            'Thresholds by joint that grow with the motion, for gamma_nm = "dynamic"; every audit proposes '
-            "such a table from its clean samples."
-        ),
-    ] = {}
     evidence: Annotated[
         dict[str, EvidenceConfig],
         about(
@@ -137,11 +122,9 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     ] = []
 
     def __post_init__(self) -> None:
-        """One persistence, and thresholds that are there."""
+        """One persistence."""
         if self.persistence_ms is not None and self.n is not None:
             raise ValueError("give either persistence_ms or n, not both")
-        if self.gamma_nm == "dynamic" and not self.dynamic:
-            raise ValueError('gamma_nm = "dynamic" needs [detect.dynamic.JOINT] tables')
 
 
 class NearMissConfig(ConfigTable, frozen=True, kw_only=True):

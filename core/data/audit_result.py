@@ -225,7 +225,6 @@ class RecommendedRule:
         false_alarms_per_hour: at the recommended rule at most this, at 95 % confidence, extrapolated from
             the tail of the clean residual; None where there is too little of it to have a tail.
         false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the observed hours only, without the tail.
-        alternatives: (n, gamma_nm) at other persistences, found in the same way.
         missing: what evidence is missing.
         tail: the tail of the clean residual that it is extrapolated by; None without one.
         noticed_nm: an external torque of this size that lasts n samples is noticed at 95 % of the moments, whatever the
@@ -241,7 +240,6 @@ class RecommendedRule:
     clean_hours: float
     false_alarms_per_hour: float | None
     false_alarms_per_hour_upper95: float | None
-    alternatives: tuple[tuple[int, float], ...]
     missing: tuple[str, ...]
     tail: TailFacts | None = None
     noticed_nm: float | None = None

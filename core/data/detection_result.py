@@ -66,21 +66,6 @@ class DetectorFacts:
 
 
 @dataclass(frozen=True, slots=True)
-class DynamicThreshold:
-    """gamma(t) = base + speed·|v| + acceleration·|a|.
-
-    Attributes:
-        base_nm: N·m at rest.
-        speed_nm_s_per_rad: growth with speed.
-        acceleration_nm_s2_per_rad: growth with acceleration.
-    """
-
-    base_nm: float
-    speed_nm_s_per_rad: float
-    acceleration_nm_s2_per_rad: float
-
-
-@dataclass(frozen=True, slots=True)
 class LevelFacts:
     """How far a joint's friction was off its calibration: range of the followed level, and its standard error.
 
@@ -297,7 +282,6 @@ class DetectionFacts:
         equation: what the detector computes.
         delay: its delay in parts.
         friction_level: by joint.
-        dynamic: thresholds that would follow the motion, learnt from this log's clean samples, by joint.
         incidents: alarms grouped into contacts, with link, force and kind.
         detectors: other detectors on the same log.
         control: by joint and phase, how the joint was controlled.
@@ -309,7 +293,6 @@ class DetectionFacts:
     equation: str
     delay: DelayFacts
     friction_level: dict[str, LevelFacts]
-    dynamic: dict[str, DynamicThreshold | None]
     incidents: tuple[Contact, ...]
     detectors: dict[str, DetectorFacts]
     flags: tuple[ControllerAlarmComparison, ...]

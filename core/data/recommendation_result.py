@@ -68,11 +68,10 @@ class SetRule:
         gamma_nm: as set.
         opinion: too tight: more false alarms than asked for are likely; too loose: it is more than half as large again
             as the evidence asks for; supported; not judged.
-        false_alarms_per_hour: expected of this joint; None below the tail, where they are counted: see ``text``.
+        false_alarms_per_hour: expected of this joint, counted below its tail; None where nothing is judged.
         false_alarms_per_hour_upper95: bound.
         unnoticed_nm: (recommended, set): external torques between these would alarm with the recommended threshold and
             do not with the set one; None unless too loose.
-        text: in a sentence.
         n: persistence that is set, samples: the opinion is on both together.
         recommended_nm: what the evidence asks for at that persistence.
     """
@@ -82,7 +81,6 @@ class SetRule:
     false_alarms_per_hour: float | None
     false_alarms_per_hour_upper95: float | None
     unnoticed_nm: tuple[float, float] | None
-    text: str
     n: int = 0
     recommended_nm: float | None = None
 
@@ -136,7 +134,6 @@ class ArmRate:
         supported: whether the target is met by what is stated.
         hours: clean hours of the joint that has fewest.
         more_hours: further hours of such logs that would support the target; 0 when it is supported.
-        coincident: share of the joints' peaks within one second of another joint's: how far the sum overstates.
     """
 
     target_per_hour: float
@@ -147,4 +144,3 @@ class ArmRate:
     supported: bool
     hours: float
     more_hours: float
-    coincident: float | None

@@ -18,7 +18,6 @@ class PlanePoint:
         alarms: in the clean time.
         alarms_per_hour, alarms_per_hour_upper95: their rate and its one-sided 95 % Poisson bound; None without time.
         torque_nm: the smallest torque of the joint that such a rule notices, as of :class:`JointPlane`.
-        delay_s: as of :class:`JointPlane`.
     """
 
     gamma_nm: float
@@ -27,12 +26,11 @@ class PlanePoint:
     alarms_per_hour: float | None
     alarms_per_hour_upper95: float | None
     torque_nm: float | None
-    delay_s: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class JointPlane:
-    """Alarms, sensitivity and delay of one joint over threshold and persistence. Tables are (threshold, persistence).
+    """Alarms and sensitivity of one joint over threshold and persistence. Tables are (threshold, persistence).
 
     Attributes:
         gamma_nm: thresholds, rising.
@@ -40,9 +38,6 @@ class JointPlane:
         clean_hours: judged time away from contact that the alarms were counted in.
         alarms: their number in it; closer than ``merge_ms`` they are one.
         torque_nm: the smallest torque of a push of 100 ms that alarms at 95 % of the judged moments; None: none does.
-        delay_s: median time from the onset of a torque of twice the threshold, reached within 30 ms and lasting, to
-            the alarm; None: it does not alarm at half of the moments or more.
-        moments: number of moments that torque and delay were found at.
         configured: the rule that is set.
         chosen: the rule that is recommended; None where none is.
         frontier: the rules at which no other notices less torque at as few alarms, by rising alarms.
@@ -53,8 +48,6 @@ class JointPlane:
     clean_hours: float
     alarms: tuple[tuple[int, ...], ...]
     torque_nm: tuple[tuple[float | None, ...], ...]
-    delay_s: tuple[tuple[float | None, ...], ...]
-    moments: int
     configured: PlanePoint | None
     chosen: PlanePoint | None
     frontier: tuple[PlanePoint, ...]
@@ -76,23 +69,6 @@ class ForceNoticed:
 
 
 @dataclass(frozen=True, slots=True)
-class MissRate:
-    """How many contacts of a force stayed unnoticed.
-
-    Attributes:
-        force_n: peak force.
-        missed, contacts: numbers.
-        share, ci95: their ratio and its 95 % Wilson interval.
-    """
-
-    force_n: float
-    missed: int
-    contacts: int
-    share: float
-    ci95: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
 class ContactSensitivity:
     """Contacts of one shape at one place (or at all), added to the log.
 
@@ -101,8 +77,7 @@ class ContactSensitivity:
         place: where it acted, or None for all places.
         motion: of the joints that feel it most at its onset; None for both.
         contacts: number of them.
-        noticed: forces of which half, 90 % and 95 % were noticed.
-        misses: over rising forces.
+        noticed: forces of which half and 90 % were noticed.
         delay_s: median time from onset to alarm at twice the force that each contact needs; None without any.
         blind: share of the contacts that no force up to the largest made alarm.
     """
@@ -114,7 +89,6 @@ class ContactSensitivity:
     motion: Motion | None
     contacts: int
     noticed: tuple[ForceNoticed, ...]
-    misses: tuple[MissRate, ...]
     delay_s: float | None
     blind: float
 
@@ -144,13 +118,11 @@ class ForceCell:
         centre_m: (x, y, z) of the part, base axes.
         moments: of the log that were computed there.
         force_n: median over them, of the force that is noticed from 95 % of all directions; None: from fewer.
-        weakest: the direction, in base axes, from which most force is needed there.
     """
 
     centre_m: tuple[float, float, float]
     moments: int
     force_n: float | None
-    weakest: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,17 +132,13 @@ class BlindPose:
     Attributes:
         place: where the force acts.
         time_s: when the arm was so.
-        position_rad: of the judged joints.
-        direction: unit vector in base axes.
-        words: the same for a reader.
+        words: the direction, in base axes, for a reader.
         force_n: the smallest noticeable force from there; None: none is.
         share: of the moments in which such a direction exists at this place.
     """
 
     place: str
     time_s: float
-    position_rad: dict[str, float]
-    direction: tuple[float, float, float]
     words: str
     force_n: float | None
     share: float
@@ -194,63 +162,18 @@ class ForceMap:
 
 
 @dataclass(frozen=True, slots=True)
-class ThresholdPart:
-    """One cause of a joint's residual, and what of the threshold it asks for.
-
-    Attributes:
-        cause: ``noise``, ``reversal``, ``model``, ``ripple``, ``drift``, ``lag`` or ``rest``.
-        rms_nm: of its part of the clean residual.
-        gamma_nm: by how much the level that the clean residual sustains for n samples would fall without it; the
-            causes overlap, so these do not add up.
-        remedy: what would shrink it.
-    """
-
-    cause: str
-    rms_nm: float
-    gamma_nm: float
-    remedy: str
-
-
-@dataclass(frozen=True, slots=True)
 class ThresholdParts:
     """What a joint's threshold is made of.
 
     Attributes:
-        level_nm: the level that the clean residual sustains once in ``every_s`` for n samples: what the causes are
-            measured by.
-        every_s: see there.
-        clean_s: time it was measured in.
-        parts: by falling share.
+        level_nm: the level that the clean residual sustains for n samples once in a while: what causes are measured by.
+        falls_nm: by cause (``noise``, ``reversal``, ``friction``, ``model``, ``ripple``, ``drift``, ``lag``), by how
+            much that would fall without it, largest first; ``rest``: what is left without them all. Causes overlap, so
+            these do not add up.
     """
 
     level_nm: float
-    every_s: float
-    clean_s: float
-    parts: tuple[ThresholdPart, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class DynamicGain:
-    """What a threshold that grows with the motion would gain over a constant one with the same guarantee.
-
-    Attributes:
-        constant_nm: constant threshold that half of the clean time asks for.
-        median_nm: median over the clean time of the dynamic threshold that the same half asks for.
-        lower_share: share of the time in which it is below the constant one.
-        sensitivity_gain: by how much of itself the threshold falls on average (geometric mean); negative: it rises.
-        alarms_constant, alarms_dynamic: on the other half, which neither has seen.
-        hours: of each half.
-        why_not: why nothing can be said; None where it can.
-    """
-
-    constant_nm: float | None
-    median_nm: float | None
-    lower_share: float | None
-    sensitivity_gain: float | None
-    alarms_constant: int | None
-    alarms_dynamic: int | None
-    hours: float
-    why_not: str | None = None
+    falls_nm: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +185,6 @@ class LabelledCurve:
         contacts: number of known contacts that were judged.
         missed: share of them not noticed at each factor, with ``missed_ci95`` its Wilson interval.
         injected: by force in N, the share of injected pushes missed at the same factors.
-        delay_s: median time from the known onset to the alarm at the configured thresholds.
     """
 
     scale: tuple[float, ...]
@@ -270,7 +192,6 @@ class LabelledCurve:
     missed: tuple[float, ...]
     missed_ci95: tuple[tuple[float, float], ...]
     injected: dict[str, tuple[float, ...]]
-    delay_s: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,7 +229,6 @@ class RuleStudy:
         choices: persistences that were compared; empty where the evidence supports no threshold.
         force_map: over the poses driven; None without a kinematic model.
         parts: what each joint's threshold is made of.
-        dynamic: gain of a dynamic threshold, by joint.
         labelled: against known contacts; None where none are known.
         assumptions: what the numbers assume, in words.
         set_rules: what this log alone says of the configured thresholds, by joint: too tight, too loose or supported.
@@ -324,7 +244,6 @@ class RuleStudy:
     choices: tuple[PersistenceChoice, ...] = ()
     force_map: ForceMap | None = None
     parts: dict[str, ThresholdParts] = field(default_factory=dict)
-    dynamic: dict[str, DynamicGain] = field(default_factory=dict)
     labelled: LabelledCurve | None = None
     assumptions: tuple[str, ...] = ()
     set_rules: dict[str, SetRule] = field(default_factory=dict)

@@ -65,7 +65,6 @@ class JointThreshold:
         held_out: share of its motion that was judged by a fit without it.
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
         reason: why there is no threshold.
-        rated_nm: what the description says the drive can exert (N if prismatic); None where it says nothing.
         evidence: what that time covers.
     """
 
@@ -77,7 +76,6 @@ class JointThreshold:
     held_out: float
     fastest_rad_s: float | None
     reason: str | None = None
-    rated_nm: float | None = None
     evidence: RangeOfEvidence | None = None
     rest_nm: float = 0.0
 

@@ -60,7 +60,7 @@ def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, na
     series = prepared.judged_series
     detector = detector_named(name or config.detect.detector)
     residual = detector.residual(prepared, inputs, config.detect)
-    threshold = Threshold(series, residual, inputs.rule, config.detect)
+    threshold = Threshold(series, residual, inputs.rule)
     detected = detect_events(series, residual, threshold.of, inputs.rule, inputs.watch, prepared.phases, config)
     return DetectorRun(detector, residual, threshold, detected)
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.audit_result import Collision, RuleFacts
 from collaudit.core.data.threshold_result import (
     FittedThresholds,
@@ -19,7 +18,7 @@ from collaudit.core.data.threshold_result import (
     detector_key,
 )
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.stats import MARGIN
 from collaudit.core.prepare.prepared import Prepared
@@ -52,12 +51,12 @@ def with_fitted_thresholds(
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
-    n, lasting_s = _persistence(config, series.period_s)
+    n, _ = stated_persistence(config.detect, series.period_s)
     follows = FollowedMotion({}, {})
     used: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
         known = usable.joints.get(joint) if usable is not None else None
-        level = level_at(known, n, lasting_s) if known is not None else None
+        level = level_at(known, n, n * series.period_s) if known is not None else None
         if level is not None and known is not None and joint not in still:
             gamma[joint], used[joint] = level.gamma_nm, level
             if known.scale is not None:
@@ -75,7 +74,6 @@ def with_fitted_thresholds(
         findings.append(Finding("gamma-missing", "error", text, joint=joint))
     if usable is not None and used:
         findings.append(_source(usable, used, series.joint_names))
-        findings += _beyond_drive(usable, {joint: level.gamma_nm for joint, level in used.items()})
     detect = config.detect.changed({"gamma_nm": gamma})
     return config.changed({"detect": detect}), follows, findings
 
@@ -85,14 +83,6 @@ def _travel(series: UniformSeries, joint: str) -> float:
     position = series.position_rad[:, series.column(joint)]
     known = position[np.isfinite(position)]
     return float(np.ptp(known)) if known.size else 0.0
-
-
-def _persistence(config: Config, period_s: float) -> tuple[int, float]:
-    """Persistence in samples and in s, as the rule will have it."""
-    n = config.detect.n
-    if n is None:
-        n = persistence_samples((config.detect.persistence_ms or DEFAULT_PERSISTENCE_MS) / 1e3, period_s)
-    return n, n * period_s
 
 
 def usable_thresholds(
@@ -142,21 +132,6 @@ def _source(thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], or
         f"expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
     )
     return fact(text)
-
-
-def _beyond_drive(thresholds: FittedThresholds, gamma: Mapping[str, float]) -> list[Finding]:
-    """Thresholds above what the drive of the joint can exert."""
-    out = []
-    for joint, level in gamma.items():
-        rated = thresholds.joints[joint].rated_nm
-        if rated is not None and level >= rated:
-            text = (
-                f"The fitted threshold of joint '{joint}', {level:.3g} N·m, is above what its drive is rated for "
-                f"({rated:.3g} N·m): hardly any contact on it can alarm. The fitted residual has errors of this size, "
-                "or contact in it."
-            )
-            out.append(Finding("gamma-beyond-drive", "warning", text, joint=joint))
-    return out
 
 
 def _duration(hours: float) -> str:

@@ -14,8 +14,6 @@ from collaudit.core.numeric.runs import run_bounds
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray
 
-#: Persistence where the configuration states none, ms.
-DEFAULT_PERSISTENCE_MS = 25.0
 #: The period of a log is known to about this share: 24 ms at 1.9999998 ms is 12 samples, not 13.
 _PERIOD_SLACK = 1e-3
 

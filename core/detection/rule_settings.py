@@ -38,9 +38,7 @@ def make_rule(
     for joint in series.joint_names:
         if joint not in gamma and watch[joint].watched:
             watch[joint] = Watch(False, False, "there is no threshold for it")
-    requested = None if detect.n is not None else detect.persistence_ms or DEFAULT_PERSISTENCE_MS
-    n = detect.n if requested is None else persistence_samples(requested / 1e3, series.period_s)
-    assert n is not None
+    n, requested = stated_persistence(detect, series.period_s)
     rule = RuleFacts(
         detector=detect.detector,
         gamma_nm=gamma,
@@ -57,10 +55,16 @@ def make_rule(
     return rule, watch, _findings(watch)
 
 
+def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, float | None]:
+    """Persistence in samples, and in ms as it was asked for; None where it was stated in samples."""
+    if detect.n is not None:
+        return detect.n, None
+    requested_ms = detect.persistence_ms or DEFAULT_PERSISTENCE_MS
+    return persistence_samples(requested_ms / 1e3, period_s), requested_ms
+
+
 def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
-    """The constant thresholds, or the dynamic ones at rest, N·m."""
-    if detect.gamma_nm == "dynamic":
-        return {joint: law.base_nm for joint, law in detect.dynamic.items()}
+    """The thresholds that are stated, N·m."""
     if detect.gamma_nm == "auto":
         return {}  # the friction file's take its place before: core/detection/fitted_rule.py
     return detect.gamma_nm

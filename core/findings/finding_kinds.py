@@ -483,13 +483,6 @@ KINDS: dict[str, Kind] = {
         "Check what is named: sign and gain of the effort, its delay, inertials and tool, or the filter's bandwidth.",
         _DOUBTS,
     ),
-    "gamma-beyond-drive": Kind(
-        "A threshold of the friction file is above the torque that the drive of its joint is rated for.",
-        "Look at the fitted residual: a wrong unit or sign of the effort, a wrong model, or contact in the log; "
-        "or state gamma_nm.",
-        _EXCLUDES,
-        setting="detect.gamma_nm",
-    ),
     "gamma-missing": Kind(
         'gamma_nm = "auto", and the friction file has no threshold for a joint.',
         "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "

@@ -24,7 +24,7 @@ from collaudit.core.history.log_record import (
 )
 from collaudit.core.history.residual_shares import ResidualShares, residual_shares
 from collaudit.core.recommend.arm_evidence import ArmEvidence, log_evidence
-from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
+from collaudit.core.recommend.outlying_peaks import unsuspicious
 from collaudit.core.recommend.sustained_levels import LogPeaks, peaks_of_log
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def record_of(audit: Audit, robot: str, night: str, night_from: NightFrom, judge
     """
     result = audit.result
     evidence = ArmEvidence((log_evidence(audit),), result.rule.watch)
-    log = without_outliers(evidence, outlying_stretches(evidence, result.rule.persistence_s)).logs[0]
+    log = unsuspicious(evidence, result.rule.persistence_s).logs[0]
     return LogRecord(
         robot=robot,
         night=night,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.recommendation_result import ArmRate
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.log_record import JointRecord, LogRecord
-from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.joint_thresholds import JointEvidence, arm_rate, tail_evidence, threshold
 from collaudit.core.recommend.sustained_levels import LogPeaks, pooled_peaks
 
@@ -124,15 +123,9 @@ def _rule(item: JointEvidence, gamma: float | None, stated: float | None) -> Sto
 
 def _rate(found: Mapping[str, JointEvidence], gammas: Mapping[str, float | None], per_hour: float) -> ArmRate:
     """The arm's rate; a joint without a tail makes the whole unsupported, for nothing is known of it."""
-    rate = arm_rate(ArmEvidence((), tuple(found)), found, gammas, per_hour)
+    rate = arm_rate(found, gammas, per_hour)
     known = all(item.tail is not None for item in found.values())
-    return rate if known else _unsupported(rate)
-
-
-def _unsupported(rate: ArmRate) -> ArmRate:
-    from dataclasses import replace
-
-    return replace(rate, supported=False)
+    return rate if known else replace(rate, supported=False)
 
 
 def _since(

@@ -47,7 +47,7 @@ def clean_times(
 def _tails(audits: Sequence[Audit]) -> tuple[dict[str, JointTail], dict[str, float]]:
     evidence = gather_evidence(audits)
     persistence = max(audit.result.rule.persistence_s for audit in audits)
-    found = {joint: joint_evidence(evidence.of_joint(joint), persistence) for joint in evidence.joints}
+    found = {joint: joint_evidence(evidence, joint, persistence) for joint in evidence.joints}
     tails = {joint: one.tail for joint, one in found.items() if one.tail is not None}
     return tails, {joint: one.peaks.hours for joint, one in found.items()}
 

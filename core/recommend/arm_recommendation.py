@@ -22,9 +22,15 @@ from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.distinct_names import distinct
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
 from collaudit.core.recommend.evidence_range import ranges_of_evidence
-from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, LEAST_S, REACH, arm_rate, recommend_joints
-from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
-from collaudit.core.recommend.set_rules import judge_set_rules
+from collaudit.core.recommend.joint_thresholds import (
+    DEFAULT_PER_HOUR,
+    LEAST_S,
+    REACH,
+    arm_rate,
+    judge_set_rules,
+    recommend_joints,
+)
+from collaudit.core.recommend.outlying_peaks import outlying_stretches, unsuspicious, without_outliers
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
 
 if TYPE_CHECKING:
@@ -128,13 +134,13 @@ def recommend_arm(
     unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
     return ArmRecommendation(
         persistence_s=wanted,
-        rate=arm_rate(evidence, found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
+        rate=arm_rate(found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
         joints=joints,
         ranges=ranges_of_evidence(evidence),
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
         counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
         if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
-        set_rules=_set_rules(audits, evidence, per_hour, units),
+        set_rules=_set_rules(audits, evidence, per_hour),
         logs=tuple(_use(log) for log in evidence.logs),
         highest={joint: _highest(found[joint].peaks, evidence, joint) for joint in joints},
         units=units,
@@ -209,7 +215,7 @@ def _if_clean(
 ) -> dict[str, float]:
     """Gamma of the joints for which it were higher if nothing had touched the arm where contacts are not known."""
     clean = gather_evidence(audits, [() if times is None else times for times in known])
-    rules, _ = recommend_joints(clean, persistence_s, per_hour, others=False)
+    rules, _ = recommend_joints(clean, persistence_s, per_hour)
     out = {}
     for joint, rule in rules.items():
         without = joints[joint].gamma_nm
@@ -218,9 +224,7 @@ def _if_clean(
     return out
 
 
-def _set_rules(
-    audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float, units: Mapping[str, str]
-) -> dict[str, SetRule]:
+def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) -> dict[str, SetRule]:
     """Opinions on the thresholds of the latest audit that has one for the joint, at its own persistence."""
     latest: dict[float, dict[str, float]] = {}
     for joint in evidence.joints:
@@ -229,33 +233,13 @@ def _set_rules(
             latest.setdefault(rules[-1].persistence_s, {})[joint] = rules[-1].gamma_nm[joint]
     found: dict[str, SetRule] = {}
     for persistence_s, gammas in latest.items():
-        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour, units)
+        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour)
     return {joint: found[joint] for joint in evidence.joints if joint in found}
-
-
-def recommend_rules(
-    audits: Sequence[Audit], persistence_s: float | None = None, contact: Sequence[Times | None] = ()
-) -> dict[str, RecommendedRule]:
-    """Recommended gamma and n per joint over all given audits; arguments as of :func:`recommend_arm`."""
-    return recommend_arm(audits, persistence_s, contact).joints
 
 
 def recommended_of_log(
     log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> dict[str, RecommendedRule]:
-    """A threshold for each watched joint from one log alone."""
-    return _of_log(log, persistence_s, per_hour, others=True)
-
-
-def thresholds_of_log(
-    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
-) -> dict[str, float | None]:
-    """Gamma of each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
-    rules = _of_log(log, persistence_s, per_hour, others=False)
-    return {joint: rule.gamma_nm for joint, rule in rules.items()}
-
-
-def _of_log(log: LogEvidence, persistence_s: float, per_hour: float, others: bool) -> dict[str, RecommendedRule]:
-    evidence = ArmEvidence((log,), log.watched)
-    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
-    return recommend_joints(evidence, persistence_s, per_hour, others)[0]
+    """A threshold for each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
+    evidence = unsuspicious(ArmEvidence((log,), log.watched), persistence_s)
+    return recommend_joints(evidence, persistence_s, per_hour)[0]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,58 +25,63 @@ _STEP_S = 0.02
 _MOVING_RAD_S = 1e-3
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Driven:
+    """What one joint did in the evidence of one log.
+
+    Attributes:
+        velocity_rad_s, model_nm: (n,) of the joint.
+        used: (n,) samples that are evidence.
+        standing: (n,) samples at rest or just after a reversal.
+        period_s: sample period, s.
+        phase_s: time of the evidence in each phase of the run, s.
+        temperature_c: temperatures in it, °C, NaN where not known.
+    """
+
+    velocity_rad_s: FloatArray
+    model_nm: FloatArray
+    used: BoolArray
+    standing: BoolArray
+    period_s: float
+    temperature_c: FloatArray
+    phase_s: Mapping[str, float] = field(default_factory=dict)
+
+
 def ranges_of_evidence(evidence: ArmEvidence) -> dict[str, RangeOfEvidence]:
     """The range of every joint that has clean time."""
-    known = {joint: range_of_evidence(evidence, joint) for joint in evidence.joints}
+    known = {
+        joint: range_of([_of_log(log, joint) for log in evidence.logs if joint in log.watched])
+        for joint in evidence.joints
+    }
     return {joint: found for joint, found in known.items() if found is not None}
 
 
-def range_of_evidence(evidence: ArmEvidence, joint: str) -> RangeOfEvidence | None:
-    """The range of one joint over all logs; None without clean time."""
-    parts = [_of_log(log, joint) for log in evidence.logs if joint in log.watched]
-    speed, turn, load = (np.concatenate([part[k] for part in parts]) if parts else np.empty(0) for k in range(3))
-    if speed.size == 0:
+def range_of(logs: Sequence[Driven]) -> RangeOfEvidence | None:
+    """The range that one joint covers over its logs; None without evidence."""
+    logs = [one for one in logs if one.used.any()]
+    if not logs:
         return None
-    weights = [log.period_s for log in evidence.logs if joint in log.watched]
-    seconds = sum(part[0].size * w for part, w in zip(parts, weights, strict=True))
-    phases: dict[str, float] = {}
-    for log, weight in zip([log for log in evidence.logs if joint in log.watched], weights, strict=True):
-        for phase, samples in _phases(log, joint).items():
-            phases[phase] = phases.get(phase, 0.0) + samples * weight / seconds
-    standing = sum(part[4] * w for part, w in zip(parts, weights, strict=True)) / seconds
-    heat = [log.temperature_c[joint] for log in evidence.logs if joint in log.watched and joint in log.temperature_c]
-    reversals = (sum(part[3] for part in parts), seconds / 3600.0)
-    return range_of_samples(speed, turn, load, reversals, standing, phases, np.array(heat).ravel())
-
-
-def range_of_samples(
-    speed: FloatArray,
-    turn: FloatArray,
-    load: FloatArray,
-    reversals: tuple[int, float],
-    standing: float,
-    phases: dict[str, float],
-    temperature_c: FloatArray | None = None,
-) -> RangeOfEvidence:
-    """The range that samples cover.
-
-    Args:
-        speed, turn, load: (n,) |velocity| in rad/s, |acceleration| in rad/s², modelled torque in N·m.
-        reversals: changes of direction, and in how many hours.
-        standing, phases: as of :class:`RangeOfEvidence`.
-        temperature_c: (n,) °C, NaN where not known; None without.
-    """
-    known = np.empty(0) if temperature_c is None else temperature_c[np.isfinite(temperature_c)]
+    velocity = [one.velocity_rad_s[one.used] for one in logs]
+    speed, load, turn, heat = (
+        np.nan_to_num(np.concatenate([np.abs(v) for v in velocity])),
+        np.nan_to_num(np.concatenate([one.model_nm[one.used] for one in logs])),
+        np.concatenate([acceleration(one.velocity_rad_s, one.period_s)[one.used] for one in logs]),
+        np.concatenate([one.temperature_c[np.isfinite(one.temperature_c)] for one in logs]),
+    )
+    seconds = sum(v.size * one.period_s for v, one in zip(velocity, logs, strict=True))
+    standing_s = sum(float(np.count_nonzero(one.used & one.standing)) * one.period_s for one in logs)
+    phases = dict.fromkeys(phase for one in logs for phase in one.phase_s)
+    reversals = sum(reversals_at(v).size for v in velocity)
     return RangeOfEvidence(
         fastest_rad_s=quantile_of(speed, 1 - _TAIL),
         hardest_rad_s2=quantile_of(turn, 1 - _TAIL),
         least_nm=quantile_of(load, _TAIL),
         most_nm=quantile_of(load, 1 - _TAIL),
-        reversals=reversals[0],
-        standing=standing,
-        phases=phases,
-        temperature_c=(float(known.min()), float(known.max())) if known.size else None,
-        reversals_per_h=reversals[0] / reversals[1] if reversals[1] > 0 else None,
+        reversals=reversals,
+        standing=standing_s / seconds,
+        phases={phase: sum(one.phase_s.get(phase, 0.0) for one in logs) / seconds for phase in phases},
+        temperature_c=(float(heat.min()), float(heat.max())) if heat.size else None,
+        reversals_per_h=reversals / (seconds / 3600.0),
     )
 
 
@@ -84,11 +90,6 @@ def reversals_at(velocity_rad_s: FloatArray) -> IntArray:
     moving = np.flatnonzero(np.abs(velocity_rad_s) > _MOVING_RAD_S)
     sign = np.sign(velocity_rad_s[moving])
     return np.asarray(moving[1:][sign[1:] != sign[:-1]], dtype=np.int64)
-
-
-def reversals_of(velocity_rad_s: FloatArray) -> int:
-    """Number of changes of direction of (n,) velocities, rest left out."""
-    return int(reversals_at(velocity_rad_s).size)
 
 
 def acceleration(velocity_rad_s: FloatArray, period_s: float) -> FloatArray:
@@ -100,25 +101,22 @@ def acceleration(velocity_rad_s: FloatArray, period_s: float) -> FloatArray:
     return np.nan_to_num(out)
 
 
-def _of_log(log: LogEvidence, joint: str) -> tuple[FloatArray, FloatArray, FloatArray, int, int]:
-    """Speed, acceleration and load of the clean samples, changes of direction, and samples at rest."""
+def _of_log(log: LogEvidence, joint: str) -> Driven:
     k = log.signals.joint_names.index(joint)
-    clean: BoolArray = log.clean[:, k]
-    velocity = log.signals.velocity_rad_s[:, k]
-    load = log.signals.model_nm[clean, k]
-    reversals = reversals_of(velocity[clean])
-    standing = int(np.count_nonzero(log.signals.state[clean, k] == State.FRICTION_INTERVAL))
-    turn = acceleration(velocity, log.period_s)[clean]
-    return np.abs(np.nan_to_num(velocity[clean])), turn, np.nan_to_num(load), reversals, standing
-
-
-def _phases(log: LogEvidence, joint: str) -> dict[str, int]:
-    k = log.signals.joint_names.index(joint)
-    out: dict[str, int] = {}
+    clean, phase_s = log.clean[:, k], dict[str, float]()
     for span in log.phases:
         a, b = np.searchsorted(log.signals.time_s, [span.start_s, span.end_s])
-        out[span.phase] = out.get(span.phase, 0) + int(np.count_nonzero(log.clean[a:b, k]))
-    return {phase: samples for phase, samples in out.items() if samples}
+        if samples := int(np.count_nonzero(clean[a:b])):
+            phase_s[span.phase] = phase_s.get(span.phase, 0.0) + samples * log.period_s
+    return Driven(
+        log.signals.velocity_rad_s[:, k],
+        log.signals.model_nm[:, k],
+        clean,
+        np.asarray(log.signals.state[:, k] == State.FRICTION_INTERVAL),
+        log.period_s,
+        np.array(log.temperature_c.get(joint, ())),
+        phase_s,
+    )
 
 
 #: A little beyond the range is still like it.

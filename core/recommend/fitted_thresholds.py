@@ -9,14 +9,13 @@ import numpy as np
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
+from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
-from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.signals import State
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
-from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
+from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.detection.threshold import motion_features
 from collaudit.core.errors import ConfigError
-from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import FloatArray, Span
@@ -32,8 +31,8 @@ from collaudit.core.numeric.stats import (
 )
 from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
-from collaudit.core.recommend.held_out_residual import HeldOutResidual
+from collaudit.core.recommend.evidence_range import Driven, range_of
+from collaudit.core.recommend.held_out_residual import HeldOutResidual, residual_by
 from collaudit.core.recommend.null_level import (
     NullEvidence,
     rest_level,
@@ -41,8 +40,6 @@ from collaudit.core.recommend.null_level import (
     sustained_ratios,
     threshold_levels,
 )
-from collaudit.core.residual.detector import detector_named
-from collaudit.core.residual.residual import ResidualInputs
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
 _PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
@@ -91,13 +88,7 @@ def _joint(
     if fit.model is None or seconds < FEWEST_BLOCKS * BLOCK_S:
         why = "its friction could not be fitted" if fit.model is None else _too_little(seconds)
         return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
-    data = [
-        NullEvidence(
-            r.torque_nm[:, j], r.judged[:, j], motion_features(r.series.velocity_rad_s, j, r.series.period_s),
-            r.series.period_s,
-        )
-        for r, j in columns
-    ]  # fmt: skip
+    data = [NullEvidence.of(r.series, j, r.torque_nm, r.judged) for r, j in columns]
     x = np.concatenate([one.residual_nm[one.moving] for one in data])
     speed = np.concatenate([one.features[one.moving, 2] for one in data])
     held = np.concatenate([r.held_out[r.judged[:, j], j] for r, j in columns])
@@ -123,43 +114,16 @@ def _joint(
         held_out=float(np.mean(held)),
         fastest_rad_s=quantile_of(speed, 0.99),
         reason=None if levels else _too_little(seconds),
-        rated_nm=_rated(residuals, joint),
-        evidence=_range(columns),
+        evidence=range_of([_driven(r, j) for r, j in columns]),
         rest_nm=rest_level([r.torque_nm[:, j] for r, j in columns], loose),
     )
 
 
-def _range(columns: Sequence[tuple[HeldOutResidual, int]]) -> RangeOfEvidence | None:
-    """What the evidence of one joint covers: time in which the rule could fire."""
-    used = [(r, j, np.asarray(r.evidence[:, j])) for r, j in columns]
-    count = sum(int(np.count_nonzero(mask)) for _, _, mask in used)
-    if count == 0:
-        return None
-
-    def temperature(r: HeldOutResidual) -> FloatArray:
-        heat = r.series.temperature_c
-        return np.empty((r.series.time_s.size, 0)) if heat is None else heat
-
-    standing = sum(int(np.count_nonzero(mask & ~r.judged[:, j])) for r, j, mask in used)
-    velocity = [(r.series.velocity_rad_s[:, j], r.series.period_s, mask) for r, j, mask in used]
-    return range_of_samples(
-        speed=np.concatenate([np.abs(v[mask]) for v, _, mask in velocity]),
-        turn=np.concatenate([acceleration(v, period)[mask] for v, period, mask in velocity]),
-        load=np.nan_to_num(np.concatenate([r.model_nm(mask, j) for r, j, mask in used])),
-        reversals=(
-            sum(reversals_of(v[mask]) for v, _, mask in velocity),
-            sum(float(np.count_nonzero(mask)) * period for _, period, mask in velocity) / 3600.0,
-        ),
-        standing=standing / count,
-        phases={},
-        temperature_c=np.concatenate([temperature(r)[mask][:, j : j + 1].ravel() for r, j, mask in used]),
-    )
-
-
-def _rated(residuals: Sequence[HeldOutResidual], joint: str) -> float | None:
-    robot = next((r.prepared.robot for r in residuals if joint in r.series.joint_names), None)
-    limit = 0.0 if robot is None else float(robot.effort_limit_nm[robot.joint_names.index(joint)])
-    return limit if 0 < limit < inf else None
+def _driven(one: HeldOutResidual, j: int) -> Driven:
+    """What a joint did while the rule could fire."""
+    series, used = one.series, one.evidence[:, j]
+    heat = np.empty(0) if series.temperature_c is None else series.temperature_c[used, j]
+    return Driven(series.velocity_rad_s[:, j], one.model_nm(j), used, ~one.judged[:, j], series.period_s, heat)
 
 
 def _too_little(seconds: float) -> str:
@@ -251,16 +215,15 @@ def _levels(
     """
     series = log.judged_series
     laws, _ = friction_models(whole.fits, series)
-    inputs = ResidualInputs(laws, joints_not_judged(log.findings, log.judged))
-    residual = detector_named(detect.detector).residual(log, inputs, detect)
+    residual = residual_by(log, laws, detect)
+    told = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
+    judged = np.isfinite(residual.torque_nm) & (residual.state <= told)
     n = persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, series.period_s)
     out = {}
     for joint, features in motion.items():
         j, scale = series.column(joint), thresholds.joints[joint].scale
         assert scale is not None
-        judged = np.isfinite(residual.torque_nm[:, j])
-        judged &= residual.state[:, j] <= (State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL)
-        data = NullEvidence(residual.torque_nm[:, j], judged, features, series.period_s)
+        data = NullEvidence(residual.torque_nm[:, j], judged[:, j], features, series.period_s)
         tail = null_tail(sustained_ratios(data, scale, n))
         if tail is not None:
             out[joint] = tail.level(ARM_PER_HOUR / len(thresholds.joints))

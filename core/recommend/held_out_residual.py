@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.config.schema import Config
+from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.friction_result import FrictionCorrection
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
@@ -60,12 +60,12 @@ class HeldOutResidual:
         """The judged joints."""
         return self.prepared.judged_series
 
-    def model_nm(self, rows: BoolArray, j: int) -> FloatArray:
-        """(k,) modelled torque of a joint at (n,) rows; NaN where nothing was compared."""
+    def model_nm(self, j: int) -> FloatArray:
+        """(n,) modelled torque of a joint; NaN where nothing was compared."""
         effort = self.series.effort
         if effort is None:
-            return np.full(np.count_nonzero(rows), np.nan)
-        return np.asarray(effort[rows, j] - self.torque_nm[rows, j])
+            return np.full(self.torque_nm.shape[0], np.nan)
+        return np.asarray(effort[:, j] - self.torque_nm[:, j])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,11 +147,11 @@ class _Filling:
         own = {joint: law for joint, law in own.items() if joint in laws and _covers(law, laws[joint])}
         held = np.array([joint in own for joint in series.joint_names])
         laws = laws_at_temperature({**laws, **own}, beside.variation, series)[0]
-        found = _residual(log, laws, config)
+        found = residual_by(log, laws, config.detect)
         self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[rows], found.state[rows], held
         if self.corrected is not None and not np.isfinite(self.corrected).any():  # one fold tells whether they help
             with_them = corrected_laws(laws, beside.corrections)
-            self.corrected[rows] = _residual(log, with_them, config).torque_nm[rows]
+            self.corrected[rows] = residual_by(log, with_them, config.detect).torque_nm[rows]
 
     def made(self, log: Prepared) -> HeldOutResidual:
         """The whole of it."""
@@ -160,9 +160,10 @@ class _Filling:
         return HeldOutResidual(log, self.torque, self.corrected, evidence, judged, self.held_out)
 
 
-def _residual(log: Prepared, laws: Mapping[str, FrictionModel], config: Config) -> Residual:
+def residual_by(log: Prepared, laws: Mapping[str, FrictionModel], detect: DetectConfig) -> Residual:
+    """The residual of a log by friction laws and the configured detector."""
     inputs = ResidualInputs(laws, joints_not_judged(log.findings, log.judged))
-    return detector_named(config.detect.detector).residual(log, inputs, config.detect)
+    return detector_named(detect.detector).residual(log, inputs, detect)
 
 
 def _covers(law: FrictionModel, whole: FrictionModel) -> bool:

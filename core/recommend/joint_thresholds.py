@@ -1,4 +1,4 @@
-"""Gamma for every joint, so that the whole arm alarms falsely no more often than asked for."""
+"""Gamma for every joint, so that the whole arm alarms falsely no more often than asked for; and one that is set."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
+from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.data.audit_result import RecommendedRule
-from collaudit.core.data.recommendation_result import ArmRate, TailFacts
+from collaudit.core.data.recommendation_result import ArmRate, SetRule, TailFacts
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
-from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks, round_up
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, round_up
 from collaudit.core.recommend.tail_fit import JointTail, fit_tail
 
 #: False alarms of the arm per hour that are asked for where nothing is said.
@@ -30,8 +30,6 @@ _STEPS = 8
 #: gamma is compared with the level that so many hours without an alarm would ask for; more than so many times is loose.
 BEST_H, LOOSE = 50.0, 1.5
 _ZERO_EVENTS_95 = -log(0.05)  # one-sided 95 % Poisson bound on the mean when nothing was seen: the rule of three
-_OTHERS = (0.5, 2.0, 4.0)
-_TOGETHER_S = 1.0
 _POOR_FIT = 0.05
 
 
@@ -50,25 +48,19 @@ class JointEvidence:
     tail: JointTail | None
 
 
-def joint_evidence(data: Sequence[CleanResidual], persistence_s: float, tested: bool = True) -> JointEvidence:
-    """Peaks and tail of one joint at a persistence; where its level drifts, the tail of its worst third.
-
-    Args:
-        data: its clean residuals, one entry a log.
-        persistence_s: of the rule.
-        tested: as of :func:`fit_tail`.
-    """
-    counts = [persistence_samples(persistence_s, d.period_s) for d in data]
-    return tail_evidence(declustered_peaks(data, counts), max(counts, default=1), tested)
+def joint_evidence(evidence: ArmEvidence, joint: str, persistence_s: float) -> JointEvidence:
+    """Peaks and tail of one joint at a persistence."""
+    n = max((persistence_samples(persistence_s, d.period_s) for d in evidence.of_joint(joint)), default=1)
+    return tail_evidence(evidence.peaks(joint, persistence_s), n)
 
 
-def tail_evidence(peaks: SustainedPeaks, n: int, tested: bool = True) -> JointEvidence:
-    """Peaks with their tail; arguments as of :func:`joint_evidence`."""
-    tail = fit_tail(peaks, tested) if peaks.hours * 3600.0 >= LEAST_S else None
+def tail_evidence(peaks: SustainedPeaks, n: int) -> JointEvidence:
+    """Peaks with their tail, of a rule of n samples; where their level drifts, the tail of their worst third."""
+    tail = fit_tail(peaks) if peaks.hours * 3600.0 >= LEAST_S else None
     if tail is not None and tail.drift is not None:
         windows = peaks.window_hours.size
         third = np.arange(windows - windows // 3, windows) if tail.drift > 1.0 else np.arange(windows // 3)
-        worst = fit_tail(peaks.part(third), tested)
+        worst = fit_tail(peaks.part(third))
         tail = tail if worst is None else _of_all(worst, tail)
     return JointEvidence(n, peaks, tail)
 
@@ -79,7 +71,7 @@ def _of_all(worst: JointTail, tail: JointTail) -> JointTail:
 
 
 def recommend_joints(
-    evidence: ArmEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR, others: bool = True
+    evidence: ArmEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> tuple[dict[str, RecommendedRule], dict[str, JointEvidence]]:
     """Thresholds of all joints, and what they rest on.
 
@@ -89,32 +81,22 @@ def recommend_joints(
         evidence: of the arm.
         persistence_s: of the rule.
         per_hour: false alarms of the arm.
-        others: whether other persistences are tried as well.
     """
     asked = (per_hour, max(1, len(evidence.joints)))
 
     def of_joint(joint: str) -> tuple[RecommendedRule, JointEvidence]:
-        data = evidence.of_joint(joint)
-        n = max((persistence_samples(persistence_s, d.period_s) for d in data), default=1)
-        found = tail_evidence(evidence.peaks(joint, persistence_s), n)
-        factors = _OTHERS if others and found.tail is not None else ()
-        tried = [joint_evidence(data, factor * persistence_s, tested=False) for factor in factors]
-        return _rule(found, data, asked, _falling([found, *tried], asked)), found
+        found = joint_evidence(evidence, joint, persistence_s)
+        return _rule(found, evidence.of_joint(joint), asked), found
 
     made = by_name(of_joint, evidence.joints)
     return {joint: rule for joint, (rule, _) in made.items()}, {joint: found for joint, (_, found) in made.items()}
 
 
-def arm_rate(
-    evidence: ArmEvidence,
-    found: Mapping[str, JointEvidence],
-    gamma_nm: Mapping[str, float | None],
-    per_hour: float,
-) -> ArmRate:
+def arm_rate(found: Mapping[str, JointEvidence], gamma_nm: Mapping[str, float | None], per_hour: float) -> ArmRate:
     """False alarms of the arm at given thresholds.
 
     Args:
-        evidence, found: as of :func:`recommend_joints`.
+        found: as of :func:`recommend_joints`.
         gamma_nm: of each joint; None: it has no threshold and no alarms.
         per_hour: asked for.
     """
@@ -122,7 +104,7 @@ def arm_rate(
     known = [(tail, gamma) for tail, gamma in tails if tail is not None]
     if not known:
         hours = min((item.peaks.hours for item in found.values()), default=0.0)
-        return ArmRate(per_hour, None, None, None, None, False, hours, max(0.0, 1.0 / (REACH * per_hour) - hours), None)
+        return ArmRate(per_hour, None, None, None, None, False, hours, max(0.0, 1.0 / (REACH * per_hour) - hours))
     hours = min(tail.hours for tail, _ in known)
     total = sum(tail.rate_bound(gamma) for tail, gamma in known)
     supported = 1.0 / (REACH * hours)
@@ -136,18 +118,15 @@ def arm_rate(
         supported=stated <= per_hour * (1.0 + 1e-9),
         hours=hours,
         more_hours=max(0.0, 1.0 / (REACH * per_hour) - hours),
-        coincident=_coincident(found),
     )
 
 
-def _rule(
-    item: JointEvidence, data: Sequence[CleanResidual], asked: tuple[float, int], others: tuple[tuple[int, float], ...]
-) -> RecommendedRule:
+def _rule(item: JointEvidence, data: Sequence[CleanResidual], asked: tuple[float, int]) -> RecommendedRule:
     hours, tail = item.peaks.hours, item.tail
     gamma = threshold(tail, *asked)
     missing = _missing(item, gamma, sum(d.left_out_s for d in data))
     if tail is None or gamma is None:
-        return RecommendedRule(None, item.n, None, None, hours, None, None, (), missing)
+        return RecommendedRule(None, item.n, None, None, hours, None, None, missing)
     quiet = np.concatenate([np.abs(d.residual_nm[d.clean]) for d in data])
     return RecommendedRule(
         gamma_nm=gamma,
@@ -157,7 +136,6 @@ def _rule(
         clean_hours=hours,
         false_alarms_per_hour=tail.rate_bound(gamma),
         false_alarms_per_hour_upper95=_ZERO_EVENTS_95 / hours,
-        alternatives=others,
         missing=missing,
         tail=_facts(tail),
         noticed_nm=gamma + quantile_of(quiet, 0.95),
@@ -197,16 +175,6 @@ def threshold_with_hours(tail: JointTail, per_hour: float, joints: int, at_hand_
 def looseness(tail: JointTail, gamma_nm: float) -> float:
     """At most (95 %) so many times the least threshold without an alarm in ``BEST_H`` hours is a threshold."""
     return gamma_nm / max(tail.least_level(1.0 / BEST_H), tail.largest_nm)
-
-
-def _falling(tried: Sequence[JointEvidence], asked: tuple[float, int]) -> tuple[tuple[int, float], ...]:
-    """(n, gamma) of the other persistences (the chosen one is first); a longer one needs no more than a shorter one."""
-    known = {item.n: gamma for item in tried if (gamma := threshold(item.tail, *asked)) is not None}
-    lowest, out = np.inf, []
-    for n in sorted(known):
-        lowest = min(lowest, known[n])
-        out.append((n, float(lowest)))
-    return tuple(pair for pair in out if pair[0] != tried[0].n)
 
 
 def _facts(tail: JointTail) -> TailFacts:
@@ -272,18 +240,52 @@ def _logs_apart(peaks: SustainedPeaks) -> float:
     return max(medians) / least if least > 0 else 1.0
 
 
-def _coincident(found: Mapping[str, JointEvidence]) -> float | None:
-    """Share of the peaks over their tails' beginnings that lie within a second of another joint's."""
-    times = []
-    for item in found.values():
-        if item.tail is not None:
-            over = item.peaks.level_nm > item.tail.begins_nm
-            times.append(item.peaks.time_s[over] + 1e7 * item.peaks.log[over])
-    if len(times) < 2:
-        return None
-    near = 0
-    for k, own in enumerate(times):
-        rest: FloatArray = np.sort(np.concatenate([t for j, t in enumerate(times) if j != k]))
-        at = np.searchsorted(rest, own - _TOGETHER_S)
-        near += int(np.count_nonzero((at < rest.size) & (rest[np.minimum(at, rest.size - 1)] <= own + _TOGETHER_S)))
-    return near / max(1, sum(t.size for t in times))
+def judge_set_rules(
+    evidence: ArmEvidence, gamma_nm: Mapping[str, float], persistence_s: float, per_hour: float
+) -> dict[str, SetRule]:
+    """The opinions on a rule that is set, at its own persistence.
+
+    Args:
+        evidence: of the arm, without what is left out.
+        gamma_nm: as set, of the joints that have one.
+        persistence_s: as set.
+        per_hour: false alarms of the arm that are accepted.
+    """
+    joints, found = recommend_joints(evidence, persistence_s, per_hour)
+    share = per_hour / max(1, len(joints))
+    return {
+        joint: judge_set_rule(gamma_nm[joint], rule, found[joint], share)
+        for joint, rule in joints.items()
+        if joint in gamma_nm
+    }
+
+
+def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, share_per_hour: float) -> SetRule:
+    """The opinion on one joint's threshold.
+
+    Args:
+        gamma_nm: as set.
+        rule: recommended from the same evidence, at the same persistence.
+        item: that evidence.
+        share_per_hour: false alarms that the joint may have.
+    """
+    best = rule.gamma_nm
+    if item.tail is None or best is None:
+        return SetRule(gamma_nm, "not judged", None, None, None, item.n)
+    expected, bound = _rates(gamma_nm, item)
+    if gamma_nm < best and bound > share_per_hour:
+        return SetRule(gamma_nm, "too tight", expected, bound, None, item.n, best)
+    if gamma_nm > LOOSE * best:
+        return SetRule(gamma_nm, "too loose", expected, bound, (best, gamma_nm), item.n, best)
+    return SetRule(gamma_nm, "supported", expected, bound, None, item.n, best)
+
+
+def _rates(gamma_nm: float, item: JointEvidence) -> tuple[float, float]:
+    """Expected and at most (95 %), 1/h: extrapolated above the beginning of the tail, counted below it."""
+    assert item.tail is not None
+    if gamma_nm >= item.tail.begins_nm:
+        return item.tail.rate_at(gamma_nm), item.tail.rate_bound(gamma_nm)
+    seen = int((item.peaks.level_nm > gamma_nm).sum())
+    scatter = item.tail.likelihood.count_dispersion
+    bound = scatter * float(gamma_quantile(seen / scatter + 1.0, 0.95))
+    return seen / item.peaks.hours, bound / item.peaks.hours

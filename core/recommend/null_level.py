@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+import scipy
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
-from collaudit.core.detection.threshold import LEAST_SHARE, non_negative_fit, scale_over
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.threshold import LEAST_SHARE, motion_features, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
@@ -27,6 +29,8 @@ from collaudit.core.numeric.stats import (
 #: A residual counts as at most so many times the scale while the scale is found.
 _CLIP = 2.5
 _ROUNDS = 6
+#: Keeps columns that are zero from making the normal equations singular, as a share of their trace.
+_RIDGE = 1e-12
 #: Of the stretches at rest or after a reversal so many are taken to be free of contact.
 _REST_SHARE = 0.9
 #: Share of the samples in which a feature must show to be followed.
@@ -49,6 +53,12 @@ class NullEvidence:
     features: FloatArray
     period_s: float
 
+    @classmethod
+    def of(cls, series: UniformSeries, j: int, residual_nm: FloatArray, moving: BoolArray) -> NullEvidence:
+        """A column of residuals (n, j) and of the samples (n, j) at which they count."""
+        features = motion_features(series.velocity_rad_s, j, series.period_s)
+        return cls(residual_nm[:, j], moving[:, j], features, series.period_s)
+
 
 def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
     """Scale of a residual as a non-negative combination of features, robust against a minority of contacts.
@@ -62,13 +72,20 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
     limit, level = np.full(size_nm.size, _CLIP * max(usual, 1e-9)), np.full(size_nm.size, usual)
     weights = np.zeros(features.shape[1])
     for _ in range(_ROUNDS):
-        weights = non_negative_fit(features, np.minimum(size_nm, limit))
+        weights = _non_negative_fit(features, np.minimum(size_nm, limit))
         level = features @ weights
         level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
         limit = _CLIP * level
     sd = SD_PER_MAD * median_of(size_nm / level)
     base, slow, speed, arm, turn = (float(sd * w) for w in weights)
     return MotionScale(base, slow, speed, arm, turn, sd * median_of(level))
+
+
+def _non_negative_fit(columns: FloatArray, target: FloatArray) -> FloatArray:
+    """(k,) non-negative least-squares fit of columns (n, k) to (n,), of very many rows: by their normal equations."""
+    gram = columns.T @ columns
+    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(len(gram)))  # the same minimum from k rows
+    return np.asarray(scipy.optimize.nnls(root.T, np.linalg.solve(root, columns.T @ target))[0])
 
 
 def sustained_ratios(one: NullEvidence, scale: MotionScale, n: int) -> FloatArray:

@@ -20,6 +20,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
+from collaudit.core.recommend.evidence_range import acceleration
 from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks
 
 #: Chance that any peak of a clean joint is called an outlier.
@@ -35,8 +36,6 @@ _CLASSES = (4, 3)
 _FEWEST_IN_CLASS = 20
 #: Joints that are tested together, at least; those are named that have this share of the highest ratio.
 _FEWEST_JOINTS, _SHARES = 2, 0.5
-#: Over which acceleration is taken, s.
-_STEP_S = 0.02
 
 
 def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[LeftOutStretch, ...]:
@@ -50,7 +49,7 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
         The stretches with their margin, log by log and in time order.
     """
     found: dict[int, list[LeftOutStretch]] = {}
-    together: list[dict[int, dict[str, float]]] = [{} for _ in evidence.logs]
+    together: dict[tuple[int, int], dict[str, float]] = {}
 
     def peaks_of(joint: str) -> SustainedPeaks:
         return evidence.peaks(joint, persistence_s)
@@ -65,8 +64,8 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
             k = logs[int(peaks.log[i])]
             found.setdefault(k, []).append(_around(evidence.logs[k], float(peaks.time_s[i]), (joint,)))
         for own, second, size in zip(peaks.log, (peaks.time_s / BLOCK_S).astype(np.int64), ratio, strict=True):
-            together[logs[int(own)]].setdefault(int(second), {})[joint] = float(size)
-    for k, second, joints in _together(together):
+            together.setdefault((logs[int(own)], int(second)), {})[joint] = float(size)
+    for (k, second), joints in _together(together):
         found.setdefault(k, []).append(_around(evidence.logs[k], (second + 0.5) * BLOCK_S, joints, 0.5 * BLOCK_S))
     return tuple(stretch for k in sorted(found) for stretch in joined(found[k]))
 
@@ -75,23 +74,24 @@ def _around(log: LogEvidence, at_s: float, joints: tuple[str, ...], half_s: floa
     return LeftOutStretch(log.name, at_s - half_s - MARGIN_S, at_s + half_s + MARGIN_S, "suspicious", joints)
 
 
-def _together(logs: Sequence[Mapping[int, Mapping[str, float]]]) -> list[tuple[int, int, tuple[str, ...]]]:
-    """Seconds in which the joints together lie too far out: log, second, and the joints that are highest in it.
+def _together(
+    seconds: Mapping[tuple[int, int], Mapping[str, float]],
+) -> list[tuple[tuple[int, int], tuple[str, ...]]]:
+    """Seconds in which the joints together lie too far out, with the joints that are highest in them.
 
     Args:
-        logs: of each log by second the peaks of its joints over their usual.
+        seconds: by log and second the peaks of the joints over their usual.
     """
-    places = [(k, second) for k, log in enumerate(logs) for second in log]
-    count = max((len(logs[k][second]) for k, second in places), default=0)
+    places = sorted(seconds, key=lambda place: place[0])
+    count = max((len(ratios) for ratios in seconds.values()), default=0)
     if count < _FEWEST_JOINTS or len(places) < _FEWEST:
         return []
     # A joint whose peak was merged into the next second counts as usual.
-    size = np.array([sum(x * x for x in logs[k][s].values()) + count - len(logs[k][s]) for k, s in places])
+    size = np.array([sum(x * x for x in seconds[at].values()) + count - len(seconds[at]) for at in places])
     out = []
-    for i in _outliers(size):
-        k, second = places[int(i)]
-        ratios = logs[k][second]
-        out.append((k, second, tuple(joint for joint, x in ratios.items() if x > _SHARES * max(ratios.values()))))
+    for at in (places[int(i)] for i in _outliers(size)):
+        most = _SHARES * max(seconds[at].values())
+        out.append((at, tuple(joint for joint, x in seconds[at].items() if x > most)))
     return out
 
 
@@ -105,17 +105,19 @@ def without_outliers(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch])
     return ArmEvidence(logs, evidence.joints)
 
 
+def unsuspicious(evidence: ArmEvidence, persistence_s: float) -> ArmEvidence:
+    """The evidence without what is suspicious in it; arguments as of :func:`outlying_stretches`."""
+    return without_outliers(evidence, outlying_stretches(evidence, persistence_s))
+
+
 def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) -> FloatArray:
     """(b,) the median peak at speeds and accelerations like those of each peak; of all where there are few like it."""
     speed, turn = np.empty(peaks.level_nm.size), np.empty(peaks.level_nm.size)
     for k, log in enumerate(logs):
         own = peaks.log == k
         velocity = log.signals.velocity_rad_s[:, log.signals.joint_names.index(joint)]
-        step = max(1, round(_STEP_S / log.period_s))
         at = np.round(peaks.time_s[own] / log.period_s).astype(np.int64).clip(0, velocity.size - 1)
-        before, after = (at - step).clip(0), (at + step).clip(max=velocity.size - 1)
-        speed[own] = np.abs(velocity[at])
-        turn[own] = np.abs(velocity[after] - velocity[before]) / (2.0 * _STEP_S)
+        speed[own], turn[own] = np.abs(velocity[at]), acceleration(velocity, log.period_s)[at]
     like = _CLASSES[1] * _class(speed, _CLASSES[0]) + _class(turn, _CLASSES[1])
     usual = np.full(peaks.level_nm.size, max(median_of(peaks.level_nm), 1e-12))
     for label in np.unique(like):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+from scipy.special import boxcox, inv_boxcox
 from scipy.special import stdtr as student_share
 from scipy.special import stdtrit as student_quantile
 
@@ -87,13 +88,8 @@ class JointTail:
         return sqrt(self.likelihood.level)
 
 
-def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
-    """The tail of a joint's peaks; None where they are too few, or do not differ.
-
-    Args:
-        peaks: of the joint.
-        tested: whether the law is tested, and the tail begins where it fits; otherwise it is a twentieth of the peaks.
-    """
+def fit_tail(peaks: SustainedPeaks) -> JointTail | None:
+    """The tail of a joint's peaks, from where the law fits; None where they are too few, or do not differ."""
     count = peaks.level_nm.size
     if count < 2 * _FEWEST or peaks.hours <= 0:
         return None
@@ -101,7 +97,7 @@ def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
     order = np.sort(squares)[::-1]
     if order[0] <= order[_FEWEST]:
         return None
-    k, fit_p = _tail_count(order) if tested else (int(np.clip(order.size // 20, _FEWEST, _MOST)), float("nan"))
+    k, fit_p = _tail_count(order)
     level = float(order[k])
     over = squares > level
     excess, window = squares[over] - level, peaks.window[over]
@@ -306,11 +302,6 @@ class TailLikelihood:
         ratio = np.full(int(np.count_nonzero(inside)), self.rate_per_hour / rate_per_hour)
         return float(np.min(_level(self.shapes[inside], self.scales[inside], ratio))) + self.level
 
-    def level_at(self, rate_per_hour: float) -> float:
-        """The level that is likeliest to be passed that often; u at least,"""
-        ratio = np.array([self.rate_per_hour / rate_per_hour])
-        return self.level + float(_level(np.array([self.shape]), np.array([self.scale]), ratio)[0])
-
     def shape_interval(self, quantile: float) -> tuple[float, float]:
         """Shapes that the deviance leaves room for."""
         inside = self.deviance <= quantile**2
@@ -369,26 +360,18 @@ def _log_likelihood(excess: FloatArray, shapes: FloatArray, scales: FloatArray) 
     """(g,) of the generalised Pareto law at each point."""
     out = np.empty(shapes.size)
     for part in np.array_split(np.arange(shapes.size), max(1, shapes.size * excess.size // 1_000_000)):
-        xi, sigma = shapes[part, None], scales[part, None]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            inner = np.log(np.maximum(1.0 + xi * excess[None, :] / sigma, 1e-300))
-            total = np.where(np.abs(xi[:, 0]) < _TINY, (excess[None, :] / sigma).sum(axis=1), 0.0)
-            slope = np.where(np.abs(xi) < _TINY, 0.0, 1.0 + 1.0 / np.where(np.abs(xi) < _TINY, 1.0, xi))
-        out[part] = -excess.size * np.log(sigma[:, 0]) - (slope * inner).sum(axis=1) - total
+        xi, sigma = shapes[part], scales[part]
+        rarity = np.log(inv_boxcox(excess[None, :] / sigma[:, None], xi[:, None])).sum(axis=1)
+        out[part] = -excess.size * np.log(sigma) - (1.0 + xi) * rarity
     return out
 
 
 def _survival(shapes: FloatArray, scales: FloatArray, excess: float) -> FloatArray:
-    """(g,) share of peaks that exceed u by more than ``excess``."""
-    x = max(0.0, excess) / scales
-    small = np.abs(shapes) < _TINY
-    inner = np.maximum(1.0 + shapes * x, 0.0)
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.where(small, np.exp(-x), inner ** (-1.0 / np.where(small, 1.0, shapes))))
+    """(g,) share of peaks that exceed u by more than ``excess``: (1 + xi x / sigma)^(-1 / xi), exp(-x / sigma) at 0."""
+    end = -1.0 / np.minimum(shapes, -_TINY)  # in scales, where the shape is negative
+    return np.asarray(1.0 / inv_boxcox(np.minimum(max(0.0, excess) / scales, end), shapes))
 
 
 def _level(shapes: FloatArray, scales: FloatArray, ratio: FloatArray) -> FloatArray:
-    """(g,) excess over u that is passed once in ``ratio`` peaks; 0 where the ratio is below one."""
-    log_ratio = np.log(np.maximum(ratio, 1.0))
-    small = np.abs(shapes) < _TINY
-    return np.asarray(scales * np.where(small, log_ratio, np.expm1(shapes * log_ratio) / np.where(small, 1.0, shapes)))
+    """(g,) excess over u that is passed once in ``ratio`` peaks: sigma (ratio^xi - 1) / xi; 0 for a ratio below one."""
+    return np.asarray(scales * boxcox(np.maximum(ratio, 1.0), shapes))

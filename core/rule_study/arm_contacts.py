@@ -1,4 +1,4 @@
-"""Contacts at random places, directions and moments, added to a log, and what a rule of the arm notices of them."""
+"""Contacts added to a log at random places, directions and moments, and known ones: what a rule of the arm notices."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.special import bdtrik as binomial_quantile
 
-from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNoticed, MissRate, Motion
+from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNoticed, LabelledCurve, Motion
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.recommend.arm_evidence import Times
 from collaudit.core.rule_study.injected_contacts import (
     ContactShape,
     InjectedContact,
@@ -23,19 +24,20 @@ from collaudit.core.rule_study.injected_contacts import (
     spread_moments,
     unit_torques,
 )
+from collaudit.core.rule_study.joint_plane import excess, sustained_level
 from collaudit.core.rule_study.shown_torque import (
     Windows,
     alarm_delays,
     margin_samples,
     noticed_forces,
+    shown,
     through_filters,
     windows,
 )
 from collaudit.core.verdict.arm_places import Place, arm_places
 
-#: Shares of contacts whose force is given, and forces at which misses are counted.
-NOTICED_SHARES = (0.5, 0.9, 0.95)
-FORCES_N = (10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 500.0)
+#: Shares of contacts whose force is given.
+NOTICED_SHARES = (0.5, 0.9)
 #: The delay is that of contacts of so many times the force that each needs.
 _DELAY_FORCES = 2.0
 #: Fewer contacts than this say nothing of a place.
@@ -75,6 +77,13 @@ class AddedContacts:
             around=self.around.part(rows),
             unit_nm=self.unit_nm[:, rows],
         )
+
+    def noticed(self, gamma_nm: FloatArray, n: int) -> tuple[FloatArray, float | None]:
+        """(k,) force that each contact needs (:func:`noticed_forces`), and the median delay at twice that, s."""
+        needed = noticed_forces(self.around, self.unit_nm, gamma_nm, n)
+        twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
+        late = alarm_delays(self.around, self.unit_nm, twice, gamma_nm, n, self.onset)
+        return needed, float(np.median(late)) * self.period_s if late.size else None
 
 
 def watched_columns(inputs: DetectionInputs, joint_names: Sequence[str]) -> list[int]:
@@ -147,10 +156,7 @@ def contact_sensitivities(
         n: persistence, samples.
     """
     gamma = np.array([gamma_nm[joint] for joint in joints])
-    needed = noticed_forces(added.around, added.unit_nm, gamma, n)
-    at_twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
-    late = alarm_delays(added.around, added.unit_nm, at_twice, gamma, n, added.onset)
-    delay_s = float(np.median(late)) * added.period_s if late.size else None
+    needed, delay_s = added.noticed(gamma, n)
     place = np.array([contact.place for contact in added.contacts])
     groups: list[tuple[str | None, Motion | None, BoolArray]] = [(None, None, np.ones(needed.size, dtype=np.bool_))]
     groups += [(None, "moving", ~added.standing), (None, "standing", added.standing)]
@@ -174,7 +180,6 @@ def _summary(
         motion=motion,
         contacts=int(needed.size),
         noticed=tuple(noticed_share(ordered, share) for share in NOTICED_SHARES),
-        misses=tuple(miss_rate(ordered, force) for force in FORCES_N),
         delay_s=delay_s,
         blind=float(np.mean(np.isinf(needed))),
     )
@@ -199,13 +204,6 @@ def noticed_share(ordered: FloatArray, share: float) -> ForceNoticed:
     return ForceNoticed(share, at(ceil(share * count - 1e-9) - 1), (lower, at(np.ceil(high))))
 
 
-def miss_rate(ordered: FloatArray, force_n: float) -> MissRate:
-    """How many contacts a force leaves unnoticed, with the Wilson interval."""
-    count = ordered.size
-    missed = int(count - np.searchsorted(ordered, force_n, side="right"))
-    return MissRate(force_n, missed, count, missed / count, wilson_interval(missed, count))
-
-
 def wilson_interval(hits: int, count: int) -> tuple[float, float]:
     """95 % interval of a share (Wilson 1927), which is sound at 0 and 1 too."""
     z, share = NORMAL_QUANTILE_975, hits / count
@@ -216,3 +214,57 @@ def wilson_interval(hits: int, count: int) -> tuple[float, float]:
 
 def _force(value: float) -> float | None:
     return float(f"{value:.3g}") if np.isfinite(value) else None
+
+
+#: Factors on the thresholds, and forces of the added contacts, N.
+_SCALES = np.geomspace(0.25, 16.0, 25)
+_FORCES_N = (5.0, 10.0, 20.0, 40.0)
+#: A person's label begins a little late.
+_EARLY_S, _LATE_S = 0.1, 0.1
+
+
+def labelled_curve(
+    prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, contact: Times, added: AddedContacts | None
+) -> LabelledCurve | None:
+    """How many known contacts a rule misses as its thresholds rise; None where none of them was judged.
+
+    Args:
+        prepared, run, inputs: the log.
+        contact: start and end of each known contact, s.
+        added: pushes that were added to the same log.
+    """
+    series, names = prepared.judged_series, prepared.judged_series.joint_names
+    columns, n = watched_columns(inputs, names), inputs.rule.n
+    gamma = np.array([inputs.rule.gamma_nm[names[j]] for j in columns])
+    state = run.detected.state
+    reached = []
+    for start, end in contact:
+        a, b = (int(x) for x in np.searchsorted(series.time_s, [start - _EARLY_S, end + _LATE_S]))
+        evidence = np.asarray(state[a:b, columns] <= State.FRICTION_INTERVAL)
+        if not evidence.any() or not columns:
+            continue
+        found = np.stack(
+            [
+                excess(run.residual.torque_nm[a:b, j], run.residual.uncertainty_nm[a:b, j], evidence[:, k])
+                for k, j in enumerate(columns)
+            ]
+        )
+        reached.append(float((sustained_level(found, np.array([n]))[:, 0] / gamma).max()))
+    if not reached:
+        return None
+    needed = np.array(reached)
+    missed = [int(np.count_nonzero(needed <= scale)) for scale in _SCALES]
+    return LabelledCurve(
+        scale=tuple(float(f"{x:.4g}") for x in _SCALES),
+        contacts=needed.size,
+        missed=tuple(m / needed.size for m in missed),
+        missed_ci95=tuple(wilson_interval(m, needed.size) for m in missed),
+        injected={} if added is None else {f"{force:g}": _missed(added, force, gamma, n) for force in _FORCES_N},
+    )
+
+
+def _missed(added: AddedContacts, force_n: float, gamma: FloatArray, n: int) -> tuple[float, ...]:
+    """Share of the added contacts that a force leaves unnoticed, at each factor."""
+    level = sustained_level(shown(added.around, force_n * added.unit_nm), np.array([n]))[..., 0]
+    reached = (level / gamma[:, None]).max(axis=0)
+    return tuple(float(np.mean(reached <= scale)) for scale in _SCALES)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from collaudit.core.data.rule_study_result import BlindPose, ForceCell, ForceMap
@@ -77,8 +75,8 @@ def _cells(origin: FloatArray, shares: FloatArray) -> tuple[float, tuple[ForceCe
     for k, corner in enumerate(found):
         rows = member.ravel() == k
         centre = (corner + 0.5) * edge
-        weakest = directions()[:, int(np.argmin(shares[rows].mean(axis=0)))]
-        cells.append(ForceCell(_three(centre), int(rows.sum()), _force(float(np.median(most[rows]))), _three(weakest)))
+        x, y, z = (round(float(value), 4) for value in centre)
+        cells.append(ForceCell((x, y, z), int(rows.sum()), _force(float(np.median(most[rows])))))
     return edge, tuple(cells)
 
 
@@ -89,15 +87,10 @@ def _blind(prepared: Prepared, place: Place, samples: IntArray, shares: FloatArr
         return None
     row = int(np.argmax(blind.sum(axis=1)))
     column = int(np.argmin(shares[row]))
-    direction = directions()[:, column]
-    series = prepared.judged_series
-    position = series.position_rad[samples[row]]
     return BlindPose(
         place=place.words,
-        time_s=float(series.time_s[samples[row]]),
-        position_rad=_named(series.joint_names, position),
-        direction=_three(direction),
-        words=direction_words(direction),
+        time_s=float(prepared.series.time_s[samples[row]]),
+        words=direction_words(directions()[:, column]),
         force_n=_force(float(shares[row, column])),
         share=float(blind.any(axis=1).mean()),
     )
@@ -112,15 +105,6 @@ def direction_words(direction: FloatArray) -> str:
     return "along ({:.2f}, {:.2f}, {:.2f})".format(*direction)
 
 
-def _named(names: Sequence[str], values: FloatArray) -> dict[str, float]:
-    return {name: float(f"{value:.4g}") for name, value in zip(names, values, strict=True)}
-
-
 def _force(share: float) -> float | None:
     """Of a share a newton; None where it is beyond any reason."""
     return float(f"{1.0 / share:.3g}") if share > 1e-5 else None
-
-
-def _three(vector: FloatArray) -> tuple[float, float, float]:
-    x, y, z = (round(float(value), 4) for value in vector)
-    return x, y, z

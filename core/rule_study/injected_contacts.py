@@ -141,6 +141,5 @@ SHAPES = (
     ContactShape("push 100 ms", 0.100, 0.030),
     ContactShape("clamp 1 s", 1.000, 0.450),
 )
-#: The push that planes of single joints are drawn for, and the lasting torque whose delay they give.
+#: The push that planes of single joints are drawn for.
 REFERENCE_PUSH = ContactShape("push 100 ms", 0.100, 0.030)
-LASTING = ContactShape("lasting", 0.700, 0.030)

@@ -1,26 +1,129 @@
-"""Alarms, sensitivity and delay of one joint for every threshold and persistence of a grid."""
+"""Alarms and sensitivity of one joint for every threshold and persistence of a grid, exactly as rule (6) counts them.
+
+A threshold only removes samples from those above a lower one: thresholds are taken by rising height, and of each only
+the samples that are still above it are looked at. Runs follow from the breaks between their numbers, and a longer
+persistence only removes runs.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from math import log
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import gammaincinv as gamma_quantile
 
-from collaudit.core.data.rule_study_result import JointPlane, PlanePoint, RuleStudy
+from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.rule_study.alarm_grid import alarm_grid, excess, grid_counts, grid_gammas, sustained_level
 from collaudit.core.rule_study.shown_torque import Windows, shown
 
 #: Of the moments, a torque is to be noticed at so many.
 NOTICED_SHARE = 0.95
 #: Torques that are tried: from below the lowest threshold to above the highest, in equal ratios.
 _TORQUES = 28
-#: The delay is that of a torque of so many thresholds.
-DELAY_THRESHOLDS = 2.0
+#: Steps of the grid.
+GAMMAS, COUNTS = 100, 50
+#: The longest persistence of the grid is at least this, and at least ``COUNTS`` samples.
+_LONGEST_S = 0.25
+
+
+def excess(residual_nm: FloatArray, uncertainty_nm: FloatArray, evidence: BoolArray) -> FloatArray:
+    """(n,) the threshold below which a sample counts as above it, N·m; -inf where nothing can alarm.
+
+    Rule (6) asks for |residual| > gamma + uncertainty, which is gamma < |residual| - uncertainty.
+
+    Args:
+        residual_nm, uncertainty_nm: (n,) of one joint.
+        evidence: (n,) samples that may count.
+    """
+    with np.errstate(invalid="ignore"):
+        out = np.abs(residual_nm) - uncertainty_nm
+    out[~evidence | np.isnan(out)] = -np.inf
+    return np.asarray(out)
+
+
+def alarm_grid(excess_nm: FloatArray, gamma_nm: FloatArray, counts: IntArray, merge_samples: int = 0) -> IntArray:
+    """(g, c) alarms for each threshold and persistence.
+
+    Args:
+        excess_nm: (n,) of :func:`excess`.
+        gamma_nm: (g,) thresholds, rising, at most 255.
+        counts: (c,) persistences, samples, rising.
+        merge_samples: alarms closer than this are one, as in ``[detect] merge_ms``.
+    """
+    out = np.zeros((gamma_nm.size, counts.size), dtype=np.int64)
+    exceeded = np.searchsorted(gamma_nm, excess_nm, side="left").astype(np.uint8)  # thresholds that a sample is above
+    at = np.flatnonzero(exceeded).astype(np.int32)
+    exceeded = exceeded[at]
+    for k in range(gamma_nm.size):
+        if k:
+            still = exceeded > k
+            at, exceeded = at[still], exceeded[still]
+        if at.size < counts[0]:
+            break
+        last = np.append(np.flatnonzero(at[1:] - at[:-1] > 1), at.size - 1)
+        _count(at[np.concatenate(([0], last[:-1] + 1))], at[last] + 1, counts, max(1, merge_samples), out[k])
+    return out
+
+
+def _count(starts: NDArray[np.int32], stops: NDArray[np.int32], counts: IntArray, gap: int, out: IntArray) -> None:
+    """Alarms of the runs of one threshold by rising persistence, into (c,)."""
+    for c, n in enumerate(counts):
+        long = stops - starts >= n
+        if not long.all():
+            starts, stops = starts[long], stops[long]
+        if starts.size == 0:
+            return
+        out[c] = 1 + np.count_nonzero(starts[1:] - stops[:-1] >= gap)
+
+
+def sustained_level(excess_nm: FloatArray, counts: IntArray) -> FloatArray:
+    """(c,) the threshold below which rule (6) alarms at all, for each persistence; -inf where none does.
+
+    Args:
+        excess_nm: (…, n) of :func:`excess`; the last axis is time.
+        counts: (c,) persistences, samples, rising.
+
+    Returns:
+        (…, c) the largest over all windows of n samples of the smallest excess inside, N·m.
+    """
+    out = np.full((*excess_nm.shape[:-1], counts.size), -np.inf)
+    for c, n in enumerate(counts.tolist()):
+        lowest = lowest_in_row(excess_nm, n)
+        if lowest.shape[-1] == 0:
+            break
+        out[..., c] = lowest.max(axis=-1)
+    return out
+
+
+def grid_gammas(floor_nm: float, set_nm: Sequence[float], largest_nm: float) -> FloatArray:
+    """(100,) thresholds in equal ratios, from the noise to well above everything seen or set, N·m.
+
+    Args:
+        floor_nm: level of the clean residual.
+        set_nm: thresholds that the grid must enclose.
+        largest_nm: the largest clean excess.
+    """
+    known = [x for x in (*set_nm, largest_nm, floor_nm) if np.isfinite(x) and x > 0]
+    low, high = 0.01, 10.0
+    if known:
+        low = 0.5 * min(floor_nm if floor_nm > 0 else np.inf, *known)
+        high = max(2.5 * max(known), 10.0 * low)
+    return np.asarray(np.geomspace(low, high, GAMMAS))
+
+
+def grid_counts(period_s: float, set_n: int) -> IntArray:
+    """(50,) persistences, dense where they are short, up to a quarter of a second or more; with the one set."""
+    longest = max(COUNTS, round(_LONGEST_S / period_s), set_n)
+    steps = np.round(np.geomspace(1, longest, COUNTS)).astype(np.int64)
+    values = np.maximum(np.arange(1, COUNTS + 1), steps)
+    nearest = int(np.argmin(np.abs(np.log(values / set_n))))
+    values[nearest] = set_n
+    return np.unique(values)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +149,7 @@ class JointSeries:
         return float(np.count_nonzero(self.clean)) * self.period_s / 3600.0
 
     def excess(self) -> FloatArray:
-        """(n,) of :func:`alarm_grid.excess`."""
+        """(n,) of :func:`excess`."""
         return excess(self.residual_nm, self.uncertainty_nm, self.clean)
 
 
@@ -57,24 +160,19 @@ class AddedTorque:
     Attributes:
         around: the joint there, (1, k, t).
         unit_nm: (1, k, t) or (1, 1, t).
-        onset: sample of each window at which it begins.
     """
 
     around: Windows
     unit_nm: FloatArray
-    onset: int
 
 
-def joint_plane(
-    joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque | None, lasting: AddedTorque | None
-) -> JointPlane:
+def joint_plane(joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque | None) -> JointPlane:
     """The plane of one joint, with the rule that is set and no recommendation.
 
     Args:
         joint: its residual.
         gamma_nm, n: the rule that is set.
         push: reference push at moments of the log; None where its sensitivity is not known.
-        lasting: lasting torque, for the delay.
     """
     found = joint.excess()
     seen = found[np.isfinite(found)]
@@ -83,42 +181,35 @@ def joint_plane(
     counts = grid_counts(joint.period_s, n)
     alarms = alarm_grid(found, gammas, counts, joint.merge_samples)
     torque = np.full(alarms.shape, np.nan) if push is None else smallest_torques(push, gammas, counts)
-    delay = np.full(alarms.shape, np.nan) if lasting is None else alarm_delays_s(lasting, gammas, counts, joint)
     return JointPlane(
         gamma_nm=tuple(float(x) for x in gammas),
         n=tuple(int(x) for x in counts),
         clean_hours=joint.hours,
         alarms=tuple(tuple(int(x) for x in row) for row in alarms),
         torque_nm=tuple(tuple(_known(row)) for row in torque),
-        delay_s=tuple(tuple(_known(row)) for row in delay),
-        moments=0 if push is None else int(push.around.above_nm.shape[1]),
-        configured=plane_point(joint, gamma_nm, n, push, lasting),
+        configured=plane_point(joint, gamma_nm, n, push),
         chosen=None,
         frontier=(),
     )
 
 
-def plane_point(
-    joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque | None, lasting: AddedTorque | None
-) -> PlanePoint:
+def plane_point(joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque | None) -> PlanePoint:
     """One rule of a joint, computed as the cells of the plane are."""
     gammas, counts = np.array([gamma_nm]), np.array([n])
     alarms = int(alarm_grid(joint.excess(), gammas, counts, joint.merge_samples)[0, 0])
     torque = None if push is None else _known(smallest_torques(push, gammas, counts)[0])[0]
-    delay = None if lasting is None else _known(alarm_delays_s(lasting, gammas, counts, joint)[0])[0]
-    rate, upper = alarm_rates(np.array([alarms]), joint.hours)
-    known = joint.hours > 0
-    return PlanePoint(
-        gamma_nm, n, alarms, float(rate[0]) if known else None, float(upper[0]) if known else None, torque, delay
-    )
+    return _point(gamma_nm, n, alarms, joint.hours, torque)
 
 
-def alarm_rates(alarms: IntArray, hours: float) -> tuple[FloatArray, FloatArray]:
-    """Alarms an hour, and their one-sided 95 % Poisson bound (3 where none was seen), of the shape of ``alarms``."""
+def _point(gamma_nm: float, n: int, alarms: int, hours: float, torque_nm: float | None) -> PlanePoint:
+    return PlanePoint(gamma_nm, n, alarms, *alarm_rate(alarms, hours), torque_nm)
+
+
+def alarm_rate(alarms: int, hours: float) -> tuple[float | None, float | None]:
+    """Alarms an hour, and their one-sided 95 % Poisson bound (3 where none was seen); None without time."""
     if hours <= 0:
-        return np.full(alarms.shape, np.nan), np.full(alarms.shape, np.inf)
-    upper = np.where(alarms > 0, gamma_quantile(alarms + 1.0, 0.95), -log(0.05))
-    return np.asarray(alarms / hours), np.asarray(upper / hours)
+        return None, None
+    return alarms / hours, float(gamma_quantile(alarms + 1.0, 0.95)) / hours
 
 
 def smallest_torques(push: AddedTorque, gammas: FloatArray, counts: IntArray) -> FloatArray:
@@ -165,32 +256,6 @@ def _crossings(level: FloatArray, torques: FloatArray, gammas: FloatArray) -> Fl
     return out
 
 
-def alarm_delays_s(lasting: AddedTorque, gammas: FloatArray, counts: IntArray, joint: JointSeries) -> FloatArray:
-    """(g, c) median time from the onset of a torque of twice the threshold to the alarm; NaN where most do not alarm.
-
-    The longest run so far grows by the sample: where it first reaches n, rule (6) fires.
-    """
-    out = np.full((gammas.size, counts.size), np.nan)
-    for g, gamma in enumerate(gammas):
-        above = shown(lasting.around, DELAY_THRESHOLDS * gamma * lasting.unit_nm)[0] > gamma
-        above[:, : lasting.onset] = False  # what the log does by itself is no reaction
-        longest = np.maximum.accumulate(_run_lengths(above), axis=1)
-        ends = longest[:, -1]
-        # (k, c) first sample at which the longest run has n samples
-        first = np.stack([np.searchsorted(row, counts) for row in longest]).astype(np.float64)
-        first[ends[:, None] < counts] = np.inf
-        middle = np.median(first, axis=0)
-        out[g] = np.where(np.isfinite(middle), (middle - lasting.onset) * joint.period_s, np.nan)
-    return out
-
-
-def _run_lengths(mask: BoolArray) -> IntArray:
-    """(k, t) length, up to each sample, of the run of True that it is in."""
-    place = np.arange(1, mask.shape[1] + 1)
-    broken = np.maximum.accumulate(np.where(mask, 0, place), axis=1)
-    return np.asarray(place - broken)
-
-
 def _short(values: FloatArray) -> list[float]:
     """Numbers in five significant digits, for files."""
     return [float(f"{x:.5g}") for x in values]
@@ -201,121 +266,22 @@ def _known(values: Sequence[float] | FloatArray) -> list[float | None]:
     return [float(f"{x:.3g}") if np.isfinite(x) else None for x in values]
 
 
-def frontier(plane: JointPlane, longest_delay_s: float | None = None) -> tuple[PlanePoint, ...]:
-    """Rules by rising number of alarms, each noticing less torque than those before it.
-
-    Args:
-        plane: of a joint whose sensitivity is known.
-        longest_delay_s: rules that react later are left out.
-    """
-    best: float | None = None
-    out: list[PlanePoint] = []
-    for _, torque, g, c in sorted(_cells(plane, longest_delay_s)):
-        if best is not None and torque >= best:
-            continue
-        best = torque
-        out.append(point_of(plane, g, c))
+def frontier(plane: JointPlane) -> tuple[PlanePoint, ...]:
+    """Rules by rising number of alarms, each noticing less torque than those before it."""
+    cells = [
+        (plane.alarms[g][c], torque, g, c)
+        for g, row in enumerate(plane.torque_nm)
+        for c, torque in enumerate(row)
+        if torque is not None
+    ]
+    best, out = inf, []
+    for _, torque, g, c in sorted(cells):
+        if torque < best:
+            best = torque
+            out.append(point_of(plane, g, c))
     return tuple(out)
 
 
 def point_of(plane: JointPlane, g: int, c: int) -> PlanePoint:
     """One cell of a plane."""
-
-    alarms = plane.alarms[g][c]
-    rate, upper = alarm_rates(np.array([alarms]), plane.clean_hours)
-    known = plane.clean_hours > 0
-    return PlanePoint(
-        plane.gamma_nm[g],
-        plane.n[c],
-        alarms,
-        float(rate[0]) if known else None,
-        float(upper[0]) if known else None,
-        plane.torque_nm[g][c],
-        plane.delay_s[g][c],
-    )
-
-
-def _cells(plane: JointPlane, longest_delay_s: float | None) -> Iterator[tuple[int, float, int, int]]:
-    """Alarms, torque and place of the cells whose sensitivity is known."""
-    for g, row in enumerate(plane.torque_nm):
-        for c, torque in enumerate(row):
-            late = longest_delay_s is not None and (plane.delay_s[g][c] or float("inf")) > longest_delay_s
-            if torque is not None and not late:
-                yield plane.alarms[g][c], torque, g, c
-
-
-def pooled_planes(studies: Sequence[RuleStudy], longest_delay_s: float | None = None) -> dict[str, JointPlane]:
-    """One plane for each joint of several logs.
-
-    Alarms are exact, as they are in the plane of each log. Torque and delay are those of the log that needs most.
-
-    Args:
-        studies: of the logs.
-        longest_delay_s: as of :func:`plane_frontier.frontier`.
-
-    Returns:
-        Joints whose grids share thresholds and persistences; a configured rule stands where all logs have the same.
-    """
-    joints = dict.fromkeys(joint for study in studies for joint in study.joints)
-    by_joint = {joint: [study.joints[joint] for study in studies if joint in study.joints] for joint in joints}
-    found = {joint: _pooled(planes, longest_delay_s) for joint, planes in by_joint.items()}
-    return {joint: plane for joint, plane in found.items() if plane is not None}
-
-
-def _pooled(planes: Sequence[JointPlane], longest_delay_s: float | None) -> JointPlane | None:
-    if len(planes) == 1:
-        return planes[0]
-    gammas = sorted(set(planes[0].gamma_nm).intersection(*(plane.gamma_nm for plane in planes[1:])))
-    counts = sorted(set(planes[0].n).intersection(*(plane.n for plane in planes[1:])))
-    if not gammas or not counts:
-        return None
-    cut = [_cut(plane, gammas, counts) for plane in planes]
-    rows, columns = range(len(gammas)), range(len(counts))
-    pooled = JointPlane(
-        gamma_nm=tuple(gammas),
-        n=tuple(counts),
-        clean_hours=sum(plane.clean_hours for plane in cut),
-        alarms=tuple(tuple(sum(plane.alarms[g][c] for plane in cut) for c in columns) for g in rows),
-        torque_nm=tuple(tuple(_most([plane.torque_nm[g][c] for plane in cut]) for c in columns) for g in rows),
-        delay_s=tuple(tuple(_most([plane.delay_s[g][c] for plane in cut]) for c in columns) for g in rows),
-        moments=sum(plane.moments for plane in cut),
-        configured=None,
-        chosen=None,
-        frontier=(),
-    )
-    return replace(pooled, frontier=frontier(pooled, longest_delay_s), configured=_configured(planes))
-
-
-def _cut(plane: JointPlane, gammas: Sequence[float], counts: Sequence[int]) -> JointPlane:
-    """The plane on some of its rules."""
-    rows, columns = [plane.gamma_nm.index(g) for g in gammas], [plane.n.index(n) for n in counts]
-    return replace(
-        plane,
-        alarms=tuple(tuple(plane.alarms[g][c] for c in columns) for g in rows),
-        torque_nm=tuple(tuple(plane.torque_nm[g][c] for c in columns) for g in rows),
-        delay_s=tuple(tuple(plane.delay_s[g][c] for c in columns) for g in rows),
-    )
-
-
-def _most(values: Sequence[float | None]) -> float | None:
-    """The largest; None where one is not known."""
-    known = [value for value in values if value is not None]
-    return max(known) if len(known) == len(values) else None
-
-
-def _configured(planes: Sequence[JointPlane]) -> PlanePoint | None:
-    """The rule that is set over all logs; None where they differ in it."""
-    points = [plane.configured for plane in planes if plane.configured is not None]
-    if len(points) < len(planes) or len({(point.gamma_nm, point.n) for point in points}) > 1:
-        return None
-    alarms, hours = sum(point.alarms for point in points), sum(plane.clean_hours for plane in planes)
-    rate, upper = alarm_rates(np.array([alarms]), hours)
-    known = hours > 0
-    return replace(
-        points[0],
-        alarms=alarms,
-        alarms_per_hour=float(rate[0]) if known else None,
-        alarms_per_hour_upper95=float(upper[0]) if known else None,
-        torque_nm=_most([point.torque_nm for point in points]),
-        delay_s=_most([point.delay_s for point in points]),
-    )
+    return _point(plane.gamma_nm[g], plane.n[c], plane.alarms[g][c], plane.clean_hours, plane.torque_nm[g][c])

@@ -9,22 +9,15 @@ import numpy as np
 
 from collaudit.core.data.rule_study_result import PersistenceChoice
 from collaudit.core.rule_study.arm_contacts import AddedContacts
-from collaudit.core.rule_study.shown_torque import alarm_delays, noticed_forces
 
 #: Persistences that are compared, s; the one that is set is among them.
 _PERSISTENCES_S = (0.004, 0.008, 0.012, 0.02, 0.03, 0.05, 0.1)
 #: A persistence is chosen over the one that is set only where it gains as much.
 _WORTH = 0.97
-_DELAY_FORCES = 2.0
 #: Of the contacts every third: the comparison is between persistences, on the same contacts.
 _EVERY = 3
 #: Persistences closer than this are the same.
 _SAME_S = 1e-9
-
-
-def persistences(period_s: float, set_n: int) -> list[int]:
-    """Persistences to compare, samples."""
-    return sorted({set_n, *(max(1, round(p / period_s)) for p in _PERSISTENCES_S)})
 
 
 def compared_persistences(
@@ -48,7 +41,7 @@ def compared_persistences(
     if not added or not joints:
         return ()
     found = []
-    for n in persistences(added[0].period_s, set_n):
+    for n in sorted({set_n, *(max(1, round(p / added[0].period_s)) for p in _PERSISTENCES_S)}):
         gammas = gammas_at(n)
         known = {joint: gamma for joint in joints if (gamma := gammas.get(joint)) is not None}
         if len(known) == len(joints):
@@ -83,8 +76,6 @@ def pooled_choices(
 
 def _pooled(logs: Sequence[PersistenceChoice]) -> PersistenceChoice:
     """One persistence over several logs."""
-    if len(logs) == 1:
-        return replace(logs[0], chosen=False)
     force: dict[str, float | None] = {}
     delay: dict[str, float | None] = {}
     for shape in logs[0].force_n:
@@ -102,12 +93,9 @@ def _noticed(added: Sequence[AddedContacts], gamma_nm: dict[str, float], n: int)
     force: dict[str, float | None] = {}
     delay: dict[str, float | None] = {}
     for contacts in added:
-        needed = noticed_forces(contacts.around, contacts.unit_nm, gamma, n)
+        needed, delay[contacts.shape.name] = contacts.noticed(gamma, n)
         middle = float(np.median(needed[~np.isnan(needed)])) if (~np.isnan(needed)).any() else np.inf
         force[contacts.shape.name] = float(f"{middle:.3g}") if np.isfinite(middle) else None
-        twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
-        late = alarm_delays(contacts.around, contacts.unit_nm, twice, gamma, n, contacts.onset)
-        delay[contacts.shape.name] = float(np.median(late)) * contacts.period_s if late.size else None
     return PersistenceChoice(n, n * added[0].period_s, gamma_nm, force, delay, None, False)
 
 
@@ -127,11 +115,9 @@ def chosen_of(
         and (longest_delay_s is None or all(d is None or d <= longest_delay_s for d in _quick(choice)))
         and (longest_s is None or choice.persistence_s <= longest_s + _SAME_S)
     ]
-    if not allowed:
-        return tuple(replace(c, cost=cost) for c, cost in zip(found, costs, strict=True))
-    best = min(allowed, key=lambda k: costs[k] or np.inf)
+    best = min(allowed, key=lambda k: costs[k] or np.inf, default=None)
     for k in allowed:
-        if found[k].n == set_n and (costs[best] or 1.0) > _WORTH * (costs[k] or np.inf):
+        if best is not None and found[k].n == set_n and (costs[best] or 1.0) > _WORTH * (costs[k] or np.inf):
             best = k
     return tuple(replace(c, cost=cost, chosen=k == best) for k, (c, cost) in enumerate(zip(found, costs, strict=True)))
 

@@ -9,10 +9,9 @@ from math import sqrt
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import LogFacts
+from collaudit.core.data.audit_result import AuditResult, LogFacts
 from collaudit.core.data.rule_study_result import (
     STUDY_SCHEMA,
-    DynamicGain,
     ForceMap,
     JointPlane,
     PersistenceChoice,
@@ -20,37 +19,40 @@ from collaudit.core.data.rule_study_result import (
     RuleStudy,
     ThresholdParts,
 )
-from collaudit.core.data.signals import State
+from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
+from collaudit.core.recommend.arm_recommendation import recommended_of_log
+from collaudit.core.recommend.joint_thresholds import judge_set_rules
+from collaudit.core.recommend.outlying_peaks import unsuspicious
 from collaudit.core.rule_study.arm_contacts import (
     AddedContacts,
     added_contacts,
     contact_sensitivities,
+    labelled_curve,
     watched_columns,
 )
-from collaudit.core.rule_study.dynamic_gain import dynamic_gain
 from collaudit.core.rule_study.force_map import force_map
 from collaudit.core.rule_study.injected_contacts import (
-    LASTING,
     REFERENCE_PUSH,
     SHAPES,
-    ContactShape,
     open_moments,
     spread_moments,
 )
 from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, frontier, joint_plane, plane_point
-from collaudit.core.rule_study.labelled_contacts import Times, labelled_curve
 from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
+from collaudit.core.scoring.known_events import contact_times, label_times
+from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.noticed_torque import Push, noticed_torque
 
-#: Moments that planes, delays and the map are computed at.
-_PUSH_MOMENTS, _DELAY_MOMENTS, _MAP_MOMENTS = 160, 64, 400
+#: Moments that planes and the map are computed at.
+_PUSH_MOMENTS, _MAP_MOMENTS = 160, 400
 _SEED = 20210316
 #: Thresholds that the evidence supports at a persistence, by joint.
 GammasAt = Callable[[int], Mapping[str, float | None]]
@@ -86,6 +88,49 @@ class StudiedLog:
         return [self.prepared.judged_series.joint_names[j] for j in self.columns]
 
 
+def audit_study(
+    prepared: Prepared,
+    run: DetectorRun,
+    inputs: DetectionInputs,
+    config: Config,
+    result: AuditResult,
+    signals: Signals,
+    truth: TruthFile | None,
+    progress: Progress | None = None,
+) -> RuleStudy:
+    """Study the rule of a judged log, with the thresholds that this log alone supports.
+
+    Args:
+        prepared, run, inputs, config, signals: as it was judged.
+        result: of the audit.
+        truth: known contacts, if any; labels of the log that the configuration names count as well.
+        progress: called with steps done and in all.
+    """
+    rule, contact = inputs.rule, known_contact(prepared, config, truth)
+    events = (result.collisions, result.near_misses)
+    evidence = evidence_of(result.log, rule, signals, result.phases, events, contact)
+
+    def gammas_at(n: int) -> Mapping[str, float | None]:
+        rules = recommended_of_log(evidence, n * evidence.period_s, config.study.per_hour)
+        return {joint: rule.gamma_nm for joint, rule in rules.items()}
+
+    study = study_rule(
+        StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at, progress
+    )
+    arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
+    opinions = judge_set_rules(arm, rule.gamma_nm, rule.persistence_s, config.study.per_hour)
+    return replace(study, set_rules=opinions, units=dict(result.log.units))
+
+
+def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -> Times | None:
+    """Start and end of all contacts of a log, s; none where it is stated to be free of them, None where unknown."""
+    if config.fit.contact == "none":
+        return ()
+    if truth is not None:
+        return contact_times(truth, prepared.judged)
+    return label_times(prepared.series.annotations, config.detect.true_events)
+
+
 def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | None = None) -> RuleStudy:
     """Everything that a log tells of its rule and of others.
 
@@ -94,9 +139,10 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         gammas_at: thresholds that the evidence supports at a persistence.
         progress: called with steps done and in all.
     """
-    rule = studied.inputs.rule
+    rule, longest_ms = studied.inputs.rule, studied.config.study.max_delay_ms
+    longest_s = None if longest_ms is None else longest_ms / 1e3
     added = _added(studied, stage(progress, 0.0, 0.6)) if judges_joints(studied.run) else []
-    choices = compared_persistences(added, studied.joints, rule.n, gammas_at, _longest_delay_s(studied.config))
+    choices = compared_persistences(added, studied.joints, rule.n, gammas_at, longest_s)
     chosen = next((choice for choice in choices if choice.chosen), None)
     step = stage(progress, 0.0, 1.0)
     step(7, 10)
@@ -107,7 +153,6 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         rules.append(_rule("recommended", added, chosen.gamma_nm, chosen.n))
     step(9, 10)
     push = next((contacts for contacts in added if contacts.shape == REFERENCE_PUSH), None)
-    prepared, run = studied.prepared, studied.run
     return RuleStudy(
         schema=STUDY_SCHEMA,
         log=studied.log.name,
@@ -118,14 +163,9 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         choices=choices,
         force_map=_map(studied),
         parts=_parts(studied),
-        dynamic=_dynamic(studied),
-        labelled=None if not studied.contact else labelled_curve(prepared, run, studied.inputs, studied.contact, push),
+        labelled=labelled_curve(studied.prepared, studied.run, studied.inputs, studied.contact or (), push),
         assumptions=tuple(_assumptions(studied, bool(added))),
     )
-
-
-def _longest_delay_s(config: Config) -> float | None:
-    return None if config.study.max_delay_ms is None else config.study.max_delay_ms / 1e3
 
 
 def _added(studied: StudiedLog, progress: Progress) -> list[AddedContacts]:
@@ -165,34 +205,31 @@ def joint_series(studied: StudiedLog, j: int) -> JointSeries:
 def _plane(studied: StudiedLog, j: int, chosen: PersistenceChoice | None) -> JointPlane:
     joint, rule = joint_series(studied, j), studied.inputs.rule
     name = studied.prepared.judged_series.joint_names[j]
-    push = _added_torque(studied, j, REFERENCE_PUSH, _PUSH_MOMENTS)
-    lasting = _added_torque(studied, j, LASTING, _DELAY_MOMENTS)
-    plane = joint_plane(joint, rule.gamma_nm[name], rule.n, push, lasting)
-    if chosen is not None:
-        point = plane_point(joint, chosen.gamma_nm[name], chosen.n, push, lasting)
-        plane = replace(plane, chosen=point)
-    return replace(plane, frontier=frontier(plane, _longest_delay_s(studied.config)))
+    push = _pushed(studied, j)
+    plane = joint_plane(joint, rule.gamma_nm[name], rule.n, push)
+    point = None if chosen is None else plane_point(joint, chosen.gamma_nm[name], chosen.n, push)
+    return replace(plane, chosen=point, frontier=frontier(plane))
 
 
-def _added_torque(studied: StudiedLog, j: int, shape: ContactShape, most: int) -> AddedTorque | None:
-    """A newton metre on one joint at moments that are judged; None where no moment is, or nothing is known of it."""
+def _pushed(studied: StudiedLog, j: int) -> AddedTorque | None:
+    """Pushes of a newton metre on a joint at judged moments; None where no moment is, or nothing is known of it."""
     series, run = studied.prepared.judged_series, studied.run
     if not judges_joints(run):
         return None
     kernel, period = run.residual.balance.kernel, series.period_s
     margin = margin_samples(kernel, series.bandwidth_hz, period)
-    after = round(shape.duration_s / period) + margin
+    after = round(REFERENCE_PUSH.duration_s / period) + margin
     moments = open_moments(series, studied.free, margin, after)
     moments = moments[run.detected.state[moments, j] <= State.FRICTION_INTERVAL]
     if moments.size == 0:
         return None
-    moments = spread_moments(moments, most, np.random.default_rng(_SEED))
+    moments = spread_moments(moments, _PUSH_MOMENTS, np.random.default_rng(_SEED))
     samples: IntArray = moments[:, None] + np.arange(-margin, after)
     around = windows(series, run, studied.inputs.laws, studied.config.detect.slow_speed_rad_s, [j], samples)
     time_s: FloatArray = period * np.arange(-margin, after, dtype=np.float64)
-    unit = through_filters(shape.values(time_s, period)[None, None, :], kernel, series.bandwidth_hz, period)
+    unit = through_filters(REFERENCE_PUSH.values(time_s, period)[None, None, :], kernel, series.bandwidth_hz, period)
     sign = np.where(np.arange(moments.size) % 2 == 0, 1.0, -1.0)
-    return AddedTorque(around, sign[None, :, None] * unit, margin)
+    return AddedTorque(around, sign[None, :, None] * unit)
 
 
 def _map(studied: StudiedLog) -> ForceMap | None:
@@ -220,7 +257,6 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
     out = {}
     for j, name in zip(studied.columns, studied.joints, strict=True):
         joint, column = joint_series(studied, j), columns[j]
-        noise_nm, noise = _sensor_noise(studied, j)
         inputs = PartInputs(
             joint.residual_nm,
             joint.uncertainty_nm,
@@ -231,8 +267,7 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
             gravity[:, column],
             prepared.rigid_nm[:, column] - gravity[:, column],
             motion,
-            noise_nm,
-            noise,
+            _sensor_noise(studied, j),
             series.period_s,
         )
         found = threshold_parts(inputs, studied.inputs.rule.n)
@@ -241,27 +276,15 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
     return out
 
 
-def _sensor_noise(studied: StudiedLog, j: int) -> tuple[float, FloatArray]:
-    """White noise of a joint's effort as it passes the kernel: its standard deviation, and as much of it made up."""
+def _sensor_noise(studied: StudiedLog, j: int) -> FloatArray:
+    """(n,) made-up noise, as white and as large as that of a joint's effort, as it passes the kernel."""
     series, kernel = studied.prepared.judged_series, studied.run.residual.balance.kernel
     assert series.effort is not None
     bend = np.diff(series.effort[:, j], 2)
     bend = bend[np.isfinite(bend)]
     white = robust_sd(bend) / sqrt(6.0) if bend.size else 0.0
     made = white * np.random.default_rng([_SEED, j]).normal(size=(series.time_s.size, 1))
-    passed = kernel.apply(made, [Span(0, series.time_s.size)], series.period_s)[:, 0]
-    return white * kernel.noise_gain(series.period_s), passed
-
-
-def _dynamic(studied: StudiedLog) -> dict[str, DynamicGain]:
-    """What a dynamic threshold would gain."""
-    series, kernel = studied.prepared.judged_series, studied.run.residual.balance.kernel
-    out = {}
-    for j, name in zip(studied.columns, studied.joints, strict=True):
-        motion = np.stack([np.abs(series.velocity_rad_s[:, j]), np.abs(series.acceleration_rad_s2[:, j])], axis=1)
-        speed, turn = kernel.apply(np.asfortranarray(motion), series.segments, series.period_s).T
-        out[name] = dynamic_gain(joint_series(studied, j), studied.inputs.rule.n, speed, turn)
-    return out
+    return kernel.apply(made, [Span(0, series.time_s.size)], series.period_s)[:, 0]
 
 
 def _assumptions(studied: StudiedLog, added: bool) -> list[str]:

@@ -120,7 +120,7 @@ def windows(
 def shown(around: Windows, added_nm: FloatArray) -> FloatArray:
     """(j, k, t) threshold below which each sample counts as above it with a torque (j, k, t) added, N·m.
 
-    It is -inf where nothing can alarm. The rest of rule (6) is in :mod:`alarm_grid`.
+    It is -inf where nothing can alarm. The rest of rule (6) is in :mod:`joint_plane`.
     """
     above, width = around.above_nm, around.width_nm
     pushed = above + added_nm

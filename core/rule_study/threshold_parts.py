@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.rule_study_result import ThresholdPart, ThresholdParts
+from collaudit.core.data.rule_study_result import ThresholdParts
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
-from collaudit.core.rule_study.alarm_grid import excess
+from collaudit.core.rule_study.joint_plane import excess
 
 _BLOCK_S, _TURN_S, _DRIFT_S = 1.0, 5.0, 20.0
 #: Less clean time than this says nothing.
@@ -26,17 +26,6 @@ _BESIDE_S = 0.2
 #: Bins of position of one gear's ripple, rad (m), and of speed.
 _BIN_RAD, _SPEED_BINS = 0.005, 16
 _RIDGE = 1e-6
-
-REMEDIES = {
-    "noise": "a slower filter, or a longer n; a better current sensor",
-    "reversal": "friction fitted at slower speeds, a smaller `detect.reversal_travel_rad`, fewer reversals",
-    "friction": "friction fitted over the speeds that are driven, at the temperature of the run",
-    "model": "`[fit] estimate` with inertials and the tool, or better inertials in the robot file",
-    "ripple": "gear ripple in the fit (`friction.json` corrections)",
-    "drift": 'a warm arm, `detect.friction_level = "followed"`, a fit on a run of the same length',
-    "lag": "`[log] effort_delay_ms`, or a velocity that is not filtered",
-    "rest": "not explained by any of these",
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,8 +39,7 @@ class PartInputs:
         position_rad, velocity_rad_s: (n,) of the joint.
         gravity_nm, inertial_nm: (n,) parts of the model's torque.
         motion: (n, m) accelerations of all joints.
-        noise_nm: standard deviation of white noise that the sensor leaves in the residual.
-        noise: (n,) such noise, made up: what as much again would add.
+        noise: (n,) made up, like the white noise that the sensor leaves in the residual: what as much again would add.
         period_s: sample period, s.
     """
 
@@ -64,7 +52,6 @@ class PartInputs:
     gravity_nm: FloatArray
     inertial_nm: FloatArray
     motion: FloatArray
-    noise_nm: float
     noise: FloatArray
     period_s: float
 
@@ -91,24 +78,12 @@ def threshold_parts(joint: PartInputs, n: int) -> ThresholdParts | None:
         "friction": _cross_binned(residual, sliding, turns, _speed_bins(joint.velocity_rad_s)),
         "ripple": _ripple(residual, sliding, turns, joint),
     }
-    parts = [
-        _part(cause, float(np.sqrt(np.mean(part[joint.clean] ** 2))), whole - level(residual - part))
-        for cause, part in explained.items()
-    ]
-    parts.append(_part("noise", joint.noise_nm, level(residual + joint.noise) - whole))
-    beside = residual[joint.clean & near]
-    parts.append(_part("reversal", _rms(beside), whole - level(residual, sliding)))
-    left = residual - sum(explained.values())
-    parts.append(_part("rest", _rms(left[sliding]), level(left, sliding)))
-    return ThresholdParts(whole, every, seconds, tuple(sorted(parts, key=lambda p: -p.gamma_nm)))
-
-
-def _part(cause: str, rms_nm: float, gamma_nm: float) -> ThresholdPart:
-    return ThresholdPart(cause, rms_nm, max(0.0, gamma_nm), REMEDIES[cause])
-
-
-def _rms(x: FloatArray) -> float:
-    return float(np.sqrt(np.mean(x**2))) if x.size else 0.0
+    falls = {cause: whole - level(residual - part) for cause, part in explained.items()}
+    falls["noise"] = level(residual + joint.noise) - whole
+    falls["reversal"] = whole - level(residual, sliding)
+    falls["rest"] = level(residual - sum(explained.values()), sliding)
+    ranked = sorted(((cause, max(0.0, fall)) for cause, fall in falls.items()), key=lambda each: -each[1])
+    return ThresholdParts(whole, dict(ranked))
 
 
 def _seldom_level(

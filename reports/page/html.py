@@ -14,7 +14,6 @@ from collaudit.reports.page.scripts import page_scripts, page_style
 from collaudit.reports.page.sections.joint_figures import Detail
 from collaudit.reports.page.shared_assets import shared_scripts
 from collaudit.reports.page.signal_block import signal_block
-from collaudit.reports.page.study_section import shared_planes
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView, Limits, StoredAudit, make_view
 
 #: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
@@ -63,8 +62,7 @@ def html_text(
     for k, audit in enumerate(ordered, 1):
         part = stage(progress, 0.9 * (k - 1) / len(ordered), 0.9 * k / len(ordered))
         views.append(make_view(audit, f"log{k}", _limits(audit, len(ordered)), part))
-    shared = shared_planes([audit.study for audit in ordered])
-    if shared is not None:  # drawn once, for all logs
+    if len(views) > 1:  # each joint's plane is drawn on the page of its log alone
         views = [view if view.study is None else replace(view, study=replace(view.study, planes=())) for view in views]
     versions = sorted({view.result.provenance.collaudit for view in views})
     scripts = page_scripts() if assets is None else shared_scripts(assets)
@@ -79,7 +77,6 @@ def html_text(
             plot_style=page_style(),
             blocks={view.key: signal_block(view) for view in views},
             running_head=_running_head(views),
-            shared=shared,
             most_contacts=MOST_CONTACTS,
         )
     )

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.data.rule_study_result import (
     ContactSensitivity,
-    DynamicGain,
     ForceNoticed,
     JointPlane,
     PersistenceChoice,
@@ -48,7 +47,6 @@ def study_sections(study: RuleStudy, answer: bool = True) -> tuple[Section, ...]
         _labelled(study),
         plane_section("Threshold and persistence of each joint", study.joints, study.units),
         _parts(study),
-        Section("A threshold that grows with the motion would be", ("joint", "gain"), _dynamic(study), folded=True),
         Section("Poses and directions that are blind", ("place", "from where"), _blind(study)),
         Section("What these numbers rest on", (), (), study.assumptions),
     )
@@ -119,9 +117,9 @@ def plane_section(title: str, planes: Mapping[str, JointPlane], units: Mapping[s
                 )
                 upper = point.alarms_per_hour_upper95
                 alarms = f"{point.alarms}" + ("" if upper is None else f" (at most {significant(upper)} an hour)")
-                rows.append((joint, name, gamma, str(point.n), alarms, push, milliseconds(point.delay_s)))
+                rows.append((joint, name, gamma, str(point.n), alarms, push))
     alarms_head, push_head = "alarms in the clean time (95 %)", "push of 100 ms noticed from"
-    head = ("joint", "rule", "γ", "n", alarms_head, push_head, "delay at 2 γ, ms")
+    head = ("joint", "rule", "γ", "n", alarms_head, push_head)
     return Section(title, head, tuple(rows), folded=True)
 
 
@@ -196,27 +194,12 @@ def _parts(study: RuleStudy) -> Section:
     """What each threshold is made of: the level, the causes by falling share, and last what is left."""
     rows = []
     for joint, parts in study.parts.items():
-        shares = sorted(parts.parts, key=lambda part: part.cause == "rest")
-        causes = [f"{_CAUSES[p.cause]} {significant(p.gamma_nm, 2)}" for p in shares if p.gamma_nm >= 0.005]
+        shares = sorted(parts.falls_nm.items(), key=lambda each: each[0] == "rest")
+        causes = [f"{_CAUSES[cause]} {significant(fall, 2)}" for cause, fall in shares if fall >= 0.005]
         rows.append((joint, with_unit(significant(parts.level_nm), joint, study.units), ", ".join(causes)))
     title = "What thresholds are made of: by how much the level falls without each cause"
     note = "The level is what the clean residual sustains for n samples. Causes overlap and do not add up."
     return Section(title, ("joint", "level", "falls without"), tuple(rows), (note,) if rows else ())
-
-
-def _dynamic(study: RuleStudy) -> Rows:
-    return tuple((joint, _gain(gain, study.units.get(joint, "N·m"))) for joint, gain in study.dynamic.items())
-
-
-def _gain(gain: DynamicGain, unit: str) -> str:
-    if gain.sensitivity_gain is None:
-        return gain.why_not or ""
-    if gain.sensitivity_gain <= 0.02:
-        held = "no gain: constant and dynamic thresholds are about equal"
-    else:
-        held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} {unit} constant)"
-    fresh = f"alarms on the held-out half: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
-    return f"{held}; {fresh}"
 
 
 def _labelled(study: RuleStudy) -> Section:

@@ -21,7 +21,6 @@ def threshold_evidence(result: AuditResult) -> Section:
         "clean time",
         "false alarms, extrapolated",
         "from observed time",
-        "γ at other persistences",
     )
     missing = [(joint, text) for joint, rule in result.recommended.items() for text in rule.missing]
     lines = (f"Missing: {line}" for line in joint_lines(missing, len(result.recommended)))
@@ -45,15 +44,4 @@ def _row(joint: str, rule: RecommendedRule, result: AuditResult) -> tuple[str, .
         duration(3600 * rule.clean_hours),
         NONE if expected is None else rate(expected, rule.clean_hours),
         NONE if upper is None else f"≤ {significant(upper)} /h",
-        ", ".join(f"{significant(gamma)} (n = {n})" for n, gamma in falling(rule)) or NONE,
     )
-
-
-def falling(rule: RecommendedRule) -> list[tuple[int, float]]:
-    """γ at other persistences, never rising with n.
-
-    A run of more samples above γ holds one of fewer: what is high enough at some n is so at every larger n. Estimates
-    of each n on its own may say otherwise by chance; the smaller γ is then valid at both.
-    """
-    known = [*rule.alternatives, *([(rule.n, rule.gamma_nm)] if rule.gamma_nm is not None else [])]
-    return [(n, min(gamma for other, gamma in known if other <= n)) for n, _ in rule.alternatives]

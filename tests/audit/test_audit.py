@@ -20,7 +20,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.recommend.arm_recommendation import recommend_rules
+from collaudit.core.recommend.arm_recommendation import recommend_arm
 from collaudit.core.robot import load_robot
 
 MASS, LENGTH, INERTIA, ROTOR = 6.0, 0.4, 0.05, 0.3
@@ -225,7 +225,7 @@ def test_recommendations_pool_several_logs(friction: FrictionFile) -> None:
     for seed in range(3):
         t, q, effort = swing(seed=seed)
         audits.append(audit(as_log(t, q, effort), config(), friction))
-    together = recommend_rules(audits)["joint1"]
+    together = recommend_arm(audits).joints["joint1"]
     alone = [a.result.recommended["joint1"] for a in audits]
     assert together.clean_hours == pytest.approx(sum(r.clean_hours for r in alone))
     assert "3 min are needed" in together.missing[0]

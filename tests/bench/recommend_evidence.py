@@ -38,7 +38,7 @@ def head(title: str, *cells: str) -> None:
 
 
 def gammas(evidence: ArmEvidence) -> tuple[Rules, dict[str, JointEvidence]]:
-    rules, found = recommend_joints(evidence, PERSISTENCE_S, others=False)
+    rules, found = recommend_joints(evidence, PERSISTENCE_S)
     return {joint: rule.gamma_nm or np.nan for joint, rule in rules.items()}, found
 
 

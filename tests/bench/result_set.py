@@ -94,9 +94,7 @@ def on_simulated(robot: str) -> Iterator[Job]:
         calibrated = f"{judged} --friction ../{robot}-fit/both.json {CALIBRATED} -o run"
         yield Job(f"{robot}-{scenario}-calibrated", (calibrated,))
         alone = f"{judged} {BESIDE} -o run"
-        yield Job(
-            f"{robot}-{scenario}-alone", (alone, "recommend run --json", "recommend run", "recommend run --dynamic")
-        )
+        yield Job(f"{robot}-{scenario}-alone", (alone, "recommend run --json", "recommend run"))
     for scenario in ("free-clean", "stop-go"):
         log = f"{at}-{scenario}.bag -c {at}-{scenario}.toml"
         reports = "report run -o page.html --format html,json,junit,sarif,markdown"

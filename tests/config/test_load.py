@@ -50,11 +50,14 @@ def test_byte_order_mark_is_accepted(tmp_path: Path) -> None:
         ("[[robot.dh]]\na = 1\n[[robot.dh]]\na = 'x'\n", [":4: robot.dh[1].a", 'found:    "x"']),
         ('[log.csv]\nposition = [1, "a"]\n', [":2: log.csv.position", "a list of whole numbers"]),
         (
-            "[detect.dynamic.j1]\nbase_nm = 1\nspeed_nm_per_rad = 2\n",
-            [":3: [detect.dynamic.j1] has no key 'speed_nm_per_rad'", "did you mean speed_nm_s_per_rad?"],
+            "[detect.evidence.j1]\nfastest_rad_s = 1\nhardest_rad_s2 = 1\nload_nm = [0, 1]\nreversals_per_s = 2\n",
+            [":5: [detect.evidence.j1] has no key 'reversals_per_s'", "did you mean reversals_per_h?"],
         ),
-        ("[detect.dynamic.j1]\nbase_nm = -1\n", [":2: detect.dynamic.j1.base_nm", "a number above 0"]),
-        ("[detect]\ndynamic = 3\n", [":2: detect.dynamic", "a table of name = a table"]),
+        (
+            "[detect.evidence.j1]\nfastest_rad_s = -1\nhardest_rad_s2 = 1\nload_nm = [0, 1]\n",
+            [":2: detect.evidence.j1.fastest_rad_s", "a number 0 or more"],
+        ),
+        ("[detect]\nevidence = 3\n", [":2: detect.evidence", "a table of name = a table"]),
         ("[phases]\ncontact = [[4, 3]]\n", [":2: phases.contact: interval [4, 3] does not run forward"]),
         ("[detect]\ngamma_nm = nan\n", [":2: detect.gamma_nm", "found:    nan"]),
         ("[detect]\ngamma_nm = inf\n", [":2: detect.gamma_nm", "found:    inf"]),

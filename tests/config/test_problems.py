@@ -35,8 +35,8 @@ CASES = {
     ),
     "a name itself": ('[policy.levels]\ncontacts = "warn"\ncontact = "warn"', ["policy.levels.contact"]),
     "below a name": (
-        "[detect.dynamic.a]\nbase_nm = 1\n[detect.dynamic.b]\nbase_nm = 0",
-        ["detect.dynamic.b.base_nm"],
+        "[detect.evidence.b]\nfastest_rad_s = 1\nhardest_rad_s2 = -1\nload_nm = [0, 1]",
+        ["detect.evidence.b.hardest_rad_s2"],
     ),
     "unknown keys of several tables": (
         "[detect]\nfoo = 1\nbar = 2\n[log.csv]\nbaz = 3",

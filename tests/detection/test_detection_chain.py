@@ -8,15 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from origins import NOBODY
-from scipy import ndimage
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
-from collaudit.core.data.detection_result import DynamicThreshold
-from collaudit.core.detection.threshold import dynamic_level, dynamic_shape, learn_dynamic, pooled_dynamic
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
@@ -156,71 +153,3 @@ def test_phases_are_found_from_the_force() -> None:
     assert t[labels == PHASES.index("retreat")].max() == pytest.approx(27.0, abs=0.1)
     outside = [f for f in phase_findings(t, labels, config) if f.code == "force-outside-contact"]
     assert [(f.start_s, f.end_s) for f in outside] == [pytest.approx((9.0, 10.0), abs=0.05)]
-
-
-def test_a_dynamic_threshold_never_fires_on_what_it_was_learnt_from() -> None:
-    rng = np.random.default_rng(1)
-    v, a = np.sin(np.linspace(0, 90, 50_000)), 3 * np.cos(np.linspace(0, 400, 50_000))
-    residual = rng.normal(0, 0.2 + 0.5 * np.abs(v) + 0.1 * np.abs(a))
-    law = learn_dynamic(residual, v, a, np.ones(v.size, bool), 5)
-    assert law is not None
-    assert law.speed_nm_s_per_rad > law.acceleration_nm_s2_per_rad > 0
-    above = np.abs(residual) > dynamic_level(law, v, a)
-    longest = max((len(run) for run in "".join("x" if x else " " for x in above).split()), default=0)
-    assert longest < 5
-    assert learn_dynamic(residual[:500], v[:500], a[:500], np.ones(500, bool), 5) is None
-
-
-def test_a_dynamic_threshold_rests_on_clean_samples_only() -> None:
-    """Against the same in a few lines over the whole column."""
-    rng = np.random.default_rng(4)
-    v, a = np.sin(np.linspace(0, 90, 5000)), 3 * np.cos(np.linspace(0, 400, 5000))
-    residual = rng.normal(0, 0.2 + 0.5 * np.abs(v))
-    clean = np.repeat(rng.random(500) < 0.9, 10)
-    clean[7] = False
-    residual[~clean] += 40.0
-    residual[[50, 51, 900]] = np.nan
-    residual[2000:2004] = 30.0  # of clean samples, but no longer than n
-    residual[3000:3008] = 6.0
-    clean[3500:3510] = True
-    clean[3503:3505] = False
-    residual[3500:3510] = 50.0  # as long as n only together with samples that are not clean
-    residual[3505:3510] = 0.1
-    a[70], v[71] = np.nan, np.nan
-    use = clean & np.isfinite(residual) & np.isfinite(v) & np.isfinite(a)
-    columns = np.column_stack([np.ones(v.size), np.abs(v), np.abs(a)])[use]
-    shape = dynamic_shape(np.abs(residual[use]), columns)
-    lasting = ndimage.minimum_filter1d(np.where(use, np.abs(residual), 0.0), 5, mode="constant")
-    scale = max(1.0, float(np.max(lasting[use] / (columns @ shape))))
-    law = learn_dynamic(residual, v, a, clean, 5)
-    assert law is not None
-    assert scale < 20.0, "not what lasts n samples only with those that are not clean"
-    found = (law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad)
-    assert scale > 1.5
-    assert found == pytest.approx(tuple(1.3 * scale * shape), rel=1e-12)
-
-
-def test_a_residual_of_zero_has_no_dynamic_threshold() -> None:
-    v = np.sin(np.linspace(0, 90, 5000))
-    assert learn_dynamic(np.zeros(5000), v, v, np.ones(5000, bool), 5) is None
-
-
-def test_a_pooled_dynamic_threshold_covers_every_run() -> None:
-    laws = [DynamicThreshold(1.0, 0.5, 0.2), None, DynamicThreshold(2.0, 0.1, 0.3)]
-    pooled = pooled_dynamic(laws)
-    assert pooled == DynamicThreshold(2.0, 0.5, 0.3)
-    assert pooled_dynamic([None]) is None
-
-
-def test_a_dynamic_threshold_judges(hits: Path, friction: FrictionFile) -> None:
-    plain = audited(hits, friction).result
-    tables = {
-        joint: {
-            "base_nm": 4.0,
-            "speed_nm_s_per_rad": 0.5,
-            "acceleration_nm_s2_per_rad": 0.1,
-        }
-        for joint in plain.rule.gamma_nm
-    }
-    found = audited(hits, friction, detect__gamma_nm="dynamic", detect__dynamic=tables).result
-    assert 0.6 * len(plain.collisions) <= len(found.collisions) <= len(plain.collisions)

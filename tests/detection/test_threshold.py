@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.threshold_result import MotionScale
 from collaudit.core.detection.threshold import Threshold
@@ -33,7 +32,7 @@ def threshold(**rule: object) -> Threshold:
         balance=SimpleNamespace(kernel=kernel, velocity_rad_s=velocity),
     )
     facts = SimpleNamespace(gamma_nm={"a": 4.0, "b": 2.0}, **{"follows": {}, "at_rest_nm": {}, **rule})
-    return Threshold(series, residual, facts, DetectConfig(gamma_nm="auto"))  # type: ignore[arg-type]
+    return Threshold(series, residual, facts)  # type: ignore[arg-type]
 
 
 def test_a_threshold_follows_the_motion_of_its_joint_only() -> None:

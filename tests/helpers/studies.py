@@ -20,7 +20,6 @@ from collaudit.core.data.rule_study_result import (
     PlanePoint,
     RuleSensitivity,
     RuleStudy,
-    ThresholdPart,
     ThresholdParts,
 )
 
@@ -38,22 +37,22 @@ def plane(seed: int = 0) -> JointPlane:
     torque = gamma[:, None] * (1 + n / 40) * rng.lognormal(0.0, 0.1, (1, len(n)))
     blind = torque > 250.0
     points = tuple(
-        PlanePoint(float(gamma[90 - 2 * k]), int(n[k]), 2 * k, 3.0 * k, 4.0 * k + 3, float(gamma[90 - 2 * k]), 0.03)
+        PlanePoint(float(gamma[90 - 2 * k]), int(n[k]), 2 * k, 3.0 * k, 4.0 * k + 3, float(gamma[90 - 2 * k]))
         for k in range(40)
     )
     return JointPlane(
         tuple(gamma.tolist()), tuple(n.tolist()), 0.2, tuple(map(tuple, alarms.tolist())),
         tuple(tuple(None if b else t for t, b in zip(*row, strict=True)) for row in zip(torque, blind, strict=True)),
-        tuple((0.03,) * len(n) for _ in gamma), 400, points[10], points[20], points,
+        points[10], points[20], points,
     )  # fmt: skip
 
 
 def _contact(shape: str, place: str | None, motion: Motion | None, force_n: float) -> ContactSensitivity:
     noticed = tuple(
         ForceNoticed(share, force_n * grown, (0.8 * force_n * grown, 1.7 * force_n * grown))
-        for share, grown in ((0.5, 1.0), (0.9, 6.3), (0.95, 11.0))
+        for share, grown in ((0.5, 1.0), (0.9, 6.3))
     )
-    return ContactSensitivity(shape, SHAPES[shape], 0.01, place, motion, 29, noticed, (), 0.04, 0.015)
+    return ContactSensitivity(shape, SHAPES[shape], 0.01, place, motion, 29, noticed, 0.04, 0.015)
 
 
 def _rule(name: str, joints: tuple[str, ...]) -> RuleSensitivity:
@@ -72,13 +71,12 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
     rng = np.random.default_rng(1)
     cells = tuple(
         ForceCell(
-            (0.1 * x, 0.1 * y, 0.1 * z), 9, float(rng.lognormal(4, 0.5)) if (x + y) % 9 else None, (0.0, 0.0, 1.0)
+            (0.1 * x, 0.1 * y, 0.1 * z), 9, float(rng.lognormal(4, 0.5)) if (x + y) % 9 else None
         )
         for x in range(9) for y in range(9) for z in range(5)
     )  # fmt: skip
     blind = tuple(
-        BlindPose(f"end of {j}", 46.7, dict.fromkeys(joints, 0.1), (-0.5, -0.6, 0.6), "along (-0.47, -0.62, 0.63)",
-                  6420.0, 0.37)
+        BlindPose(f"end of {j}", 46.7, "along (-0.47, -0.62, 0.63)", 6420.0, 0.37)
         for j in joints
     )  # fmt: skip
     forces, delays = dict.fromkeys(SHAPES, 31.7), dict.fromkeys(SHAPES, 0.04)
@@ -88,15 +86,15 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
     )
     scale = tuple(exp(0.1 * k) for k in range(-10, 30))
     injected = {force: tuple(0.5 for _ in scale) for force in ("5 N", "10 N", "20 N", "40 N")}
-    curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected, 0.03)
-    parts = tuple(ThresholdPart(cause, 0.1, 0.3, "") for cause in _CAUSES)
+    curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected)
+    parts = ThresholdParts(2.0, dict.fromkeys(_CAUSES, 0.3))
     return RuleStudy(
         STUDY_SCHEMA, "polishing.bag", 64 * "0", 0.002,
         joints={joint: plane(k) for k, joint in enumerate(joints)},
         rules=(_rule("configured", joints), _rule("recommended", joints)),
         choices=choices,
         force_map=ForceMap(0.1, 500.0, cells, blind),
-        parts={joint: ThresholdParts(2.0, 60.0, 100.0, parts) for joint in joints},
+        parts=dict.fromkeys(joints, parts),
         labelled=curve,
         assumptions=4 * ("Added contacts keep the recorded motion, and act on the arm in the poses that it was in.",),
     )  # fmt: skip

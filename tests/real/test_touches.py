@@ -100,7 +100,8 @@ def test_known_touches_stand_beside_pushes_of_known_force(data_dir: Path, tmp_pa
     assert audit.study is not None and audit.study.labelled is not None
     curve = audit.study.labelled
     at_set = curve.scale.index(1.0)
-    assert curve.contacts == TOUCHES[0] and curve.delay_s is not None and curve.delay_s < 0.15
+    assert audit.result.detection is not None and np.median(audit.result.detection.scores[0].delay_s) < 0.15
+    assert curve.contacts == TOUCHES[0]
     assert curve.missed[at_set] == 0.0 and curve.missed_ci95[at_set][1] < 0.25 and curve.missed[-1] == 1.0
     assert list(curve.missed) == sorted(curve.missed)
     weak, strong = (np.array(curve.injected[force]) for force in ("5", "40"))

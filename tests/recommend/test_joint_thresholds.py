@@ -17,9 +17,9 @@ from collaudit.core.recommend.joint_thresholds import (
     LEAST_S,
     LOOSE,
     REACH,
-    joint_evidence,
     looseness,
     recommend_joints,
+    tail_evidence,
     threshold,
 )
 from collaudit.core.recommend.sustained_levels import (
@@ -103,7 +103,7 @@ def test_what_is_claimed_holds_at_95_percent() -> None:
     """Below it, at the rate asked for, the threshold lies between what is likeliest and what holds at 95 %."""
     clean = np.ones(225_000, dtype=bool)
     data = [CleanResidual(coloured(seed, 450.0)[:, 0], clean, 0.002) for seed in (5, 6)]
-    tail = joint_evidence(data, 0.026).tail
+    tail = tail_evidence(declustered_peaks(data, [13, 13]), 13).tail
     assert tail is not None and tail.logs == 2
     gamma = threshold(tail, 1e-3, 6)
     assert gamma is not None and tail.rate_bound(gamma) <= 1.0 / (REACH * tail.hours) / 6
@@ -119,7 +119,8 @@ def test_a_loose_gamma_says_so() -> None:
     short, long = (recommended(coloured(21, minutes * 60.0)).joints["joint1"] for minutes in (3.2, 30))
     assert short.loose is not None and long.loose is not None and long.loose < min(LOOSE, short.loose)
     assert not any("times as high as" in text for text in long.missing)
-    tail = joint_evidence([CleanResidual(coloured(21, 192.0)[:, 0], np.ones(96_000, dtype=bool), 0.002)], 0.026).tail
+    data = [CleanResidual(coloured(21, 192.0)[:, 0], np.ones(96_000, dtype=bool), 0.002)]
+    tail = tail_evidence(declustered_peaks(data, [13]), 13).tail
     assert tail is not None and looseness(tail, 3.0 * tail.largest_nm) > LOOSE
     restless = coloured(23, 300.0) * np.repeat((0.1, 0.1, 0.1, 1.0, 1.2), 30_000)[:, None]
     wide = recommend_arm([audit_of(restless)], contact=[()]).joints["joint1"]
@@ -187,13 +188,6 @@ def test_a_residual_that_grows_is_called_drifting() -> None:
     assert any("steady residual" in text for text in drifting.missing)
     assert drifting.gamma_nm is not None and steady.gamma_nm is not None
     assert drifting.gamma_nm > 1.5 * steady.gamma_nm, "the worst third determines it"
-
-
-def test_longer_persistence_needs_no_more() -> None:
-    rule = recommended(coloured(6, 400.0)).joints["joint1"]
-    known = sorted([*rule.alternatives])
-    assert [g for _, g in known] == sorted((g for _, g in known), reverse=True)
-    assert {n for n, _ in known} == {7, 26, 52}
 
 
 @given(st.floats(1e-6, 1e6), st.floats(1.0, 3.0))

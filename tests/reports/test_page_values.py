@@ -10,13 +10,11 @@ from pathlib import Path
 
 import samples
 
-from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.detection_result import ControllerAlarmComparison
 from collaudit.core.errors import LogError
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
 from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.judged_sections import residual_section
-from collaudit.reports.sections.threshold_sections import falling
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import counted
 
@@ -27,17 +25,6 @@ def test_wall_clock() -> None:
     assert clock_text("2024-03-12T22:04:11.250000Z", 28.0) == "2024-03-12 22:04:39.250 UTC"
     assert clock_text("2024-12-31T23:59:59Z", 1.5) == "2025-01-01 00:00:00.500 UTC"
     assert clock_text(None, 1.0) == clock_text("yesterday", 1.0) == clock_text("2024-01-01", 1e300) == "–"
-
-
-def rule(**facts: object) -> RecommendedRule:
-    good = RecommendedRule(2.2, 13, 1.42, 1.5, 3.0, 0.02, 1.0, ((7, 2.3), (25, 2.6), (50, 2.0)), ())
-    return replace(good, **facts)
-
-
-def test_gamma_never_rises_with_n() -> None:
-    """Runs of 25 samples are among those of 13: what 13 needs is enough for 25."""
-    assert falling(rule()) == [(7, 2.3), (25, 2.2), (50, 2.0)]
-    assert falling(rule(gamma_nm=None)) == [(7, 2.3), (25, 2.3), (50, 2.0)]
 
 
 def test_the_largest_residual_covers_every_listed_event() -> None:

@@ -69,6 +69,13 @@ def test_places_have_a_row_for_each_measure_and_a_column_for_each_shape() -> Non
     ]  # fmt: skip
 
 
+def test_planes_are_drawn_on_the_page_of_one_log_only() -> None:
+    audit = replace(samples.failed(2000), study=studies.study(samples.JOINTS))
+    alone, both = html_text([audit]), html_text([audit, audit])
+    assert alone.count('class="plot plane"') == len(samples.JOINTS) and 'class="plot plane"' not in both
+    assert both.count("are drawn on the page of this log alone") == 2
+
+
 def test_the_page_says_once_what_holds_for_several_joints() -> None:
     text = html_text([samples.busy(3)])
     assert text.count("a quarter of its threshold") == 6, "once for each of six kinds, not for each joint"

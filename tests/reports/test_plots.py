@@ -375,7 +375,7 @@ def test_the_band_of_the_exponential_law_is_the_delta_method_too() -> None:
 
 def test_the_map_of_forces_shows_the_worst_of_what_lies_behind_each_other() -> None:
     near, behind, blind = (
-        ForceCell((0.45, y, z), 5, force, (0.0, 0.0, 1.0))
+        ForceCell((0.45, y, z), 5, force)
         for y, z, force in ((0.05, 0.35, 20.0), (0.05, 0.45, 80.0), (0.15, 0.35, None))
     )
     drawn = str(force_map_plot(ForceMap(0.1, 500.0, (near, behind, blind), ()), "<forces>"))

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from collaudit.cli.drafts.config_text import Section, document
 from collaudit.core.config.toml_text import to_toml, toml_key
-from collaudit.core.data.detection_result import DynamicThreshold
-from collaudit.reports.files.dynamic_toml import dynamic_toml
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 VALUES = st.recursive(
@@ -64,10 +62,3 @@ def test_layout_of_a_configuration() -> None:
         "[policy]\n"
         "max_collisions = 0  # hostile\\x0amax_collisions = 9\n"
     )
-
-
-def test_dynamic_thresholds_are_rounded_up_and_named_as_the_joints_are() -> None:
-    text = dynamic_toml({"joint1": DynamicThreshold(1.2341, 0.0, 3.0), 'a "b"': DynamicThreshold(12345.6781, 1.0, 0.1)})
-    assert text.startswith('[detect.dynamic."joint1"]\nbase_nm = 1.235\nspeed_nm_s_per_rad = 0\n')
-    assert tomllib.loads(text)["detect"]["dynamic"]['a "b"']["base_nm"] == 12345.679
-    assert dynamic_toml({}) == ""

@@ -14,7 +14,7 @@ from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.reports.files.rule_snippets import snippet
-from collaudit.reports.page.study_section import shared_planes, study_view
+from collaudit.reports.page.study_section import study_view
 from collaudit.reports.sections.comparison_sections import compared_sections
 from collaudit.reports.terminal.recommendation_text import recommendation_text
 from collaudit.reports.terminal.study_text import study_text
@@ -54,9 +54,6 @@ def test_of_a_recommendation(audit: Audit) -> None:
 def test_of_what_is_set() -> None:
     two = sliding(audit_of(coloured(2, 600.0, joints=2), gamma_nm=40.0), "joint1")
     found = recommend_arm([two])
-    assert "Too loose: external forces of " in found.set_rules["joint1"].text
-    assert " to 40 N go unnoticed" in found.set_rules["joint1"].text
-    assert " to 40 N·m go unnoticed" in found.set_rules["joint2"].text
     text = recommendation_text(found)
     opinions = [line for line in text.splitlines() if line.endswith("too loose")]
     assert [line.count(" N ") for line in opinions] == [3, 0], "set, asked for, unnoticed"
@@ -91,10 +88,9 @@ def test_of_a_study() -> None:
     gamma = next(iter(study.joints.values())).configured
     assert gamma is not None
     assert f"{gamma.gamma_nm:.3g} N " in moved
-    page, pooled = study_view(moved_study), shared_planes([moved_study, moved_study])
-    assert page is not None and pooled is not None
-    for shown in (page, pooled):
-        assert ["γ, N<" in str(plane) for _, plane in shown.planes] == [True, False]
-        rules = next(one for one in shown.sections if "rule" in one.columns and "γ" in one.columns)
-        units = {record["joint"]: record["γ"].endswith(" N") for record in rules.records}
-        assert units == {"lift": True, "elbow": False}
+    shown = study_view(moved_study)
+    assert shown is not None
+    assert ["γ, N<" in str(plane) for _, plane in shown.planes] == [True, False]
+    rules = next(one for one in shown.sections if "rule" in one.columns and "γ" in one.columns)
+    units = {record["joint"]: record["γ"].endswith(" N") for record in rules.records}
+    assert units == {"lift": True, "elbow": False}

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collaudit.core.detection.rule import collisions
-from collaudit.core.rule_study.alarm_grid import (
+from collaudit.core.rule_study.joint_plane import (
     COUNTS,
     GAMMAS,
     alarm_grid,
@@ -70,3 +70,10 @@ def test_axes_of_the_grid(period_s: float, n: int) -> None:
     assert counts[-1] * period_s >= 0.249
     gammas = grid_gammas(0.2, [4.0], 1.5)
     assert gammas.size == GAMMAS and gammas[0] < 0.2 and gammas[-1] > 4.0
+
+
+@pytest.mark.parametrize("largest", [0.3, 3.0, 300.0, 3e5])
+def test_thresholds_enclose_what_is_asked_in_equal_ratios(largest: float) -> None:
+    gammas = grid_gammas(0.13, [4.0], largest)
+    assert gammas.size == GAMMAS and gammas[0] <= 0.5 * 0.13 and gammas[-1] >= 2.5 * max(4.0, largest) * (1 - 1e-9)
+    np.testing.assert_allclose(np.diff(np.log(gammas)), np.log(gammas[1] / gammas[0]), rtol=1e-9)

@@ -11,7 +11,7 @@ from collaudit.core.data.rule_study_result import JointPlane
 from collaudit.core.rule_study.joint_plane import (
     AddedTorque,
     JointSeries,
-    alarm_rates,
+    alarm_rate,
     frontier,
     joint_plane,
     plane_point,
@@ -42,9 +42,7 @@ def plane_of(around: Windows, samples: int = 50) -> tuple[JointPlane, JointSerie
     noise = np.random.default_rng(2).normal(size=60_000)
     residual = np.convolve(noise, np.hanning(41) / 20.0, "same")
     joint = series(residual)
-    push = AddedTorque(around, step(samples), ONSET)
-    lasting = AddedTorque(around, step(400), ONSET)
-    return joint_plane(joint, 2.0, 13, push, lasting), joint
+    return joint_plane(joint, 2.0, 13, AddedTorque(around, step(samples))), joint
 
 
 def test_the_smallest_torque_is_the_threshold_while_the_push_lasts() -> None:
@@ -53,7 +51,6 @@ def test_the_smallest_torque_is_the_threshold_while_the_push_lasts() -> None:
         for g, gamma in enumerate(plane.gamma_nm):
             torque = plane.torque_nm[g][c]
             assert torque == (pytest.approx(gamma, rel=0.01) if n <= 50 else None)
-            assert plane.delay_s[g][c] == (pytest.approx((n - 1) * PERIOD, abs=1e-9))
 
 
 @pytest.mark.parametrize(("level", "expected"), [(0.5, 1.5), (-0.5, 2.5)])
@@ -83,13 +80,12 @@ def test_moments_that_notice_nothing_make_the_torque_unknown() -> None:
 
 def test_points_and_cells_agree() -> None:
     plane, joint = plane_of(quiet())
-    push, lasting = AddedTorque(quiet(), step(50), ONSET), AddedTorque(quiet(), step(400), ONSET)
+    push = AddedTorque(quiet(), step(50))
     for g, c in ((0, 0), (20, 3), (60, 12)):
         cell = point_of(plane, g, c)
-        own = plane_point(joint, plane.gamma_nm[g], plane.n[c], push, lasting)
+        own = plane_point(joint, plane.gamma_nm[g], plane.n[c], push)
         assert cell.alarms == own.alarms
         assert own.torque_nm == pytest.approx(cell.torque_nm, rel=0.02)
-        assert own.delay_s == cell.delay_s
     assert plane.clean_hours == pytest.approx(120.0 / 3600.0)
     assert plane.alarms[0][0] > 1000 and plane.alarms[-1][0] == 0
 
@@ -104,27 +100,17 @@ def test_the_frontier_trades_alarms_for_torque() -> None:
     for cell in every:
         if cell.torque_nm is not None:
             assert any(p.alarms <= cell.alarms and (p.torque_nm or 0.0) <= cell.torque_nm for p in points)
-    late = [p.delay_s or 0.0 for p in points]
-    assert all((p.delay_s or 0.0) <= 0.01 for p in frontier(plane, 0.01)) and max(late) > 0.01
 
 
 def test_rates_have_their_poisson_bound() -> None:
-    rate, upper = alarm_rates(np.array([0, 3]), 2.0)
-    assert rate.tolist() == [0.0, 1.5]
-    assert upper == pytest.approx([2.9957 / 2.0, 7.7537 / 2.0], rel=1e-4)
-    assert np.isinf(alarm_rates(np.array([0]), 0.0)[1][0])
+    assert alarm_rate(0, 2.0) == (0.0, pytest.approx(2.9957 / 2.0, rel=1e-4))
+    assert alarm_rate(3, 2.0) == (1.5, pytest.approx(7.7537 / 2.0, rel=1e-4))
+    assert alarm_rate(0, 0.0) == (None, None)
 
 
 def test_without_clean_time_there_is_no_rate() -> None:
     joint = series(np.zeros(500))
     joint = replace(joint, clean=np.zeros(500, dtype=bool))
-    plane = joint_plane(joint, 2.0, 13, None, None)
+    plane = joint_plane(joint, 2.0, 13, None)
     assert plane.configured is not None
     assert plane.configured.alarms_per_hour is None and plane.configured.torque_nm is None
-
-
-def test_a_torque_that_ends_too_soon_has_no_delay() -> None:
-    brief = AddedTorque(quiet(), step(20), ONSET)
-    plane = joint_plane(series(np.zeros(5000)), 2.0, 13, None, brief)
-    for c, n in enumerate(plane.n):
-        assert plane.delay_s[50][c] == (pytest.approx((n - 1) * PERIOD, abs=1e-9) if n <= 20 else None)

@@ -19,7 +19,7 @@ from collaudit.cli.commands.verify import VERIFY_SCHEMA
 from collaudit.cli.drafts.draft_json import INIT_SCHEMA
 from collaudit.cli.error_json import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
-from collaudit.core.data.detection_result import DynamicThreshold, Score
+from collaudit.core.data.detection_result import Score
 from collaudit.core.data.recommendation_result import (
     ArmRate,
     PersistenceReason,
@@ -103,7 +103,6 @@ class Recommended:
     if_clean_nm: dict[str, float]
     units: dict[str, str]
     assumptions: list[str]
-    dynamic: dict[str, DynamicThreshold]
     studies: list[RuleStudy]
 
 

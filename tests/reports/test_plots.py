@@ -249,7 +249,7 @@ def test_the_pages_own_data_are_the_signals_and_never_cross_gamma() -> None:
     true = trace.residual_nm[index]
     np.testing.assert_array_equal(np.isnan(shown), np.isnan(true))
     known = np.isfinite(true)
-    assert np.abs(shown - true)[known].max() <= 2 * (np.nanmax(true) - np.nanmin(true)) / 16_383
+    assert np.abs(shown - true)[known].max() <= 2 * (np.nanmax(true) - np.nanmin(true)) / 4_095
     np.testing.assert_array_equal(np.abs(shown[known]) > 4.0, np.abs(true[known]) > 4.0)
     np.testing.assert_array_equal(state == 0, trace.judged[index])
 

@@ -51,7 +51,7 @@ ASKED_N = {"tool": 100.0, "forearm": 150.0}
 _LOGS, _AFTER_S = 8, 0.4
 #: Middles of the stretches that local faults spoil in the fitted log, s.
 EVERY_SIX_S = tuple(np.arange(4.0, FITTED_S - 2.0, 6.0).tolist())
-OUTCOMES = ("found", "alarm elsewhere", "not judged", "stated", "silent", "crash")
+OUTCOMES = ("found", "alarm elsewhere", "not judged", "stated", "too weak", "silent", "crash")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +92,14 @@ class Arm:
         settings, friction = (self.stated if stated else self.auto), self.fitted(None, (), self.auto)
         logs = [self.free(self.seed + 30 + number, ()) for number in range(3)]
         return frozenset().union(*(statements(judged(log, settings, friction).result) for log in logs))
+
+    @cache  # noqa: B019
+    def too_weak(self, number: int, stated: bool) -> bool:
+        """Whether a push below the asked force is not noticed in the log without any fault either."""
+        if self.pushed(number).asked:
+            return False
+        settings, friction = (self.stated if stated else self.auto), self.fitted(None, (), self.auto)
+        return judged(self.pushed(number).log, settings, friction).result.verdict == "pass"
 
     def free(self, seed: int, pushes: tuple[Push, ...]) -> JointLog:
         """Free motion with these pushes, read and thinned; the files are not kept."""
@@ -142,7 +150,8 @@ def cases(arm: Arm, kinds: Sequence[str]) -> Iterator[tuple[str, LogFault, str, 
 
 def outcome(arm: Arm, fault: LogFault, where: str, stated: bool) -> dict[str, Any]:
     """What becomes of the push of one case."""
-    pushed = arm.pushed((FAULTS.index(fault) + 2 * (where == "both")) % _LOGS)  # 2: a hard push for a weak one
+    number = (FAULTS.index(fault) + 2 * (where == "both")) % _LOGS  # 2: a hard push for a weak one
+    pushed = arm.pushed(number)
     settings = _lacking(arm, fault, stated)
     middle = pushed.push.onset_s + pushed.push.duration_s / 2
     facts: dict[str, Any] = {"asked": pushed.asked and not fault.blinds, "force_n": pushed.push.force_n}
@@ -164,7 +173,7 @@ def outcome(arm: Arm, fault: LogFault, where: str, stated: bool) -> dict[str, An
         return {**facts, "outcome": "found" if hit else "alarm elsewhere"}
     if result.verdict != "pass":
         return {**facts, "outcome": "not judged"}
-    return {**facts, "outcome": "stated" if new else "silent"}
+    return {**facts, "outcome": "stated" if new else "too weak" if arm.too_weak(number, stated) else "silent"}
 
 
 def _lacking(arm: Arm, fault: LogFault, stated: bool) -> LoadedConfig:

@@ -118,10 +118,11 @@ def test_the_table_counts_every_case_once() -> None:
         "paper6 | scale | × 2 | judged | auto": {"outcome": "silent", "asked": True, "force_n": 120.0},
         "paper6 | scale | × 2 | both | auto": {"outcome": "found", "asked": True, "force_n": 120.0},
         "paper6 | frozen | 1 s | both | stated": {"outcome": "stated", "asked": False, "force_n": 30.0, "new": ["x"]},
+        "paper6 | frozen | 1 s | both | auto": {"outcome": "too weak", "asked": False, "force_n": 30.0, "new": []},
     }
     tables = dict(campaign.table(found))
-    assert "| scale | 2 | 1 | 0 | 0 | 0 | 1 | 0 | 2 | 1 |" in tables["spoilt-class"]
-    assert tables["spoilt-class"][-1] == "| **all** | 3 | 1 | 0 | 0 | 1 | 1 | 0 | 2 | 1 |"
+    assert "| scale | 2 | 1 | 0 | 0 | 0 | 0 | 1 | 0 | 2 | 1 |" in tables["spoilt-class"]
+    assert tables["spoilt-class"][-1] == "| **all** | 4 | 1 | 0 | 0 | 1 | 1 | 1 | 0 | 2 | 1 |"
     assert len(tables["spoilt-passes"]) == 3  # the heads, and the silent one
 
 

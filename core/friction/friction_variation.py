@@ -109,7 +109,12 @@ def jackknifed(
 
 
 def held_out_slopes(column: FloatArray, target: FloatArray, others: FloatArray, fold: IntArray) -> FloatArray:
-    """(f,) coefficient of one column beside others by the samples that are not of each fold; as :func:`jackknifed`."""
+    """(f,) coefficient of one column beside others by the samples that are not of each fold.
+
+    Args:
+        column, target, others: as of :func:`jackknifed`.
+        fold: (n,) number of the fold that a sample belongs to, from 0 on, none without samples.
+    """
     squares, products = _normal_equations(column, target, others, fold)
     return _without_each(squares, products) / max(float(np.linalg.norm(column)), 1e-300)
 

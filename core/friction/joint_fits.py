@@ -135,10 +135,12 @@ def _fit_joint(
         config.fit.motion == "any" or direct or any_motion_tells_more(points, loose, moving_speeds(prepared, joint))
     )
     fit = None if any_first else _fitted(points, units, config)
-    if any_first or (config.fit.motion != "sections" and fit is not None and fit.model is None):
+    if config.fit.motion != "sections" and (fit is None or fit.model is None):
         other = _fitted([*loose, *beyond(loose, points)], units, config)
-        fit = fit if other.model is None else replace(other, motion="sensors" if direct else "any")
-    fit = _fitted(points, units, config) if fit is None else fit
+        if other.model is not None:
+            fit = replace(other, motion="sensors" if direct else "any")
+    if fit is None:
+        fit = _fitted(points, units, config)
     rated = float(robot.effort_limit_nm[column])
     share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
     lost = dict(rejected[joint].most_common())

@@ -18,7 +18,7 @@ from collaudit.core.identification.estimate_choice import choose, choose_estimat
 from collaudit.core.identification.problem.identification_problem import residual, solve, terms_of
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
-from collaudit.core.identification.solved_problem import with_gains
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, with_gains
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -75,7 +75,8 @@ def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
     effort = prepared.series.effort.copy()
     effort[out] = 3.0 * effort[out] + 50.0
     other = replace(prepared, series=replace(prepared.series, effort=effort))
-    one, two = (fit_arm([log], taken, config, [out], whole) for log in (prepared, other))
+    known = (whole, replace(whole, samples=Samples.of([other], config).at_most(MOST_HELD_OUT)))
+    one, two = (fit_arm([log], taken, config, [out], of) for log, of in zip((prepared, other), known, strict=True))
     assert one.identified == two.identified
     assert {j: f.parameters for j, f in one.fits.items()} == {j: f.parameters for j, f in two.fits.items()}
     assert one.identified is not None and whole.identified is not None

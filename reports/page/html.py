@@ -21,10 +21,10 @@ _CARDS = 10
 _CARDS_OF_MANY = 2
 _MANY = 6
 #: Samples of each joint in the page, over all logs of it, and beside them around contacts and near misses.
-_POINTS = 650
+_POINTS = 510
 _LONG_POINTS = 3000
 _LONG_S = 600.0
-_AROUND_EVENTS = 280
+_AROUND_EVENTS = 300
 _LONG_AROUND_EVENTS = 1500
 _SEVERITY = {"fail": 0, "not_judged": 1, "pass": 2}
 

@@ -10,7 +10,7 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
-_COLUMNS = 30
+_COLUMNS = 24
 _LEAST = 5  # samples a column's spread is read from
 _MOST = 50_000
 _SHARES = (0.0, 0.05, 0.5, 0.95, 1.0)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.arm_states.filtered_effort import Friction, Gravity, follows_late
+from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import each, ordered_map

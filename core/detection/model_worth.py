@@ -83,8 +83,9 @@ class _Parts:
 
 def _cause(prepared: Prepared, run: DetectorRun, joint: str, j: int, rows: IntArray) -> str:
     """The first cause that the parts of the model show, in words."""
-    if prepared.effort_lag_s is not None:
-        return f"the effort passes a low-pass of about {prepared.effort_lag_s:.2g} s"
+    smoothing = prepared.effort_smoothing.get(joint)
+    if smoothing is not None and smoothing.shown:
+        return f"the effort is smoothed over {smoothing.low_s:.2g} s or more on its way into the log"
     series, column = prepared.series, prepared.series.column(joint)
     assert prepared.rigid_nm is not None
     rigid = _smoothed(run, prepared.rigid_nm[:, column], prepared)

@@ -200,9 +200,9 @@ KINDS: dict[str, Kind] = {
         setting="detect.hand_guiding",
     ),
     "effort-filtered": Kind(
-        "The efforts have passed a slow low-pass on their way into the log; a pass is not possible.",
+        "The efforts are smoothed on their way into the log; what would have been noticed counts what a push loses.",
         "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show.",
-        _SPAN,
+        _EXCLUDES,
     ),
     "effort-switched": Kind(
         "A joint's effort changes its unit or its sign in the middle of the log.",

@@ -1,4 +1,4 @@
-"""Hand guiding in a log: its stretches are neither judged nor fitted, and said; and efforts behind a slow filter."""
+"""Hand guiding in a log: its stretches are neither judged nor fitted, and said; and how far efforts are smoothed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import without_states
-from collaudit.core.arm_states.filtered_effort import Friction, Gravity, filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
+from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
@@ -18,6 +18,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import combined
+from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, joints_of, smoothing_words
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
 
@@ -49,25 +50,25 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
 
 
-def with_filtered_effort(prepared: Prepared, friction: Mapping[str, Friction]) -> Prepared:
-    """The log with a finding where its efforts have passed a slow low-pass.
+def with_effort_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
+    """The log with how far its efforts are smoothed, and a finding where that is more than a drive does.
 
     Args:
         prepared: the log to be judged.
         friction: sliding friction by joint.
+        config: ``[policy] observable_ms``, the push that must alarm.
     """
     known = _known(prepared, friction)
-    found = None if known is None else filtered_effort(*known)
-    if found is None:
+    if known is None:
         return prepared
-    joints = ", ".join(prepared.series.joint_names[j] for j in found.joints)
-    text = (
-        f"The efforts of {joints} have passed a low-pass of about {found.lag_s:.2g} s on their way into the log: with "
-        f"one, the model leaves {100 * found.left:.2g} % of the power that it leaves without. Contact shorter than "
-        "that is flattened: no alarm does not mean that there was none."
-    )
-    said = Finding("effort-filtered", "warning", text)
-    return replace(prepared, findings=(*prepared.findings, said), effort_lag_s=found.lag_s)
+    series, drive, rigid, _, laws = known
+    found = joints_of(effort_smoothing(series, drive, rigid, laws), series.joint_names)
+    shown = {joint: one for joint, one in found.items() if one.shown}
+    findings = prepared.findings
+    if shown:
+        text = smoothing_words(shown, config.policy.observable_ms / 1e3)
+        findings = (*findings, Finding("effort-filtered", "warning", text))
+    return replace(prepared, findings=findings, effort_smoothing=found)
 
 
 def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared, tuple[Finding, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +20,7 @@ from collaudit.core.prepare.commanded_force import CommandedTorque
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.effort_kind import EffortKind, EffortSource
+from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.joint_selection import of_joints
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth
 from collaudit.core.robot.robot_model import RobotModel
@@ -65,7 +67,7 @@ class Prepared:
         start: the log before its model torque.
         quiet: joints whose model torque is used without the bands that are noise.
         scale: those of the findings that are on the size of the effort against the model.
-        effort_lag_s: time constant of a low-pass that efforts have passed; None where none shows.
+        effort_smoothing: by joint how far the effort is smoothed over time; empty where no motion tells.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
 
@@ -82,7 +84,7 @@ class Prepared:
     start: ConditionedLog
     quiet: tuple[ModelBandwidth, ...] = ()
     scale: tuple[Finding, ...] = ()
-    effort_lag_s: float | None = None
+    effort_smoothing: Mapping[str, Smoothing] = field(default_factory=dict)
     judged_series: UniformSeries = field(init=False)
 
     def __post_init__(self) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
@@ -15,6 +17,8 @@ from collaudit.core.numeric.tables import blocks
 
 #: Of a push less than this share of its height is not waited for in the detector's filter.
 _LEAST_RESPONSE = 0.05
+#: Standard deviations of a Gaussian window after which nothing is left.
+_WINDOW_REACH = 4.0
 #: Samples that are looked at together.
 _AT_ONCE = 1 << 18
 
@@ -36,9 +40,24 @@ class Push:
     n: int
 
     @classmethod
-    def of(cls, duration_s: float, kernel: Kernel, n: int, period_s: float) -> Push:
-        """A push through a kernel, of the whole samples that fall into its duration at least."""
+    def of(cls, duration_s: float, kernel: Kernel, n: int, period_s: float, smoothed_s: float = 0.0) -> Push:
+        """A push through a kernel, of the whole samples that fall into its duration at least.
+
+        Args:
+            duration_s: of the push.
+            kernel: of the detector.
+            n: persistence, samples.
+            period_s: sample period, s.
+            smoothed_s: standard deviation of the window by which the effort is smoothed besides; nothing passes an
+                infinite one.
+        """
         response, begin = kernel.push_response(int(duration_s / period_s + 1e-6), period_s)
+        if np.isinf(smoothed_s):
+            return cls(duration_s, response[:0], 0, n)
+        if smoothed_s > 0.0:
+            reach = math.ceil(_WINDOW_REACH * smoothed_s / period_s)
+            response = gaussian_filter1d(np.pad(response, reach), smoothed_s / period_s, mode="constant")
+            begin += reach
         shown = np.flatnonzero(response > _LEAST_RESPONSE * response.max(initial=0.0))
         if not shown.size:
             return cls(duration_s, response[:0], 0, n)

@@ -111,7 +111,8 @@ class _Looked:
     Attributes:
         prepared, run: the log.
         joints: watched ones with a threshold.
-        push: as asked for.
+        push: as asked for, through the detector's filter.
+        shown: the same by joint, behind what smooths its effort besides.
         states: (n, j) of the judged joints.
         period_s: sample period, s.
     """
@@ -120,6 +121,7 @@ class _Looked:
     run: DetectorRun
     joints: tuple[str, ...]
     push: Push
+    shown: Mapping[str, Push]
 
     @classmethod
     def at(
@@ -132,8 +134,10 @@ class _Looked:
     ) -> _Looked:
         series, rule = prepared.judged_series, inputs.rule
         joints = tuple(j for j in series.joint_names if inputs.watch[j].watched and j in rule.gamma_nm)
-        push = Push.of(config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
-        return cls(prepared, run, joints, push)
+        known = (config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
+        shown = {joint: Push.of(*known, smoothing.high_s) for joint, smoothing in prepared.effort_smoothing.items()}
+        push = Push.of(*known)
+        return cls(prepared, run, joints, push, {joint: shown.get(joint, push) for joint in joints})
 
     @property
     def period_s(self) -> float:
@@ -149,14 +153,19 @@ class _Looked:
         """(n,) recorded samples at which a joint was."""
         return np.asarray(np.logical_or.reduce([self.watched(joint) for joint in self.joints]))
 
+    @property
+    def longest(self) -> Push:
+        """The push that is smoothed most: moments at which it lies within the log suit all."""
+        return max(self.shown.values(), key=lambda push: push.response.size, default=self.push)
+
     def noticed(self, joint: str, samples: IntArray) -> FloatArray:
         """(k,) smallest torque of a joint that would have alarmed."""
-        return noticed_torque(self.run, self.prepared.judged_series.column(joint), self.push, samples)
+        return noticed_torque(self.run, self.prepared.judged_series.column(joint), self.shown[joint], samples)
 
     def moments(self, mask: BoolArray, gaps_s: float) -> Moments:
         """What every joint would have noticed at moments of the marked samples (n,)."""
         robot, series = self.prepared.robot, self.prepared.series
-        samples = self.push.moments(mask, MOMENTS)
+        samples = self.longest.moments(mask, MOMENTS)
         position = series.position_rad[samples]
         level = np.full((samples.size, len(robot.joint_names)), np.inf)
         watched = np.zeros(level.shape, dtype=np.bool_)
@@ -179,7 +188,7 @@ def _of_joint(log: _Looked, joint: str, moving: BoolArray, gaps_s: float, asked_
     """One joint over the time in which it was watched, and over that in which it moved."""
     watched = log.watched(joint)
     watched_s, moving_s = (float(np.count_nonzero(mask)) * log.period_s for mask in (watched, moving))
-    samples, in_motion = (log.push.moments(mask, MOMENTS) for mask in (watched, moving))
+    samples, in_motion = (log.longest.moments(mask, MOMENTS) for mask in (watched, moving))
     level, level_moving = log.noticed(joint, samples), log.noticed(joint, in_motion)
     known = level[np.isfinite(level)]
     count = samples.size * (1.0 + gaps_s / watched_s) if watched_s > 0 else 0.0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from origins import NOBODY
 from scipy.signal import lfilter
+from scipy.special import erf
 
 from collaudit.core import api
 from collaudit.core.audit import audit_log
@@ -17,7 +18,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding
 from collaudit.core.friction.applied_friction import applied_friction
-from collaudit.core.prepare.guided_stretches import fitted_without_guiding, with_filtered_effort, without_guiding
+from collaudit.core.prepare.guided_stretches import fitted_without_guiding, with_effort_smoothing, without_guiding
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.compare import read_truth
 from collaudit.fixtures.simulated_audit import audit_simulated
@@ -119,15 +120,15 @@ def test_drives_that_are_logged_late_are_no_hand_guiding_and_said(
     slow[known] += series.effort[known][0]
     late = replace(clean, series=replace(series, effort=slow))
     assert looked_at(late, files, friction) == []
-    laws = {
-        joint: law.torque
-        for joint, law in applied_friction(clean, friction, load_config(files.config).config).laws.items()
-    }
-    assert with_filtered_effort(clean, laws).effort_lag_s is None
-    said = with_filtered_effort(late, laws)
-    assert said.effort_lag_s == pytest.approx(lag_s, rel=0.5)
+    config = load_config(files.config).config
+    laws = {joint: law.torque for joint, law in applied_friction(clean, friction, config).laws.items()}
+    assert not any(one.shown for one in with_effort_smoothing(clean, laws, config).effort_smoothing.values())
+    said = with_effort_smoothing(late, laws, config)
+    for one in said.effort_smoothing.values():
+        assert one.low_s < lag_s
+        assert erf(0.1 / (np.sqrt(2.0) * one.high_s)) < 1.1 * (1.0 - np.exp(-0.2 / lag_s))  # of a push of 0.2 s
     (one,) = (f for f in said.findings if f.code == "effort-filtered")
-    assert one.effect == "not-judged-part"
+    assert one.effect == "excludes"
 
 
 def test_a_fit_leaves_it_out(made: Maker, robot: str) -> None:

@@ -148,9 +148,10 @@ def cases(arm: Arm, kinds: Sequence[str]) -> Iterator[tuple[str, LogFault, str, 
                 yield name, fault, where, stated
 
 
-def outcome(arm: Arm, fault: LogFault, where: str, stated: bool) -> dict[str, Any]:
-    """What becomes of the push of one case."""
-    number = (FAULTS.index(fault) + 2 * (where == "both")) % _LOGS  # 2: a hard push for a weak one
+def outcome(arm: Arm, fault: LogFault, where: str, stated: bool, number: int | None = None) -> dict[str, Any]:
+    """What becomes of the push of one case, in the judged log of that number, or the one that is the case's turn."""
+    if number is None:
+        number = (FAULTS.index(fault) + 2 * (where == "both")) % _LOGS  # 2: a hard push for a weak one
     pushed = arm.pushed(number)
     settings = _lacking(arm, fault, stated)
     middle = pushed.push.onset_s + pushed.push.duration_s / 2

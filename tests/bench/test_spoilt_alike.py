@@ -1,0 +1,69 @@
+"""Faults that fitted and judged log share, one by one: a push of the asked force never passes.
+
+Contact in the fit, samples that are no measurement, stamps and cuts have tests of their own
+(``identification/test_log_cleaning.py``, ``audit/test_unmeasured_contacts.py``); ``make spoilt`` tries all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+#: The judged log whose push at the forearm has the force that is asked for there, or more.
+ASKED = 1
+#: Class and name, as in ``log_faults``.
+SHARED = (
+    *(("scale", f"efforts of all × {factor}") for factor in ("0.5", "0.8", "0.9", "1.5")),
+    ("low-pass", "1 Hz"),
+    ("low-pass", "5 Hz"),
+    ("low-pass", "10 Hz"),
+    ("low-pass", "zero-phase 3 Hz"),
+    ("moving mean", "50 ms"),
+    ("moving mean", "500 ms"),
+    ("held", "effort held at 20 Hz"),
+    ("joints swapped", "efforts of 2 and 3"),
+    ("sign", "efforts of one inverted"),
+    ("description lacks", "tool and rotor inertia"),
+)
+#: What spoils the windows around a touch: of the resting arm's recordings.
+ON_TOUCHES = (("low-pass", "0.5 Hz"), ("low-pass", "2 Hz"), ("resampled", "one row of 5"))
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Iterator[Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(Path(__file__).parent))
+        yield import_module("spoilt_logs")
+
+
+@pytest.fixture(scope="module", params=["paper6", "seven"])
+def arm(request: pytest.FixtureRequest, campaign: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return campaign.Arm(request.param, 20261125, tmp_path_factory.mktemp(request.param))
+
+
+@pytest.mark.parametrize(("kind", "name"), SHARED, ids=" ".join)
+def test_a_push_of_the_asked_force_never_passes(campaign: Any, arm: Any, kind: str, name: str) -> None:
+    (fault,) = (one for one in campaign.FAULTS if (one.kind, one.name) == (kind, name))
+    assert arm.pushed(ASKED).asked
+    found = campaign.outcome(arm, fault, "both", stated=False, number=ASKED)
+    assert found["outcome"] in ("found", "alarm elsewhere", "not judged"), found
+
+
+@pytest.mark.real
+def test_touches_in_spoilt_recordings_never_pass_in_silence(data_dir: Path, tmp_path: Path, campaign: Any) -> None:
+    touches, listed, faults = map(import_module, ("spoilt_touches", "real_log_list", "log_faults"))
+    one = listed.TOUCH_LOGS[0]
+    settings = one.settings(data_dir, tmp_path)
+    log = touches.api.open_log(one.files(data_dir, tmp_path), settings)
+    (label,) = (mark for mark in log.annotations if mark.name == "label")
+    middles = tuple((start + end) / 2 for start, end in label.intervals_s)
+    place = faults.Place(middles, touches.api.load_robot(settings, log.joint_names), "", np.random.default_rng(0))
+    usual = touches.statements(touches.judged(log, settings, None).result)
+    for kind, name in ON_TOUCHES:
+        (fault,) = (fault for fault in touches.FAULTS if (fault.kind, fault.name) == (kind, name))
+        assert touches.outcome(log, settings, fault, place, usual) not in ("silent", "crash"), (kind, name)

@@ -6,7 +6,8 @@ Contact in the fit, samples that are no measurement, stamps and cuts have tests 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,20 +17,25 @@ import pytest
 
 #: The judged log whose push at the forearm has the force that is asked for there, or more.
 ASKED = 1
-#: Class and name, as in ``log_faults``.
-SHARED = (
-    *(("scale", f"efforts of all × {factor}") for factor in ("0.5", "0.8", "0.9", "1.5")),
-    ("low-pass", "1 Hz"),
-    ("low-pass", "5 Hz"),
-    ("low-pass", "10 Hz"),
-    ("low-pass", "zero-phase 3 Hz"),
-    ("moving mean", "50 ms"),
-    ("moving mean", "500 ms"),
-    ("held", "effort held at 20 Hz"),
-    ("joints swapped", "efforts of 2 and 3"),
-    ("sign", "efforts of one inverted"),
-    ("description lacks", "tool and rotor inertia"),
-)
+#: Class and name, as in ``log_faults``, by the arm that is spoilt so; both are in the table.
+SHARED = {
+    "paper6": (
+        ("scale", "efforts of all × 0.5"),
+        ("scale", "efforts of all × 0.8"),
+        ("low-pass", "5 Hz"),
+        ("low-pass", "1 Hz"),
+        ("moving mean", "50 ms"),
+        ("description lacks", "tool and rotor inertia"),
+    ),
+    "seven": (
+        ("scale", "efforts of all × 1.5"),
+        ("low-pass", "10 Hz"),
+        ("low-pass", "zero-phase 3 Hz"),
+        ("moving mean", "500 ms"),
+        ("held", "effort held at 20 Hz"),
+        ("joints swapped", "efforts of 2 and 3"),
+    ),
+}
 #: What spoils the windows around a touch: of the resting arm's recordings.
 ON_TOUCHES = (("low-pass", "0.5 Hz"), ("low-pass", "2 Hz"), ("resampled", "one row of 5"))
 
@@ -41,16 +47,20 @@ def campaign() -> Iterator[Any]:
         yield import_module("spoilt_logs")
 
 
-@pytest.fixture(scope="module", params=["paper6", "seven"])
-def arm(request: pytest.FixtureRequest, campaign: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return campaign.Arm(request.param, 20261125, tmp_path_factory.mktemp(request.param))
+@pytest.fixture(scope="module")
+def arms(campaign: Any, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Any]:
+    return cache(lambda robot: campaign.Arm(robot, 20261125, tmp_path_factory.mktemp(robot)))
 
 
-@pytest.mark.parametrize(("kind", "name"), SHARED, ids=" ".join)
-def test_a_push_of_the_asked_force_never_passes(campaign: Any, arm: Any, kind: str, name: str) -> None:
+@pytest.mark.parametrize(
+    ("robot", "kind", "name"), [(robot, *one) for robot, faults in SHARED.items() for one in faults]
+)
+def test_a_push_of_the_asked_force_never_passes(
+    campaign: Any, arms: Callable[[str], Any], robot: str, kind: str, name: str
+) -> None:
     (fault,) = (one for one in campaign.FAULTS if (one.kind, one.name) == (kind, name))
-    assert arm.pushed(ASKED).asked
-    found = campaign.outcome(arm, fault, "both", stated=False, number=ASKED)
+    assert arms(robot).pushed(ASKED).asked
+    found = campaign.outcome(arms(robot), fault, "both", stated=False, number=ASKED)
     assert found["outcome"] in ("found", "alarm elsewhere", "not judged"), found
 
 

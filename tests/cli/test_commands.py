@@ -57,6 +57,12 @@ def test_fit_of_efforts_that_are_all_inverted_is_not_judged(arm, collaudit, tmp_
     assert outcome.code == 3, outcome.out + outcome.err
     assert outcome.err.count("no joint has friction that a log could be judged with") == 1
     assert read_friction(tmp_path / "f.json").usable == ()
+
+
+def test_fit_of_one_inverted_effort_leaves_the_other_joint(arm, collaudit, tmp_path: Path) -> None:
+    log = tmp_path / "inverted.csv"
+    header, *rows = arm.clean.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
     one = "\n".join([header, *(",".join([*row[:5], str(-float(row[5])), row[6]]) for row in cells)]) + "\n"
     log.write_text(one)
     assert collaudit("fit", log, "-c", arm.config, "-o", tmp_path / "f.json").code == 0

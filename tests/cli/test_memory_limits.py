@@ -18,7 +18,7 @@ MAIN = "from collaudit.cli.main import main; main()"
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux counts what RLIMIT_DATA limits")
-@pytest.mark.parametrize("megabytes", [90, 160, 210, 240, 260, 280])
+@pytest.mark.parametrize("megabytes", [90, 160, 240, 280])
 def test_a_limit_of_memory_ends_a_command_with_its_verdict_or_with_not_judged(
     arm: Any, tmp_path: Path, megabytes: int
 ) -> None:
@@ -42,7 +42,7 @@ def test_a_limit_of_memory_ends_a_command_with_its_verdict_or_with_not_judged(
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of address space differ elsewhere")
-@pytest.mark.parametrize("megabytes", [60, 90, 300, 400, 460, 480, 560, 590])
+@pytest.mark.parametrize("megabytes", [60, 300, 460, 560])
 def test_a_limit_of_address_space_never_ends_in_a_broken_policy(arm: Any, tmp_path: Path, megabytes: int) -> None:
     import resource
 

@@ -20,6 +20,8 @@ BEGIN, END = "<!-- rows of init -->", "<!-- end of rows -->"
 #: Keys of the file that say how a log is read, in the order of the table.
 CSV_KEYS = ("time", "rate_hz", "position", "velocity", "effort", "delimiter", "decimal", "header")
 USUAL = {"delimiter": ",", "decimal": ".", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}", "time": "t"}
+#: Rows whose log the trial of ``init`` fits, as it does where no friction is known.
+FITTED = ("CSV, decimal point", "an inverted effort", "two arms, a topic each, the same names")
 OFFERED = ("labels", "wrench", "effort_sign")
 
 
@@ -101,6 +103,8 @@ def test_a_row_is_what_init_does(
 ) -> None:
     files = row.build(tmp_path, motion)
     given = (*(("-c", robot) if row.robot else ()), *row.given)
+    if row.robot and row.case not in FITTED:  # init's trial judges with it instead of fitting the log
+        given += ("--set", f'friction.file="{arm.friction}"')
     outcome = collaudit("init", *files, *given, "-o", tmp_path / "written.toml")
     assert outcome.code in (0, 3), outcome.err
     line = line_of(row, outcome, tmp_path / "written.toml").replace(str(tmp_path) + "/", "")
@@ -109,7 +113,7 @@ def test_a_row_is_what_init_does(
     assert line in _page_rows(), f"{line}\nCOLLAUDIT_WRITE_TABLE=1 writes it"
     if row.finding:
         assert row.finding in collaudit("inspect", "-v", *files, "-c", tmp_path / "written.toml").out
-    if outcome.code == 0:
+    if outcome.code == 0 and row.group != "Vocabulary":  # which test_same_audit_matrix.py audits
         # init's trial fitted the log itself; to fit it again, or to keep thresholds of its own, takes a fit a row.
         stated = ("--friction", arm.friction, "--gamma", "4")
         arms = sorted(tmp_path.glob("written.*.toml")) or [tmp_path / "written.toml"]

@@ -20,7 +20,7 @@ SIDES = ("left", "right")
 
 
 def _signals(log: Path) -> tuple[np.ndarray, ...]:
-    rows = np.loadtxt(log, delimiter=",", skiprows=1)
+    rows = np.loadtxt(log, delimiter=",", skiprows=1)[::5]  # 50 Hz: a push of 0.3 s has 15 samples
     return rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7]
 
 
@@ -32,8 +32,8 @@ def _messages(log: Path, topic: str, names: list[str], late_ns: int) -> list[w.S
     ]
 
 
-def _both(folder: Path, form: str, logs: tuple[Path, Path]) -> tuple[Path, list[Path]]:
-    """The log of both arms, and the same arms' own logs, in one form."""
+def _both(folder: Path, form: str, logs: tuple[Path, Path]) -> tuple[Path, Path]:
+    """The log of both arms, and the left arm's own log, in one form."""
     folder.mkdir()
     if form == "columns":
         parts = [_signals(log) for log in logs]
@@ -42,21 +42,16 @@ def _both(folder: Path, form: str, logs: tuple[Path, Path]) -> tuple[Path, list[
         each = [name for quantity in ("q", "dq", "tau") for name in (f"{quantity}1", f"{quantity}2")]
         header = ",".join(["t", *(f"{side}_{name}" for side in SIDES for name in each)])
         np.savetxt(folder / "both.csv", table, delimiter=",", header=header, comments="", fmt="%.9g")
-        alone = []
-        for k, side in enumerate(SIDES):
-            own = np.column_stack([table[:, 0], table[:, 1 + 6 * k : 7 + 6 * k]])
-            np.savetxt(
-                folder / f"{side}.csv", own, delimiter=",", header=",".join(["t", *each]), comments="", fmt="%.9g"
-            )
-            alone.append(folder / f"{side}.csv")
-        return folder / "both.csv", alone
+        own = ",".join(["t", *each])
+        np.savetxt(folder / "left.csv", table[:, :7], delimiter=",", header=own, comments="", fmt="%.9g")
+        return folder / "both.csv", folder / "left.csv"
     told = []
     for k, (side, log) in enumerate(zip(SIDES, logs, strict=True)):
         names = [f"{side}_joint1", f"{side}_joint2"] if form == "publishers" else ["joint1", "joint2"]
         told.append(
             _messages(log, "/joint_states" if form == "publishers" else f"/{side}/joint_states", names, k * LATE)
         )
-    alone = [w.write_mcap(folder / f"{side}.mcap", messages) for side, messages in zip(SIDES, told, strict=True)]
+    alone = w.write_mcap(folder / "left.mcap", told[0])
     mixed = sorted([*told[0], *told[1]], key=lambda one: one.log_ns)
     return w.write_mcap(folder / "both.mcap", mixed), alone
 
@@ -102,9 +97,9 @@ def test_each_arm_is_judged_as_if_alone(collaudit, tmp_path: Path, form: str) ->
     entries = {entry["robot"]: entry for entry in json.loads((tmp_path / "out" / "summary.json").read_text())["logs"]}
     assert {side: entry["verdict"] for side, entry in entries.items()} == {"left": "fail", "right": "pass"}
     single, friction, out = tmp_path / "left.toml", tmp_path / "left.json", tmp_path / "out_left"
-    assert collaudit("init", alone[0], "-c", tmp_path / "arm.toml", "-o", single).code == 0
-    assert collaudit("fit", alone_clean[0], "-c", single, "-o", friction).code == 0
-    assert collaudit("audit", alone[0], "-c", single, "--friction", friction, "-o", out, "--gamma", 4).code == 1
+    assert collaudit("init", alone, "-c", tmp_path / "arm.toml", "-o", single).code == 0
+    assert collaudit("fit", alone_clean, "-c", single, "-o", friction).code == 0
+    assert collaudit("audit", alone, "-c", single, "--friction", friction, "-o", out, "--gamma", 4).code == 1
     (ours,) = [path for path in (tmp_path / "out").glob("*/audit.json") if path.parent.name.startswith("left")]
     assert _numbers(ours) == _numbers(next(out.glob("*/audit.json")))
 

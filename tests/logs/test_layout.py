@@ -31,7 +31,7 @@ NUMBERS = {
 }  # fmt: skip
 BASES = (*NUMBERS, "string")
 FIELD = st.tuples(st.sampled_from(BASES), st.sampled_from(["", "", "[]", "[3]", "[0]", "[<=4]"]))
-LENIENT = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+LENIENT = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -18,7 +18,7 @@ from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 
-COUNT = 10000
+COUNT = 6000
 JOINTS = "/joint_states"
 Saids = list[w.Said]
 IDL = """module sensor_msgs { module msg { struct JointState {

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from origins import NOBODY
 
-from collaudit.core import api
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
@@ -122,10 +121,11 @@ def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: Frict
 
 
 @pytest.mark.parametrize(("detector", "causal"), [("momentum", True), ("direct", True), ("combined", False)])
-def test_one_fit_serves_every_detector(made: Made, hits: Path, detector: str, causal: bool) -> None:
+def test_one_fit_serves_every_detector(
+    own_fit: Callable[..., FrictionFile], hits: Path, detector: str, causal: bool
+) -> None:
     """Causal or offline: thresholds of its own, pushes found, and none elsewhere."""
-    files = made("free-clean", "paper6", duration_s=60.0)
-    friction = api.fit([files.log], load_config(files.config))
+    friction = own_fit("free-clean", "paper6", duration_s=60.0)
     truth = read_truth(hits.with_suffix(".truth.json"))
     loaded = load_config(
         hits.with_suffix(".toml"), {"detect.gamma_nm": "auto", "detect.detector": detector, "detect.causal": causal}

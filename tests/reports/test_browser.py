@@ -17,6 +17,7 @@ from browser import axe_source, keep_picture, launched, violations
 from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
+from collaudit.reports.page import html
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
@@ -27,6 +28,7 @@ from collaudit.reports.values.comparison import compare
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.browser
 
+STYLE = Path(html.__file__).parent / "templates" / "style.css"
 VERDICTS = [
     (samples.failed, "FAIL", "rgb(176, 0, 32)"),
     (samples.passed, "PASS", "rgb(20, 98, 58)"),
@@ -265,20 +267,33 @@ def pages(tmp_path: Path) -> dict[str, Path]:
     return {name: tmp_path / f"{name}.html" for name in ("several", "index", "compared", "limits")}
 
 
-def test_axe_finds_nothing_at_any_width_light_or_dark(
-    chromium: Any, axe: str, report: Path, busy: Path, tmp_path: Path
-) -> None:
+#: Widths on both sides of the style's one bound (46 rem), and schemes. A scheme sets colours and nothing else, so dark
+#: pages are examined at one width; between the widths only what may widen a page is looked at.
+EXAMINED = {(360, "light"), (1280, "light"), (1280, "dark")}
+
+
+def test_axe_finds_nothing_at_any_width_light_or_dark(chromium: Any, axe: str, busy: Path, tmp_path: Path) -> None:
     found = []
-    for name, path in {"report": report, "busy": busy, **pages(tmp_path)}.items():
+    for name, path in {"busy": busy, **pages(tmp_path)}.items():
         page = Visit(chromium, path).page
         for width in (360, 768, 1280):
             page.set_viewport_size({"width": width, "height": 900})
-            for scheme in ("light", "dark"):
+            assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{name} scrolls sideways"
+            for scheme in [scheme for at, scheme in sorted(EXAMINED) if at == width]:
                 page.emulate_media(color_scheme=scheme)
                 found += [f"{name} {width} {scheme}: {text}" for text in violations(page, axe)]
-                assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{name} scrolls sideways"
                 keep_picture(page, f"{name}-{width}-{scheme}")
     assert found == []
+
+
+def test_the_style_has_one_bound_of_widths_and_a_scheme_sets_colours_only() -> None:
+    """What EXAMINED leaves out relies on this."""
+    style = STYLE.read_text(encoding="utf-8")
+    assert re.findall(r"@media ([^{]*(?:width|height)[^{]*)", style) == ["(max-width: 46rem) "]
+    (dark,) = re.findall(r"prefers-color-scheme: dark\) \{ :root \{(.*?)\}", style, re.DOTALL)
+    declared = dict(re.findall(r"([\w-]+): ?([^;]+);", dark))
+    assert declared and all(name.startswith("--") for name in declared)
+    assert all(re.fullmatch(r"#[0-9a-f]{3,6}", value) for value in declared.values())
 
 
 def test_nothing_that_is_unfolded_widens_a_phones_page(chromium: Any, report: Path) -> None:

@@ -59,7 +59,6 @@ class Inspected:
     csv_columns: list[str]
     findings: list[Finding]
     columns: list[ColumnInfo]
-    proposal: list[str]
     error: str | None
 
 

@@ -36,14 +36,12 @@ class LoadedConfig:
         base_dir: folder that relative paths in it start from.
         sha256: hash of the effective configuration, defaults included; file paths enter as file names.
         path: the file, or None when there was none.
-        cache: folder that keeps decoded logs, None for none: a choice of this run, not part of the hash.
     """
 
     config: Config
     base_dir: Path
     sha256: str
     path: Path | None
-    cache: Path | None = None
 
     @property
     def friction_path(self) -> Path | None:

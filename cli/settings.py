@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 _PATH = "collaudit.config.path"
 _FOUND = "collaudit.config.found"
 _OVERRIDES = "collaudit.config.overrides"
-_CACHE = "collaudit.cache"
 _PATHS = "collaudit.config.paths"
 #: Found in the working folder, this file is used by every command that takes ``-c`` and was given none.
 DEFAULT = Path("collaudit.toml")
@@ -74,7 +72,7 @@ def load_settings(replaced: Path | None = None) -> LoadedConfig:
 
     meta = click.get_current_context().meta
     own = replaced is not None and _PATH in meta and meta[_PATH] is None and replaced.resolve() == DEFAULT.resolve()
-    return replace(load_config(None if own else config_path(), overrides()), cache=meta.get(_CACHE))
+    return load_config(None if own else config_path(), overrides())
 
 
 def config_option(function: CommandFunction) -> CommandFunction:
@@ -94,7 +92,6 @@ def robot_options(function: CommandFunction) -> CommandFunction:
         _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
         _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
         _flag("--msg-path", "log.msg_path", _file, "DIR", "Folder of .msg files of types a log does not define.", True),
-        _kept("--cache", _CACHE, "DIR", "Keep decoded logs there; the next command on the same log is quicker."),
     )
     return _all(flags, function)
 

@@ -16,18 +16,14 @@ if TYPE_CHECKING:
 _MOST = 2
 
 
-def with_study(loaded: LoadedConfig, per_hour: float, max_delay_ms: float | None) -> LoadedConfig:
+def with_study(loaded: LoadedConfig, per_hour: float) -> LoadedConfig:
     """The same settings, with a study of the rule for what is asked.
 
     Args:
         loaded: settings.
         per_hour: false alarms of the arm that are accepted.
-        max_delay_ms: longest delay, ms; None leaves it to the settings.
     """
-    asked: dict[str, object] = {"run": True, "per_hour": per_hour}
-    if max_delay_ms is not None:
-        asked["max_delay_ms"] = max_delay_ms
-    study = loaded.config.study.changed(asked)
+    study = loaded.config.study.changed({"run": True, "per_hour": per_hour})
     return replace(loaded, config=loaded.config.changed({"study": study}))
 
 

@@ -117,7 +117,6 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
         prismatic=[joint.name for joint in description.joints if joint.kind == "prismatic"] if description else (),
         judged=settings.config.robot.joints or (),
         progress=progress,
-        cache=settings.cache,
     )
     return at_joints(log, settings.config.robot, movable or ())
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from collaudit.cli.fleet.run_evidence import Judged
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.recommendation_result import PersistenceReason
-    from collaudit.core.data.rule_study_result import PersistenceChoice
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
@@ -58,12 +57,10 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     show_default=True,
     help="False alarms of the whole arm per hour that are accepted.",
 )
-@click.option("--choose-n", is_flag=True, help="Choose the persistence that notices the least force; else it stays.")
 @click.option(
     "--max-delay-ms",
     type=click.FloatRange(min=0.0, min_open=True),
-    help="Longest delay to the alarm: a persistence that takes longer, by filter and samples or with contacts added "
-    "to the logs, is not chosen.",
+    help="Longest delay to the alarm: a persistence that takes longer, by filter and samples, is shortened.",
 )
 @click.option(
     "--snippet",
@@ -83,7 +80,6 @@ def command(
     verbose: bool,
     as_json: bool,
     per_hour: float,
-    choose_n: bool,
     max_delay_ms: float | None,
     snippet: str | None,
     truth: tuple[Path, ...],
@@ -99,9 +95,8 @@ def command(
     Three lines say what to set, what that notices, and how many hours are missing; -v prints the evidence. Of a fleet,
     each robot gets an answer.
 
-    The persistence stays as it was set; --n or --persistence-ms state another. --choose-n takes the one that notices
-    the least force, of contacts added to the logs. Runs have been studied where they were judged with
-    `collaudit detect --study`.
+    The persistence stays as it was set; --n or --persistence-ms state another. What others would notice, the plane of
+    each joint shows: `collaudit detect --study`.
 
     With --store, the clean hours of all nights of a robot count, and it says since when they support the rate.
 
@@ -116,7 +111,7 @@ def command(
     from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste
 
-    evidence = run_evidence(inputs, truth, per_hour, max_delay_ms)
+    evidence = run_evidence(inputs, truth, per_hour)
     arms = by_arm(evidence, robot)
     if len(arms) > 1 and (as_json or snippet is not None):
         names = ", ".join(arms)
@@ -125,7 +120,7 @@ def command(
     for name, judged in arms.items():
         audits = [audit for audit, *_ in judged]
         with progress("recommending") as report:
-            found = _found(judged, per_hour, max_delay_ms, choose_n)
+            found = _found(judged, per_hour, max_delay_ms)
             report(8, 10)
         answers[name] = found
         if as_json:
@@ -144,13 +139,13 @@ def command(
     return EXIT_PASS if all(known) else EXIT_NOT_JUDGED
 
 
-def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None, choose_n: bool) -> ArmRecommendation:
+def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None) -> ArmRecommendation:
     from collaudit.core.api import recommend_arm
 
     audits = [audit for audit, *_ in judged]
-    persistence_s, why, compared = _persistence(audits, max_delay_ms, choose_n)
+    persistence_s, why = _persistence(audits, max_delay_ms)
     found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged], per_hour)
-    return replace(found, chosen_by=why, compared=compared)
+    return replace(found, chosen_by=why)
 
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
@@ -188,36 +183,27 @@ def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) 
     note(f"thresholds of {', '.join(supported)} written into {target}")
 
 
-def _persistence(
-    audits: Sequence[Audit], max_delay_ms: float | None, choose_n: bool
-) -> tuple[float, PersistenceReason, tuple[PersistenceChoice, ...]]:
-    """The persistence, s, in whole samples of the slowest log; why; and those that were compared.
+def _persistence(audits: Sequence[Audit], max_delay_ms: float | None) -> tuple[float, PersistenceReason]:
+    """The persistence, s, in whole samples of the slowest log, and why.
 
     Raises:
         ConfigError: no persistence reacts as soon as wanted.
     """
     from collaudit.core.detection.rule import persistence_samples
-    from collaudit.core.rule_study.persistence_choice import pooled_choices
 
     flags, period_s = overrides(), max(audit.result.log.sample_period_s for audit in audits)
     longest_s = None if max_delay_ms is None else _longest_s(audits, max_delay_ms, period_s)
     detect = load_settings().config.detect
     rules = [audit.result.rule for audit in audits]
     if "detect.n" in flags and detect.n is not None:
-        return _no_longer(detect.n * period_s, longest_s), "stated", ()
+        return _no_longer(detect.n * period_s, longest_s), "stated"
     if "detect.persistence_ms" in flags and detect.persistence_ms is not None:
         asked_s = persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
-        return _no_longer(asked_s, longest_s), "stated", ()
-    studied = [audit.study.choices for audit in audits if audit.study is not None]
-    delay_s = None if max_delay_ms is None else max_delay_ms / 1e3
-    compared = pooled_choices(studied, max(rule.n for rule in rules), delay_s, longest_s)
-    for choice in compared:
-        if choice.chosen and choose_n:
-            return choice.persistence_s, "chosen", compared
+        return _no_longer(asked_s, longest_s), "stated"
     asked_ms = {rule.persistence_requested_ms for rule in rules}
     first_ms = rules[0].persistence_requested_ms if len(asked_ms) == 1 else None
     set_s = max(rule.persistence_s for rule in rules) if first_ms is None else first_ms / 1e3  # not as it was rounded
-    return _no_longer(set_s, longest_s), "set", compared
+    return _no_longer(set_s, longest_s), "set"
 
 
 def _no_longer(persistence_s: float, longest_s: float | None) -> float:
@@ -251,7 +237,6 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
         "logs": [asdict(log) for log in found.logs],
         "persistence_s": found.persistence_s,
         "persistence_by": found.chosen_by,
-        "persistences": [asdict(choice) for choice in found.compared],
         "arm": asdict(found.rate),
         "joints": {joint: asdict(rule) for joint, rule in found.joints.items()},
         "set": {joint: asdict(opinion) for joint, opinion in found.set_rules.items()},

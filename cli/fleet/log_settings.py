@@ -100,5 +100,4 @@ def _of_robot(common: LoadedConfig, flags: Mapping[str, object], name: str, robo
         if value is not None
     }
     of_robot = {key: value for key, value in flags.items() if not key.startswith(("policy.", "fleet."))}
-    made = load_config(robot.config or common.path, {**own_keys, **of_robot})
-    return replace(made, cache=common.cache)
+    return load_config(robot.config or common.path, {**own_keys, **of_robot})

@@ -31,9 +31,7 @@ def by_arm(evidence: Sequence[Judged], robot: str | None) -> dict[str, list[Judg
     return arms if robot is None else {robot: arms[robot]}
 
 
-def run_evidence(
-    inputs: Sequence[str], truth: Sequence[Path], per_hour: float, max_delay_ms: float | None
-) -> list[Judged]:
+def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) -> list[Judged]:
     """Runs are read, everything else is judged as a log and studied; with what is known of contact, and whose it is."""
     from collaudit.cli.log_arguments import audit_files
     from collaudit.cli.study_output import with_study
@@ -51,7 +49,7 @@ def run_evidence(
     found = find_logs(logs, loaded) if logs else []
     files_known = known_contact(truth, len(runs) + len(found))
     labelled: list[Times | None] = [None] * len(audits)
-    studied = with_study(loaded, per_hour, max_delay_ms)
+    studied = with_study(loaded, per_hour)
     for k, files in enumerate(found):
         with progress(f"judging {files[0].name}") as report:
             audits.append(audit_files(files, studied, report, truth[len(runs) + k] if files_known else None)[0])

@@ -5,7 +5,7 @@ Annotations of the tables are objects (no ``from __future__ import annotations``
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Self
@@ -53,11 +53,12 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """The table of decoded TOML.
 
         Raises:
-            msgspec.ValidationError: it does not fit; the first problem (``problems_of`` lists all).
+            msgspec.ValidationError: it does not fit; the first problem.
         """
-        if not in_range(data):
-            raise msgspec.ValidationError("Expected finite numbers")
         table = msgspec.convert(data, cls, dec_hook=_path)
+        beyond = _out_of_range(data)
+        if beyond is not None:
+            raise msgspec.ValidationError(f"Expected a finite number - at `${beyond}`")
         _note_given(table, data)
         return table
 
@@ -121,22 +122,16 @@ def toml_values(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def fits(value: object, annotation: Any) -> bool:
-    """Whether decoded TOML is a value of a key of that type; what a table states of several keys aside."""
-    try:
-        msgspec.convert(value, annotation, dec_hook=_path)
-    except msgspec.ValidationError:
-        return False
-    return in_range(value)
-
-
-def in_range(value: object) -> bool:
-    """Whether decoded TOML is free of ``inf``, ``nan`` and numbers beyond :data:`LARGEST`, which no key accepts."""
+def _out_of_range(value: object, place: str = "") -> str | None:
+    """Where decoded TOML has ``inf``, ``nan`` or a number beyond :data:`LARGEST`, which no key accepts."""
     if isinstance(value, float | int):
-        return abs(value) <= LARGEST
+        return None if abs(value) <= LARGEST else place
+    inside: Iterable[tuple[str, object]] = ()
     if isinstance(value, Mapping):
-        return all(in_range(inner) for inner in value.values())
-    return not isinstance(value, list | tuple) or all(in_range(inner) for inner in value)
+        inside = ((f"{place}.{name}", inner) for name, inner in value.items())
+    elif isinstance(value, list | tuple):
+        inside = ((f"{place}[{number}]", inner) for number, inner in enumerate(value))
+    return next((found for at, inner in inside if (found := _out_of_range(inner, at)) is not None), None)
 
 
 def _rebuilt(kind: type[ConfigTable], values: tuple[object, ...], given: frozenset[str] | None) -> ConfigTable:

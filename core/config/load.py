@@ -36,14 +36,12 @@ class LoadedConfig:
         base_dir: folder that relative paths in it start from.
         sha256: hash of the effective configuration, defaults included; file paths enter as file names.
         path: the file, or None when there was none.
-        cache: folder that keeps decoded logs, None for none: a choice of this run, not part of the hash.
     """
 
     config: Config
     base_dir: Path
     sha256: str
     path: Path | None
-    cache: Path | None = None
 
     @property
     def friction_path(self) -> Path | None:
@@ -60,8 +58,8 @@ def load_config(path: Path | None, overrides: Mapping[str, object] | None = None
             Relative paths in them start from the working folder, so callers make them absolute.
 
     Raises:
-        ConfigError: the file cannot be read, is not TOML, or does not fit the schema; every problem is
-            listed with its line.
+        ConfigError: the file cannot be read, is not TOML, or does not fit the schema; the first problem is named
+            with its line.
     """
     return parse_config(_read(path) if path else "", path, overrides)
 
@@ -86,12 +84,12 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
         _override(data, dotted, value)
     try:
         config = Config.of(data)
-    except msgspec.ValidationError:
-        from collaudit.core.config.problems import Places, schema_problems
+    except msgspec.ValidationError as error:
+        from collaudit.core.config.problems import Places, schema_problem
         from collaudit.core.config.toml_lines import key_lines
 
         places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
-        raise schema_problems(data, places) from None
+        raise schema_problem(error, data, places) from None
     base_dir = path.parent if path else Path()
     return LoadedConfig(_placed(config, base_dir), base_dir, config_sha256(config), path)
 

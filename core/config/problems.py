@@ -1,6 +1,6 @@
 """What is wrong with a configuration, said so that it can be mended: line, found, expected, did-you-mean.
 
-Values are checked by msgspec, key by key, so that every problem is found and not the first alone.
+msgspec checks the values and stops at the first that does not fit; what it says is put at its place in the file.
 """
 
 from __future__ import annotations
@@ -8,39 +8,23 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import msgspec
 
-from collaudit.core.config.config_table import ConfigTable, KeyedError, fits
-from collaudit.core.config.describe import Key, all_keys, keys_of, value_text
+from collaudit.core.config.config_table import KeyedError
+from collaudit.core.config.describe import all_keys, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.config.toml_text import to_toml
 from collaudit.core.errors import ConfigError
 
 _LONGEST = 60
-#: Problems that are listed: nobody mends more at a time.
-_MOST = 100
-
-
-class CombinedConfigError(ConfigError):
-    """Several problems of one configuration.
-
-    Attributes:
-        problems: one error each, in the order of their lines; the first hundred.
-    """
-
-    def __init__(self, problems: Sequence[ConfigError]) -> None:
-        part = f", the first {_MOST} of them" if len(problems) > _MOST else ""
-        super().__init__(f"{len(problems)} problems in the configuration{part}")
-        self.problems = tuple(problems[:_MOST])
-
-    def render(self) -> str:
-        """All problems, one under the other."""
-        return "\n".join([f"{self.message}:", *(problem.render() for problem in self.problems)])
+#: How msgspec speaks of a table's keys, and of places: ``$.robot.dh[1].a``; names that a user chose are ``[...]``.
+_UNKNOWN = re.compile(r"Object contains unknown field `(.*)`", re.DOTALL)
+_MISSING = re.compile(r"Object missing required field `(.*)`")
+_PART = re.compile(r"\.([^.\[\]`]+)|\[(\d+)\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,23 +54,6 @@ class Places:
         return f"{self.file}:{line}" if line else self.file
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """One thing that does not fit.
-
-    Attributes:
-        path: where it lies in the data; of a missing key, where it would.
-        text: what is wrong.
-        found, expected, hint: as of the error that is made of it.
-    """
-
-    path: KeyPath
-    text: str
-    found: str | None = None
-    expected: str | None = None
-    hint: str | None = None
-
-
 def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
     """A TOML syntax error with its line."""
     match = re.match(r"(.*) \(at line (\d+), column (\d+)\)$", str(error))
@@ -100,80 +67,53 @@ def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
     )
 
 
-def schema_problems(data: Mapping[str, Any], places: Places) -> ConfigError:
-    """What does not fit the schema, as one error that lists every problem once, in the order of the file."""
-    found = sorted(problems_of(data), key=lambda problem: places.line(problem.path))
-    errors = [
-        ConfigError(each.text, where=places.text(each.path), found=each.found, expected=each.expected, hint=each.hint)
-        for each in found
-    ]
-    return errors[0] if len(errors) == 1 else CombinedConfigError(errors)
+def schema_problem(error: msgspec.ValidationError, data: Mapping[str, object], places: Places) -> ConfigError:
+    """The first value that does not fit the schema, with its line.
+
+    Args:
+        error: what msgspec says.
+        data: the decoded TOML.
+        places: of its keys.
+    """
+    said, _, place = str(error).partition(" - at ")
+    path: KeyPath = tuple(int(number) if number else name for name, number in _PART.findall(place))
+    stated = error.__cause__
+    if unknown := _UNKNOWN.match(said):
+        return _unknown_key((*path, unknown[1]), places)
+    if missing := _MISSING.match(said):
+        text = f"[{_dotted(path)}] has no {missing[1]}"
+        return ConfigError(text, where=places.text(path), hint="docs/config.md lists what is required")
+    if isinstance(stated, KeyedError):
+        path = (*path, stated.key)
+        said = stated.text or said
+    if isinstance(stated, KeyedError) and stated.text:
+        return ConfigError(f"{_dotted(path)}: {said}", where=places.text(path))
+    if isinstance(stated, ValueError) and not isinstance(stated, KeyedError):
+        return ConfigError(f"[{_dotted(path)}] {said}", where=places.text(path))
+    return _wrong_value(said, path, data, places)
 
 
-def problems_of(data: Mapping[str, Any], table: type[ConfigTable] = Config, path: KeyPath = ()) -> list[Problem]:
-    """The problems of a table's decoded TOML; what it states of its keys is asked where each of them is right."""
-    keys = {key.path[-1]: key for key in keys_of(table)}
-    found: list[Problem] = []
-    for name, value in data.items():
-        if name in keys:
-            found += _problems_of_value(keys[name], value, (*path, name))
-        else:
-            found.append(_unknown_key((*path, name), value, tuple(keys)))
-    for name, key in keys.items():
-        if key.field.required and name not in data:
-            text = f"[{_dotted(path)}] has no {name}"
-            found.append(Problem((*path, name), text, hint="docs/config.md lists what is required"))
-    return found or list(_stated(data, table, path))
-
-
-def _problems_of_value(key: Key, value: Any, path: KeyPath) -> list[Problem]:
-    """What is wrong with the value of a key: of tables in them, of single items and entries where they are wrong."""
-    if key.table is not None and key.shape == "table" and isinstance(value, Mapping):
-        return problems_of(value, key.table, path)
-    if isinstance(value, list) and fits([], key.field.type):
-        parts: dict[str | int, tuple[Any, Any]] = {index: (item, [item]) for index, item in enumerate(value)}
-    elif isinstance(value, Mapping) and fits({}, key.field.type):
-        parts = {name: (inner, {name: inner}) for name, inner in value.items()}
-    else:
-        return [] if fits(value, key.field.type) else [_wrong_value(key, value, path)]
-    found = []
-    for name, (inner, alone) in parts.items():
-        if key.table is not None and isinstance(inner, Mapping):
-            found += problems_of(inner, key.table, (*path, name))
-        elif not fits(alone, key.field.type):
-            found.append(_wrong_value(key, inner, (*path, name)))
-    return found
-
-
-def _stated(data: Mapping[str, Any], table: type[ConfigTable], path: KeyPath) -> Iterator[Problem]:
-    """What a table whose keys are each right says of them together."""
-    try:
-        table.of(data)
-    except msgspec.ValidationError as error:
-        stated = error.__cause__
-        if not isinstance(stated, KeyedError):
-            yield Problem(path, f"[{_dotted(path)}] {stated or error}")
-        elif stated.text:
-            yield Problem((*path, stated.key), f"{_dotted((*path, stated.key))}: {stated.text}")
-        else:
-            key = next(key for key in keys_of(table) if key.path[-1] == stated.key)
-            yield _wrong_value(key, data[stated.key], (*path, stated.key))
-
-
-def _wrong_value(key: Key, value: object, path: KeyPath) -> Problem:
-    expected = value_text(key)
+def _wrong_value(said: str, path: KeyPath, data: Mapping[str, object], places: Places) -> ConfigError:
+    names = tuple(part for part in path if isinstance(part, str))
+    key = next((key for key in all_keys() if key.path == names), None)
+    value = _value_at(path, data)
+    expected = said if key is None else value_text(key)
     hint = _similar_choice(value, expected) if isinstance(value, str) else None
-    return Problem(path, f"{_dotted(path)} has a value that cannot be used", _short(value), expected, hint)
+    text = f"{_dotted(path)} has a value that cannot be used"
+    found = None if value is None else _short(value)
+    return ConfigError(text, where=places.text(path), found=found, expected=expected, hint=hint)
 
 
-def _unknown_key(path: KeyPath, value: object, siblings: Sequence[str]) -> Problem:
+def _unknown_key(path: KeyPath, places: Places) -> ConfigError:
     *front, last = path
+    names = tuple(part for part in front if isinstance(part, str))
+    holder = next((key.table for key in all_keys() if key.path == names and key.table is not None), Config)
+    siblings = [key.path[-1] for key in keys_of(holder)]
     close = difflib.get_close_matches(str(last), siblings, n=1, cutoff=0.6)
     likely = close or [key.dotted for key in all_keys() if key.path[-1] == last and not _repeats(key.path)]
-    return Problem(
-        path,
+    return ConfigError(
         f"{f'[{_dotted(tuple(front))}]' if front else 'the file'} has no key {str(last)!r}",
-        found=f"[{_dotted(path)}]" if isinstance(value, Mapping) else f"{last} = {_short(value)}",
+        where=places.text(path),
         expected=", ".join(siblings),
         hint=f"did you mean {' or '.join(likely)}?" if likely else None,
     )
@@ -190,13 +130,23 @@ def _similar_choice(value: str, expected: str) -> str | None:
     return f'did you mean "{choices[close[0]]}"?' if close else None
 
 
+def _value_at(path: KeyPath, data: object) -> object:
+    """What stands at a place; None below a name that a user chose, which msgspec does not name."""
+    for part in path:
+        if isinstance(data, Mapping):
+            data = data.get(part)
+        elif isinstance(data, list) and isinstance(part, int):
+            data = data[part]
+    return data
+
+
 def _dotted(path: KeyPath) -> str:
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
 
 
 def _short(value: object) -> str:
     try:
-        text = "nothing" if value is None else to_toml(value)
+        text = to_toml(value)
     except ValueError:  # from code, and no TOML
         text = repr(value)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"

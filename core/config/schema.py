@@ -253,9 +253,6 @@ class StudyConfig(ConfigTable, frozen=True, kw_only=True):
         Meta(ge=20, le=5000),
         about("Contacts of each shape that are added to a log, at random places, directions and moments."),
     ] = 200
-    max_delay_ms: Annotated[
-        Positive | None, about("A persistence at which a push or knock is noticed later than this is not chosen, ms.")
-    ] = None
     per_hour: Annotated[
         Positive, about("False alarms of the whole arm per hour that the compared thresholds are for.")
     ] = 0.001

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Opinion = Literal["too tight", "too loose", "supported", "not judged"]
-PersistenceReason = Literal["stated", "chosen", "set"]
+PersistenceReason = Literal["stated", "set"]
 
 
 @dataclass(frozen=True, slots=True)

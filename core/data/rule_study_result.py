@@ -195,29 +195,6 @@ class LabelledCurve:
 
 
 @dataclass(frozen=True, slots=True)
-class PersistenceChoice:
-    """One persistence, with the thresholds that its evidence supports, and what they notice.
-
-    Attributes:
-        n, persistence_s: the persistence.
-        gamma_nm: thresholds of the watched joints.
-        force_n: by shape, the force of which half of the contacts were noticed, over all places; None: fewer were.
-        delay_s: by shape, median time from onset to alarm at twice the force that each contact needs.
-        cost: geometric mean of the forces over the shapes, relative to the best persistence; None where a shape is
-            noticed at no force.
-        chosen: whether it is the one recommended.
-    """
-
-    n: int
-    persistence_s: float
-    gamma_nm: dict[str, float]
-    force_n: dict[str, float | None]
-    delay_s: dict[str, float | None]
-    cost: float | None
-    chosen: bool
-
-
-@dataclass(frozen=True, slots=True)
 class RuleStudy:
     """``study.json``: what the rule of one log costs and notices, and what others would.
 
@@ -226,7 +203,6 @@ class RuleStudy:
         period_s: sample period.
         joints: planes of the watched joints.
         rules: what contacts are noticed, by rule of the arm.
-        choices: persistences that were compared; empty where the evidence supports no threshold.
         force_map: over the poses driven; None without a kinematic model.
         parts: what each joint's threshold is made of.
         labelled: against known contacts; None where none are known.
@@ -241,7 +217,6 @@ class RuleStudy:
     period_s: float
     joints: dict[str, JointPlane] = field(default_factory=dict)
     rules: tuple[RuleSensitivity, ...] = ()
-    choices: tuple[PersistenceChoice, ...] = ()
     force_map: ForceMap | None = None
     parts: dict[str, ThresholdParts] = field(default_factory=dict)
     labelled: LabelledCurve | None = None

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
-from collaudit.core.logs.log_hashing import Hashing, sha256_of
+from collaudit.core.logs.log_hashing import Hashing
 from collaudit.core.logs.opening import (
     also_files,
     check_there,
@@ -21,7 +21,7 @@ from collaudit.core.logs.opening import (
     open_tables,
 )
 from collaudit.core.logs.signals.impossible_values import without_impossible
-from collaudit.core.logs.storage.partial_file import hash_findings, partial_file
+from collaudit.core.logs.storage.partial_file import hash_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Progress
 
@@ -37,7 +37,6 @@ def read_log(
     progress: Progress | None = None,
     prismatic: Sequence[str] = (),
     judged: Sequence[str] = (),
-    cache: Path | None = None,
 ) -> JointLog:
     """Read one log.
 
@@ -48,8 +47,6 @@ def read_log(
         progress: called with (bytes done, bytes in all).
         prismatic: the robot's prismatic joints, whose values are never angles.
         judged: the joints that ``[robot] joints`` states; a log of as many, under other names, is theirs.
-        cache: folder that keeps decoded logs; the next reading of the same bytes with the same settings is then
-            only a hash and a load. None keeps nothing.
 
     Returns:
         Joint signals in SI units in the robot's joint order, stamps as recorded.
@@ -59,31 +56,6 @@ def read_log(
         ConfigError: the configuration is ambiguous or contradicts itself.
     """
     check_there(paths)
-    if cache is None or any(partial_file(path) for path in paths):  # of one with holes the hash is known last
-        return _read(paths, settings, robot_joints, prismatic, judged, progress)
-    from collaudit.core.logs.cache import cache_key, load, store
-
-    names = [path.name for path in paths]
-    further = also_files(paths, settings.csv) if all(is_table(path) for path in paths) else []
-    key = cache_key(sha256_of([*paths, *further]), names, settings, robot_joints, prismatic, judged)
-    found = load(cache, key)
-    if found is None:
-        found = _read(paths, settings, robot_joints, prismatic, judged, progress)
-        try:
-            store(cache, key, found)
-        except OSError as error:
-            raise ConfigError(f"the cache cannot be written: {error.strerror}", where=str(cache)) from error
-    return found
-
-
-def _read(
-    paths: tuple[Path, ...],
-    settings: LogConfig,
-    robot_joints: Sequence[str] | None,
-    prismatic: Sequence[str],
-    judged: Sequence[str],
-    progress: Progress | None,
-) -> JointLog:
     tables = [is_table(path) for path in paths]
     hashing = Hashing(paths)
     if all(tables):

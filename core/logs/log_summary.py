@@ -84,7 +84,6 @@ class LogSummary:
         csv_columns: column names of a CSV.
         findings: what reading showed.
         columns: what each column of a table may be.
-        proposal: lines of the configuration that read the table as it was recognised; empty where it is stated.
     """
 
     name: str
@@ -96,7 +95,6 @@ class LogSummary:
     csv_columns: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
     columns: tuple[ColumnInfo, ...] = ()
-    proposal: tuple[str, ...] = ()
 
 
 def rate_and_gap(time_s: FloatArray) -> tuple[float | None, float | None]:

@@ -18,7 +18,7 @@ from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
-from collaudit.core.logs.topics.log_topics import Topic, decode, sharing, topics_of
+from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
 from collaudit.core.logs.topics.topic_findings import skipped_findings
 from collaudit.core.numeric.arrays import IntArray
 
@@ -46,7 +46,7 @@ def describe_messages(
     topics = topics_of(reader, settings, bounds)
     times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
     owner = {channel.key: topic for topic in topics for channel in topic.channels}
-    for batch in reader.batches(None, sharing(topics)):
+    for batch in reader.batches():
         topic = owner.get(batch.key)
         if topic is None:
             continue

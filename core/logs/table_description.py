@@ -16,7 +16,6 @@ from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
-from collaudit.core.logs.tables.proposed_lines import proposed_lines
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -61,7 +60,6 @@ def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSum
         csv_columns=tuple(column for reader in readers for column in reader.names),
         findings=findings,
         columns=columns,
-        proposal=proposed_lines(files, columns, used.csv),
     )
 
 

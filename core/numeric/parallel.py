@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
-from typing import Any, TypeVar
+from typing import TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -49,16 +49,18 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | Non
     if _alone() or (isinstance(items, Sized) and len(items) < 2):
         yield from map(function, items)
         return
-    count, asked = _threads, deque[tuple[Future[R], list[Any]]]()
+    asked = deque[Future[R]]()
     try:
         for item in items:
-            asked.append(_asked(function, item, count))
-            if len(asked) > (count if ahead is None else ahead):
-                yield asked.popleft()[0].result()
+            asked.append(_helpers(_threads).submit(_helping, function, item))
+            if len(asked) > (_threads if ahead is None else ahead):
+                yield asked.popleft().result()
         while asked:
-            yield asked.popleft()[0].result()
+            yield asked.popleft().result()
     finally:
-        _give_up(asked)
+        for one in asked:
+            one.cancel()
+        wait(asked)
 
 
 def each(function: Callable[[T], object], items: Iterable[T]) -> None:
@@ -90,33 +92,9 @@ def _alone() -> bool:
     return _threads == 1 or getattr(_thread, "helps", False)
 
 
-def _asked(function: Callable[[T], R], item: T, count: int) -> tuple[Future[R], list[Any]]:
-    """A result to come from one of ``count`` threads, and the box with its work.
-
-    A thread empties the box first: it holds nothing of what it has done, and files close in time.
-    """
-    box: list[Any] = [(function, item)]
-    try:
-        return _helpers(count).submit(_emptied, box), box
-    except RuntimeError:  # no thread can be started, for want of memory say: the caller does it
-        box.clear()
-        done: Future[R] = Future()
-        done.set_result(function(item))
-        return done, box
-
-
-def _emptied(box: list[Any]) -> Any:
+def _helping(function: Callable[[T], R], item: T) -> R:
     _thread.helps = True
-    function, item = box.pop()
     return function(item)
-
-
-def _give_up(asked: Iterable[tuple[Future[Any], list[Any]]]) -> None:
-    """Wait for what others are at, and leave the rest."""
-    left = [box for one, box in asked if one.cancel()]
-    for box in left:
-        box.clear()
-    wait([one for one, _ in asked])
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,9 +31,6 @@ from collaudit.core.recommend.joint_thresholds import (
 )
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, unsuspicious, without_outliers
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
-
-if TYPE_CHECKING:
-    from collaudit.core.data.rule_study_result import PersistenceChoice
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
 _DIFFERS = 1.05
@@ -81,9 +77,7 @@ class ArmRecommendation:
         set_rules: what the evidence says of the thresholds that are set.
         logs: of the evidence; the same log twice counts once.
         assumptions: taken for granted.
-        chosen_by: why it is this persistence: stated by the user; chosen by what contacts the studies of the logs
-            notice; or as set, where no study tells.
-        compared: the persistences that were compared, over all logs that have a study.
+        chosen_by: why it is this persistence: stated by the user, or as set.
         highest: of each joint the highest levels that count as clean, for a person to look at: a push no larger than
             the rest is no outlier, and raises gamma.
         units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
@@ -100,7 +94,6 @@ class ArmRecommendation:
     logs: tuple[LogUse, ...]
     assumptions: tuple[str, ...] = ASSUMPTIONS
     chosen_by: PersistenceReason = "set"
-    compared: tuple[PersistenceChoice, ...] = ()
     highest: dict[str, tuple[CleanPeak, ...]] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
@@ -66,17 +66,6 @@ class AddedContacts:
     unit_nm: FloatArray
     onset: int
     period_s: float
-
-    def part(self, step: int) -> AddedContacts:
-        """Every so many of the contacts."""
-        rows = slice(None, None, step)
-        return replace(
-            self,
-            contacts=self.contacts[rows],
-            standing=self.standing[rows],
-            around=self.around.part(rows),
-            unit_nm=self.unit_nm[:, rows],
-        )
 
     def noticed(self, gamma_nm: FloatArray, n: int) -> tuple[FloatArray, float | None]:
         """(k,) force that each contact needs (:func:`noticed_forces`), and the median delay at twice that, s."""

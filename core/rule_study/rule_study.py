@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -14,7 +14,6 @@ from collaudit.core.data.rule_study_result import (
     STUDY_SCHEMA,
     ForceMap,
     JointPlane,
-    PersistenceChoice,
     RuleSensitivity,
     RuleStudy,
     ThresholdParts,
@@ -44,7 +43,6 @@ from collaudit.core.rule_study.injected_contacts import (
     spread_moments,
 )
 from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, frontier, joint_plane, plane_point
-from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
 from collaudit.core.scoring.known_events import contact_times, label_times
@@ -54,8 +52,6 @@ from collaudit.core.verdict.noticed_torque import Push, noticed_torque
 #: Moments that planes and the map are computed at.
 _PUSH_MOMENTS, _MAP_MOMENTS = 160, 400
 _SEED = 20210316
-#: Thresholds that the evidence supports at a persistence, by joint.
-GammasAt = Callable[[int], Mapping[str, float | None]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,14 +105,10 @@ def audit_study(
     rule, contact = inputs.rule, known_contact(prepared, config, truth)
     events = (result.collisions, result.near_misses)
     evidence = evidence_of(result.log, rule, signals, result.phases, events, contact)
-
-    def gammas_at(n: int) -> Mapping[str, float | None]:
-        rules = recommended_of_log(evidence, n * evidence.period_s, config.study.per_hour)
-        return {joint: rule.gamma_nm for joint, rule in rules.items()}
-
-    study = study_rule(
-        StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at, progress
-    )
+    rules = recommended_of_log(evidence, rule.n * evidence.period_s, config.study.per_hour)
+    supported = {joint: one.gamma_nm for joint, one in rules.items() if one.gamma_nm is not None}
+    studied = StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact)
+    study = study_rule(studied, supported, progress)
     arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
     opinions = judge_set_rules(arm, rule.gamma_nm, rule.persistence_s, config.study.per_hour)
     return replace(study, set_rules=opinions, units=dict(result.log.units))
@@ -131,26 +123,25 @@ def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -
     return label_times(prepared.series.annotations, config.detect.true_events)
 
 
-def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | None = None) -> RuleStudy:
+def study_rule(studied: StudiedLog, supported: Mapping[str, float], progress: Progress | None = None) -> RuleStudy:
     """Everything that a log tells of its rule and of others.
 
     Args:
         studied: the log.
-        gammas_at: thresholds that the evidence supports at a persistence.
+        supported: by joint, thresholds that the evidence supports at the configured persistence.
         progress: called with steps done and in all.
     """
-    rule, longest_ms = studied.inputs.rule, studied.config.study.max_delay_ms
-    longest_s = None if longest_ms is None else longest_ms / 1e3
+    rule = studied.inputs.rule
     added = _added(studied, stage(progress, 0.0, 0.6)) if judges_joints(studied.run) else []
-    choices = compared_persistences(added, studied.joints, rule.n, gammas_at, longest_s)
-    chosen = next((choice for choice in choices if choice.chosen), None)
+    chosen = {joint: supported[joint] for joint in studied.joints if joint in supported}
+    chosen = chosen if len(chosen) == len(studied.joints) else {}
     step = stage(progress, 0.0, 1.0)
     step(7, 10)
     planes = {joint: _plane(studied, j, chosen) for j, joint in zip(studied.columns, studied.joints, strict=True)}
     set_nm = {joint: rule.gamma_nm[joint] for joint in studied.joints}
     rules = [_rule("configured", added, set_nm, rule.n)] if added else []
-    if chosen is not None:
-        rules.append(_rule("recommended", added, chosen.gamma_nm, chosen.n))
+    if added and chosen:
+        rules.append(_rule("recommended", added, chosen, rule.n))
     step(9, 10)
     push = next((contacts for contacts in added if contacts.shape == REFERENCE_PUSH), None)
     return RuleStudy(
@@ -160,7 +151,6 @@ def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | No
         period_s=studied.log.sample_period_s,
         joints=planes,
         rules=tuple(rules),
-        choices=choices,
         force_map=_map(studied),
         parts=_parts(studied),
         labelled=labelled_curve(studied.prepared, studied.run, studied.inputs, studied.contact or (), push),
@@ -202,12 +192,12 @@ def joint_series(studied: StudiedLog, j: int) -> JointSeries:
     return JointSeries(torque, doubt, clean, series.period_s, merge)
 
 
-def _plane(studied: StudiedLog, j: int, chosen: PersistenceChoice | None) -> JointPlane:
+def _plane(studied: StudiedLog, j: int, chosen: Mapping[str, float]) -> JointPlane:
     joint, rule = joint_series(studied, j), studied.inputs.rule
     name = studied.prepared.judged_series.joint_names[j]
     push = _pushed(studied, j)
     plane = joint_plane(joint, rule.gamma_nm[name], rule.n, push)
-    point = None if chosen is None else plane_point(joint, chosen.gamma_nm[name], chosen.n, push)
+    point = plane_point(joint, chosen[name], rule.n, push) if chosen else None
     return replace(plane, chosen=point, frontier=frontier(plane))
 
 

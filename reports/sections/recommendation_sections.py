@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from collaudit.core.data.recommendation_result import StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.study_sections import persistence_section, set_rule_section
+from collaudit.reports.sections.study_sections import set_rule_section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate
 from collaudit.reports.values.words import plural, with_unit
@@ -30,7 +30,6 @@ def recommendation_sections(found: ArmRecommendation) -> tuple[Section, ...]:
     )
     return (
         *(() if refused else (_thresholds(found), set_rule_section(found.set_rules, found.units))),
-        persistence_section(found.compared),
         _stretches(found, found.to_confirm, _TO_CONFIRM, if_clean),
         _stretches(found, found.counted, _COUNTED),
         _highest(found),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.data.rule_study_result import (
     ContactSensitivity,
     ForceNoticed,
     JointPlane,
-    PersistenceChoice,
     RuleStudy,
 )
 from collaudit.reports.sections.section import Rows, Section
@@ -36,10 +35,9 @@ def study_sections(study: RuleStudy, answer: bool = True) -> tuple[Section, ...]
 
     Args:
         study: of one log.
-        answer: with the persistence that this log alone recommends, and its opinion on the rule that is set; False
-            where a recommendation gives both.
+        answer: with this log's opinion on the rule that is set; False where a recommendation gives it.
     """
-    opinions = (set_rule_section(study.set_rules, study.units), persistence_section(study.choices)) if answer else ()
+    opinions = (set_rule_section(study.set_rules, study.units),) if answer else ()
     every = (
         _noticed(study),
         *_by_place(study),
@@ -123,20 +121,6 @@ def plane_section(title: str, planes: Mapping[str, JointPlane], units: Mapping[s
     return Section(title, head, tuple(rows), folded=True)
 
 
-def persistence_section(choices: Sequence[PersistenceChoice]) -> Section:
-    """Persistences that were compared."""
-    rows = []
-    for choice in choices:
-        forces = (NEVER if force is None else significant(force) for force in choice.force_n.values())
-        cost = "" if choice.cost is None else f"{choice.cost:.2f}"
-        mark = "recommended" if choice.chosen else ""
-        rows.append((str(choice.n), milliseconds(choice.persistence_s), *forces, cost, mark))
-    head = ("n", "ms", *choices[0].force_n, "relative", "choice") if choices else ()
-    title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
-    note = "Relative: geometric mean over the shapes."
-    return Section(title, head, tuple(rows), (note,) if rows else ())
-
-
 def set_rule_section(set_rules: Mapping[str, SetRule], units: Mapping[str, str]) -> Section:
     """Whether the thresholds that are set are too tight, too loose or supported; ``units`` by joint."""
     title = "Verdict on what is set"
@@ -179,15 +163,6 @@ def _alarm_rate(per_hour: float | None) -> str:
         return f"{per_hour:.2g} /h"
     per_thousand = 1e3 * per_hour
     return "< 0.01 /1,000 h" if per_thousand < 0.01 else f"{per_thousand:.2g} /1,000 h"
-
-
-def chosen_flags(study: RuleStudy) -> str | None:
-    """The recommended rule as it is given to ``collaudit detect``; None where none is."""
-    for choice in study.choices:
-        if choice.chosen:
-            gammas = ",".join(f"{joint}={gamma:g}" for joint, gamma in choice.gamma_nm.items())
-            return f"--n {choice.n} --gamma {gammas}"
-    return None
 
 
 def _parts(study: RuleStudy) -> Section:

@@ -49,8 +49,6 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
         head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
         lines.append(_indent(table_with_text(head, rows, (3, 4, 5), room).rstrip()))
         lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
-    if summary.proposal:
-        lines += ["  to read it so, state in collaudit.toml:", *(f"    {line}" for line in summary.proposal)]
     return "\n".join(lines)
 
 

@@ -15,8 +15,7 @@ from collaudit.reports.values.words import with_unit
 
 _WHY = {
     "stated": "as stated",
-    "chosen": "chosen: notices the least force of those compared",
-    "set": "as set; --choose-n takes what notices the least force",
+    "set": "as set",
 }
 
 
@@ -40,7 +39,7 @@ def brief_text(found: ArmRecommendation, as_set: str = "", width: int | None = N
     persistence = f"{1e3 * found.persistence_s:.4g} ms"
     lines = [
         f"Set      gamma {gamma}; persistence {persistence} ({_WHY[found.chosen_by]})",
-        f"Notices  torques of {torque} that last so long, at 95 % of the judged moments; {_forces(found, as_set)}",
+        f"Notices  torques of {torque} that last so long, at 95 % of the judged moments; {_forces(as_set)}",
         f"Hours    {_hours(found.rate)}",
     ]
     return "".join(wrapped(line, width, "         ") + "\n" for line in lines)
@@ -54,14 +53,7 @@ def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
     return ", ".join(f"{joint} {with_unit(text, joint, units)}" for joint, text in shown.items())
 
 
-def _forces(found: ArmRecommendation, as_set: str) -> str:
-    """Forces of contacts added to the logs, of which half are noticed, where a study of this persistence tells."""
-    ns = {rule.n for rule in found.joints.values()}
-    known = [
-        f"{shape} {n:.3g} N" for c in found.compared if c.n in ns for shape, n in c.force_n.items() if n is not None
-    ]
-    if known:
-        return f"half of the contacts added to the logs: {', '.join(known)}"
+def _forces(as_set: str) -> str:
     return f"with gamma as it was: {as_set}" if as_set else "in newtons not known (collaudit detect --study)"
 
 

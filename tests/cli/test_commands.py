@@ -134,14 +134,6 @@ def test_policy_of_the_configuration(arm, collaudit) -> None:
     assert collaudit(*args, "--set", "policy.max_collisions=1").code == 0
 
 
-def test_cache_changes_nothing(arm, collaudit, tmp_path: Path) -> None:
-    args = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "--json")
-    plain = collaudit(*args)
-    cached = [collaudit(*args, "--cache", tmp_path / "cache") for _ in range(2)]
-    assert {plain.out} == {outcome.out for outcome in cached}
-    assert list((tmp_path / "cache").iterdir())
-
-
 def test_one_log_only(arm, collaudit) -> None:
     outcome = collaudit("detect", arm.clean, arm.pushed, "-c", arm.config)
     assert outcome.code == 2

@@ -19,7 +19,6 @@ import pytest
 from collaudit.cli import progress_bar
 from collaudit.cli.console import note, say_result
 from collaudit.cli.main import collaudit as group
-from collaudit.cli.progress_bar import ProgressLine, above_progress
 from collaudit.core.findings import Finding
 from collaudit.reports.sections.finding_sections import finding_lines
 from collaudit.reports.values.joint_lines import joint_lines
@@ -27,49 +26,16 @@ from collaudit.reports.values.joint_lines import joint_lines
 NO_SUFFIX = ["simulate", "friction", "-o", "x.xyz"]
 
 
-def _line(times: list[float]) -> tuple[ProgressLine, list[str]]:
-    written: list[str] = []
-    return ProgressLine("judging", written.append, iter(times).__next__, 80), written
-
-
-def test_nothing_is_shown_for_a_second() -> None:
-    line, written = _line([0.0, 0.9, 1.1])
-    line.report(1, 10)
-    assert written == []
-    line.report(2, 10)
-    assert "20 %" in written[0]
-
-
-def test_the_last_moment_is_no_zero_seconds() -> None:
-    line, written = _line([0.0, 1.2])
-    line.report(9, 10)
-    assert "90 %, about 1 s left" in written[0]
-
-
-def test_progress_has_an_estimate() -> None:
-    line, written = _line([0.0, 5.0])
-    line.report(1, 4)
-    assert "25 %, about 15 s left" in written[0]
-
-
-def test_without_a_share_the_time_is_shown() -> None:
-    line, _ = _line([0.0, 190.0])
-    assert line.text() == "judging … 3 min 10 s"
-
-
-def test_messages_stand_above_the_progress_line(monkeypatch, capsys) -> None:
-    line, _ = _line([0.0, 5.0, 6.0])
-    line.report(1, 4)
-    monkeypatch.setattr(progress_bar, "_active", [line])
-    monkeypatch.setattr(line, "_write", sys.stderr.write)
+def test_messages_stand_in_place_of_the_progress_bar(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(progress_bar, "_active", [object()])
     note("a word")
-    err = capsys.readouterr().err
-    assert re.fullmatch(r"\r\x1b\[Ka word\n\r\x1b\[Kjudging \[.*left", err)
+    assert capsys.readouterr().err == "\r\x1b[Ka word\n"
 
 
-def test_nothing_is_drawn_where_no_line_is() -> None:
-    with above_progress():
-        pass
+def test_nothing_is_drawn_where_no_terminal_is(capsys) -> None:
+    with progress_bar.progress("judging") as report:
+        report(1, 2)
+    assert capsys.readouterr().err == ""
 
 
 def _on_a_terminal(*args: object, **env: str) -> str:
@@ -99,7 +65,9 @@ def test_colour_on_a_terminal_unless_refused(arm) -> None:
     assert "\x1b[31m\x1b[1mFAIL\x1b[0m" in coloured
     plain = _on_a_terminal(*command, NO_COLOR="1")
     assert "\x1b[31m" not in plain
-    lines = re.sub(r"[^\n]*\r\x1b\[K", "", plain).replace("\r", "").splitlines()
+    assert re.search(r"judging +\[#+-* *\] +\d+%", plain), "progress"
+    shown = re.sub(r"\x1b\[1A\x1b\[2K", "", re.sub(r"[^\n]*\r(?!\n)", "", plain))
+    lines = shown.replace("\r", "").splitlines()
     assert [line for line in lines if len(line) > 90] == []
     assert len(lines) <= 40, "one screen"
 

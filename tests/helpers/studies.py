@@ -16,7 +16,6 @@ from collaudit.core.data.rule_study_result import (
     JointPlane,
     LabelledCurve,
     Motion,
-    PersistenceChoice,
     PlanePoint,
     RuleSensitivity,
     RuleStudy,
@@ -79,11 +78,6 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
         BlindPose(f"end of {j}", 46.7, "along (-0.47, -0.62, 0.63)", 6420.0, 0.37)
         for j in joints
     )  # fmt: skip
-    forces, delays = dict.fromkeys(SHAPES, 31.7), dict.fromkeys(SHAPES, 0.04)
-    choices = tuple(
-        PersistenceChoice(n, 0.002 * n, dict.fromkeys(joints, 4.0), {**forces}, {**delays}, 1.1, n == 13)
-        for n in (2, 4, 7, 13, 25, 50)
-    )
     scale = tuple(exp(0.1 * k) for k in range(-10, 30))
     injected = {force: tuple(0.5 for _ in scale) for force in ("5 N", "10 N", "20 N", "40 N")}
     curve = LabelledCurve(scale, 30, tuple(0.4 for _ in scale), tuple((0.2, 0.6) for _ in scale), injected)
@@ -92,7 +86,6 @@ def study(joints: tuple[str, ...]) -> RuleStudy:
         STUDY_SCHEMA, "polishing.bag", 64 * "0", 0.002,
         joints={joint: plane(k) for k, joint in enumerate(joints)},
         rules=(_rule("configured", joints), _rule("recommended", joints)),
-        choices=choices,
         force_map=ForceMap(0.1, 500.0, cells, blind),
         parts=dict.fromkeys(joints, parts),
         labelled=curve,

@@ -112,7 +112,7 @@ def test_an_added_format_of_messages_is_read_and_described(tmp_path: Path) -> No
 
 def test_an_added_format_of_tables_is_read_described_and_configured(tmp_path: Path) -> None:
     path = table_log(tmp_path / "log.toyt")
-    log = read_log((path,), LogConfig(), robot_joints=None, cache=tmp_path / "cache")
+    log = read_log((path,), LogConfig(), robot_joints=None)
     assert (log.source.format, log.joint_names) == ("toy-table", ("joint1", "joint2"))
     np.testing.assert_allclose(log.time_s, TIME_S, atol=1e-9)
     np.testing.assert_array_equal(log.position_rad, POSITION)

@@ -16,8 +16,6 @@ import zstandard
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, group_inputs, guess_csv_columns, read_log
-from collaudit.core.logs.csv import csv_parsing
-from collaudit.core.numeric import parallel
 
 ROWS = [(0.01 * k, 0.1 * k, -0.2 * k, 1.0 + k, 2.0 - k) for k in range(40)]
 PLAIN = "t,q1,q2,tau1,tau2"
@@ -456,39 +454,20 @@ def test_the_column_of_time_may_be_a_position_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", ["", ".gz"])
 def test_no_thread_of_arrow_calls_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
-    """Arrow's threads go on after an error and may abort the process: the threads are ours."""
-    import pyarrow as pa
+    """Arrow's threads go on after an error and may abort the process."""
     from pyarrow import csv
 
     calls: list[bool] = []
-    parts: list[Any] = []
     read_csv = csv.read_csv
 
     def spy(source: Any, *, read_options: Any, parse_options: Any, convert_options: Any) -> Any:
         calls.append(read_options.use_threads)
-        parts.extend([source] if isinstance(source, pa.NativeFile) and not isinstance(source, pa.OSFile) else [])
         return read_csv(source, read_options=read_options, parse_options=parse_options, convert_options=convert_options)
 
     monkeypatch.setattr(csv, "read_csv", spy)
-    monkeypatch.setattr(csv_parsing, "_LARGE", 256)
-    monkeypatch.setattr(csv_parsing, "_PART", 256)
-    monkeypatch.setattr(parallel, "_threads", 2)
     lines = table().splitlines(keepends=True)
     text = "".join([*lines[:9], "# a comment\n", *lines[9:]])
     path = tmp_path / f"run.csv{suffix}"
     path.write_bytes(gzip.compress(text.encode()) if suffix else text.encode())
     check(read(path, NM))
     assert calls and not any(calls)
-    assert (len(parts) > 1) is not bool(suffix), "a plain file was read in parts"
-
-
-@pytest.mark.parametrize("size", [1, 255, 513, 2000, 4096])
-def test_parts_of_a_file_are_its_lines_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int) -> None:
-    monkeypatch.setattr(csv_parsing, "_PART", 256)
-    path = tmp_path / "run.csv"
-    path.write_bytes((b"1,2,3\n" * 50 + b"7" * 600 + b"\n" + b"4,5\n" * size)[:size])
-    text = path.read_bytes()
-    starts = csv_parsing._line_starts(path)
-    assert starts[0] == 0 and starts[-1] == size and sorted(set(starts)) == starts
-    assert all(text[start - 1 : start] == b"\n" for start in starts[1:-1])
-    assert len(starts) > 3 or size < 1000

@@ -314,9 +314,8 @@ def test_a_column_of_which_one_number_is_known_holds_something(at: int | None, e
     assert (group.holds("effort"), group.holds("velocity")) == (expected, False)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 1e-9])
-def test_rows_stay_as_they_are_where_columns_grow(share: float) -> None:
-    out = Decoded(share=share)
+def test_rows_stay_as_they_are_where_columns_grow() -> None:
+    out = Decoded()
     rows = np.random.default_rng(0).normal(size=(30_000, 2))
     for part in np.array_split(np.arange(30_000), 7):
         out.add(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": rows[part], "log_ns": part})

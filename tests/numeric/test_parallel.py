@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 import time
-import weakref
 from collections.abc import Iterator
 
 import pytest
@@ -72,22 +71,6 @@ def test_a_map_that_is_left_early_leaves_nothing_at_work() -> None:
     assert at_work == []
 
 
-class Held:
-    def __call__(self, number: int = 0) -> int:
-        return -number
-
-
-def test_a_thread_holds_nothing_of_what_it_has_done() -> None:
-    """Else a file that is read would be closed whenever that thread is scheduled next."""
-    work = Held()
-    gone = weakref.ref(work)
-    found = ordered_map(work, range(20))
-    assert next(found) == 0
-    found.close()  # type: ignore[attr-defined]
-    del work, found
-    assert gone() is None
-
-
 def test_progress_is_told_by_the_caller_for_each_name() -> None:
     told: list[tuple[int, int, int]] = []
     names = ["c", "a", "b"]
@@ -106,12 +89,3 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
     while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < deadline:
         time.sleep(0.01)
     assert ended == (child, 0)
-
-
-def test_without_a_further_thread_the_caller_does_it_all(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
-    def refused(self: threading.Thread) -> None:
-        raise RuntimeError("can't start new thread")
-
-    use_threads(count + 1)  # whose threads have not been begun yet
-    monkeypatch.setattr(threading.Thread, "start", refused)
-    assert list(ordered_map(lambda x: 2 * x, range(5))) == [0, 2, 4, 6, 8]

@@ -36,7 +36,6 @@ BELONGS = {
         "core/logs/csv/",
         "core/logs/column_files/",
         "core/logs/tables/",
-        "core/logs/cache.py",
         "reports/",
         "fixtures/",
     ),

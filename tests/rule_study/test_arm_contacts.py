@@ -1,19 +1,13 @@
-"""Shares, intervals, and the choice of a persistence, on contacts whose needs are known."""
+"""Shares, intervals, and what a rule notices, on contacts whose needs are known."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.rule_study.arm_contacts import AddedContacts, noticed_share, wilson_interval
 from collaudit.core.rule_study.injected_contacts import ContactShape, InjectedContact, random_direction
-from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.shown_torque import Windows
-from collaudit.reports.sections.study_sections import chosen_flags
-from collaudit.reports.terminal.study_text import study_text
 
 
 def test_wilson_interval() -> None:
@@ -59,39 +53,11 @@ def contacts(name: str, samples: int) -> AddedContacts:
     return AddedContacts(named, (contact,) * 30, np.zeros(30, dtype=bool), around, unit, 100, 0.002)
 
 
-def test_a_persistence_is_chosen_for_all_shapes_together() -> None:
-    """Longer than the knock, and the knock is missed at any force; shorter, and the threshold rises."""
-    added = [contacts("knock", 12), contacts("push", 60)]
-    found = compared_persistences(added, ["j"], 13, lambda n: {"j": 8.0 / np.sqrt(n)}, None)
-    chosen = next(choice for choice in found if choice.chosen)
-    assert chosen.n == 10 and chosen.gamma_nm["j"] == pytest.approx(8.0 / np.sqrt(10))
-    assert chosen.force_n == {"knock": pytest.approx(2.53, rel=0.02), "push": pytest.approx(2.53, rel=0.02)}
-    assert chosen.delay_s["push"] == pytest.approx(9 * 0.002)
-    by_n = {choice.n: choice for choice in found}
-    assert by_n[13].force_n["knock"] is None and by_n[13].cost is None
-
-
-def test_a_persistence_that_is_too_late_is_not_chosen() -> None:
-    added = [contacts("push", 60)]
-    falling = {"gammas_at": lambda n: {"j": 8.0 / np.sqrt(n)}}
-    free = compared_persistences(added, ["j"], 13, falling["gammas_at"], None)
-    bound = compared_persistences(added, ["j"], 13, falling["gammas_at"], 0.02)
-    chosen = [next(c for c in found if c.chosen).n for found in (free, bound)]
-    assert chosen[0] == 50 and chosen[1] == 10
-
-
-def test_what_is_set_stays_where_nothing_is_gained() -> None:
-    found = compared_persistences([contacts("push", 60)], ["j"], 13, lambda n: {"j": 2.0 - 1e-4 * n}, None)
-    assert next(c for c in found if c.chosen).n == 13
-
-
-def test_no_threshold_no_choice() -> None:
-    assert compared_persistences([contacts("push", 60)], ["j"], 13, lambda n: {"j": None}, None) == ()
-
-
-def test_the_chosen_rule_is_given_as_flags() -> None:
-    choices = compared_persistences([contacts("push", 60)], ["j"], 13, lambda n: {"j": 8.0 / n}, None)
-    study = RuleStudy(STUDY_SCHEMA, "log", "0", 0.002, choices=choices)
-    assert chosen_flags(study) == "--n 50 --gamma j=0.16"
-    assert "--n 50 --gamma j=0.16" in study_text(study, 80)
-    assert chosen_flags(replace(study, choices=())) is None
+def test_what_a_rule_notices_of_each_shape() -> None:
+    """Longer than the knock, and the knock is missed at any force; shorter, and the threshold has to rise."""
+    gamma = np.array([8.0 / np.sqrt(10)])
+    for shape in (contacts("knock", 12), contacts("push", 60)):
+        needed, delay_s = shape.noticed(gamma, 10)
+        assert np.median(needed) == pytest.approx(2.53, rel=0.02)
+        assert delay_s == pytest.approx(9 * 0.002)
+    assert np.isinf(contacts("knock", 12).noticed(gamma, 13)[0]).all()

@@ -5,9 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import ceil
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,18 +13,12 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, damage_of, open_bytes, rows_as_text
 from collaudit.core.logs.storage.decompression import decompression_errors
 from collaudit.core.logs.storage.file_head import compression_at
-from collaudit.core.numeric.parallel import ordered_map
 
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
 _BLOCK = 3 << 18
-#: Bytes of a file that is read by several threads, and that one of them reads at a time at most: to begin costs as
-#: much as parsing a megabyte.
-_LARGE, _PART = 1 << 24, 1 << 25
 
 
-def parse(
-    path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any], *, quotes: bool = True
-) -> tuple[Any, str | None]:
+def parse(path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any]) -> tuple[Any, str | None]:
     """Parse a table as it lies in the file, with the types given.
 
     Args:
@@ -34,7 +26,6 @@ def parse(
         dialect: how it is written.
         wanted: indices of columns.
         types: the Arrow type of each column ``c{index}``.
-        quotes: whether cells may stand in quotes.
 
     Returns:
         An Arrow table with columns ``c{index}``, and where a compressed file could not be read to its end.
@@ -49,20 +40,13 @@ def parse(
 
     _leave_signals_alone()
     encoding = dialect.encoding.removesuffix("-sig")
-    reading = _Reading(
-        len(dialect.names), dialect.skip, dialect.delimiter, encoding, quotes, wanted, types, dialect.decimal
-    )
+    reading = _Reading(len(dialect.names), dialect.skip, dialect.delimiter, encoding, wanted, types, dialect.decimal)
     if compression_at(path) is not None:
         with open_bytes(path) as stream:
             try:
                 return reading.table(stream), damage_of(stream)
             except decompression_errors() as error:
                 raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
-    if encoding == "utf-8" and not quotes and path.stat().st_size > _LARGE:
-        try:
-            return reading.table_of_parts(path), None
-        except pa.ArrowInvalid:
-            pass  # the whole file tells at which row
     with pa.OSFile(str(path)) as source:
         return reading.table(source), None
 
@@ -91,12 +75,12 @@ def parse_rewritten(
             damage = damage_of(raw)
     except decompression_errors() as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
-    reading = _Reading(len(dialect.names), 0, ",", "utf-8", True, wanted, types, dialect.decimal)
+    reading = _Reading(len(dialect.names), 0, ",", "utf-8", wanted, types, dialect.decimal)
     return reading.table(io.BytesIO(out.getvalue().encode("utf-8", "replace"))), damage
 
 
 def _leave_signals_alone() -> None:
-    """Arrow's handler of Ctrl-C is a thread of its own; Python's serves between the parts."""
+    """Arrow's handler of Ctrl-C is a thread of its own."""
     from pyarrow import enable_signal_handlers
 
     enable_signal_handlers(False)
@@ -110,27 +94,15 @@ class _Reading:
     skip: int
     delimiter: str
     encoding: str
-    quotes: bool
     wanted: Sequence[int]
     types: Mapping[str, Any]
     decimal: str
 
-    def table_of_parts(self, path: Path) -> Any:
-        """Read a plain file without quotes in parts that end with a line, several at a time.
-
-        Arrow's own threads go on after an error and can abort the process; ours are waited for.
-        """
-        import pyarrow as pa
-
-        def part(span: tuple[int, int]) -> Any:
-            first, stop = span
-            own = self if first == 0 else replace(self, skip=0)
-            return own.table(pa.OSFile(str(path)).get_stream(first, stop - first))
-
-        return pa.concat_tables(ordered_map(part, list(pairwise(_line_starts(path)))))
-
     def table(self, source: Any) -> Any:
-        """Read it in this thread, with comments between the rows left out."""
+        """Read it in this thread, with comments between the rows left out.
+
+        Arrow's own threads go on after an error and can abort the process.
+        """
         from pyarrow import csv as arrow_csv
 
         return arrow_csv.read_csv(
@@ -144,7 +116,6 @@ class _Reading:
             ),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=self.delimiter,
-                quote_char='"' if self.quotes else False,
                 invalid_row_handler=_comment_or_error,
             ),
             convert_options=arrow_csv.ConvertOptions(
@@ -154,23 +125,6 @@ class _Reading:
                 null_values=list(NULLS),
             ),
         )
-
-
-def _line_starts(path: Path) -> list[int]:
-    """Where parts of at most about ``_PART`` bytes begin, each with a line, and the end of the file.
-
-    They are as many as two threads share evenly.
-    """
-    size = path.stat().st_size
-    count = 2 * ceil(size / (2 * _PART))
-    starts = [0]
-    with path.open("rb") as file:
-        for k in range(1, count):
-            file.seek(k * size // count)
-            file.readline()
-            if starts[-1] < file.tell() < size:
-                starts.append(file.tell())
-    return [*starts, size]
 
 
 def _comment_or_error(row: Any) -> str:

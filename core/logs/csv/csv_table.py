@@ -14,18 +14,14 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_fault import Fault, first_fault
 from collaudit.core.logs.csv.csv_parsing import parse, parse_rewritten
 from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
-from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.parallel import by_name
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
 
 #: Rows whose cells are compared to tell whether tables were written from one recording.
 _FIRST_ROWS = 50
-#: Cells of a table that one thread puts together.
-_SMALL = 100_000
 _Parse = Callable[[Sequence[Any], dict[str, Any]], tuple[Any, str | None]]
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
 
@@ -75,7 +71,7 @@ class CsvTable:
         types: dict[str, Any] = {f"c{index}": pa.float64() for index in columns}
         types |= {f"c{index}": pa.string() for index in texts}
         try:
-            table, damage = _attempts(path, dialect, wanted, types, time)
+            table, damage = _typed(partial(parse, path, dialect), dialect, wanted, types, time)
         except pa.ArrowInvalid as failure:
             fault = first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
             try:
@@ -85,32 +81,18 @@ class CsvTable:
                 raise (unread if fault is None else fault.error) from None
         stamps = table.column(f"c{time}") if time is not None else None
         words = {index: tuple(text or "" for text in table.column(f"c{index}").to_pylist()) for index in texts}
-        return TableColumns(_matrices(table, groups), stamps, words, damage)
-
-
-def _attempts(
-    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None
-) -> tuple[Any, str | None]:
-    """The table with the first type that its stamps fit.
-
-    Raises:
-        ArrowInvalid: they fit none, or another cell or row is not as it should be.
-    """
-    import pyarrow as pa
-
-    if _may_lack_quotes(dialect, wanted, types):
-        try:
-            return _typed(partial(parse, path, dialect, quotes=False), dialect, wanted, types, time)
-        except pa.ArrowInvalid:
-            if not _holds_quotes(path):
-                raise
-    return _typed(partial(parse, path, dialect), dialect, wanted, types, time)
+        values = {group: _matrix(table, indices) for group, indices in groups.items()}
+        return TableColumns(values, stamps, words, damage)
 
 
 def _typed(
     parse_as: _Parse, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None
 ) -> tuple[Any, str | None]:
-    """The table by one way of parsing, with the first type that its stamps fit; errors as of :func:`_attempts`."""
+    """The table by one way of parsing, with the first type that its stamps fit.
+
+    Raises:
+        ArrowInvalid: they fit none, or another cell or row is not as it should be.
+    """
     import pyarrow as pa
 
     *kinds, last = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
@@ -134,25 +116,6 @@ def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
     return True
 
 
-def _may_lack_quotes(dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any]) -> bool:
-    """Whether to try without looking for quotes, which takes a twentieth of the time.
-
-    Every column must be read as a number: a quote anywhere is then no number, and asks for another reading.
-    """
-    import pyarrow as pa
-
-    numbers = pa.string() not in types.values() and len(wanted) == len(dialect.names)
-    return numbers and not any('"' in cell for cell in dialect.first)
-
-
-def _holds_quotes(path: Path) -> bool:
-    """Whether there is a quote in a file; of a compressed one that is not known."""
-    if compression_at(path) is not None:
-        return True
-    with path.open("rb") as stream:
-        return any(b'"' in block for block in iter(partial(stream.read, 1 << 20), b""))
-
-
 def _mended(
     path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: Fault | None
 ) -> tuple[Any, str | None]:
@@ -171,18 +134,8 @@ def _mended(
     return table, damage or f"its last row, line {fault.line}, ends in the middle and was left out"
 
 
-def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:
-    """Columns one after the other in memory: side by side (C order) takes three times as long.
-
-    Arrow strings the pieces of all columns of a group together in one go, two groups at a time. Array by array, the
-    4,000 calls of NumPy take as long again. A small table is done before a thread has begun.
-    """
-    if table.num_rows * table.num_columns < _SMALL:
-        return {group: _matrix(table, indices) for group, indices in groups.items()}
-    return by_name(lambda group: _matrix(table, groups[group]), groups)
-
-
 def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
+    """Columns one after the other in memory, strung together by Arrow in one go."""
     import pyarrow as pa
 
     pieces = [piece for index in indices for piece in table.column(f"c{index}").chunks]

@@ -45,12 +45,12 @@ class Group:
     key: GroupKey
     columns: dict[str, Growing] = field(default_factory=dict)
 
-    def add(self, columns: Mapping[str, Column], share: float) -> None:
-        """Take in rows, of the same columns each time; ``share`` as of :meth:`Growing.add`."""
+    def add(self, columns: Mapping[str, Column]) -> None:
+        """Take in rows, of the same columns each time."""
         for name, values in columns.items():
             if name not in self.columns:
                 self.columns[name] = Growing(values.shape[1] if values.ndim > 1 else 0)
-            self.columns[name].add(values, share)
+            self.columns[name].add(values)
 
     def take(self, name: str) -> FloatArray | IntArray | None:
         """The whole column, which the group gives away."""
@@ -83,7 +83,6 @@ class Decoded:
         seen: messages met.
         skipped: messages left out.
         problem: why the first of them was left out.
-        share: how much of the log's bytes has been read, 0 … 1.
         bounds: how much may be read; None for no bounds.
     """
 
@@ -91,7 +90,6 @@ class Decoded:
     seen: int = 0
     skipped: int = 0
     problem: str | None = None
-    share: float = 0.0
     bounds: ReadingBounds | None = None
 
     def skip(self, count: int, problem: str) -> None:
@@ -116,7 +114,7 @@ class Decoded:
         """
         if self.bounds is not None:
             self.bounds.take_values(len(columns["log_ns"]), _OWN_COLUMNS + sum(count for _, count in key.present))
-        self.group(key).add(columns, self.share)
+        self.group(key).add(columns)
 
 
 def all_names(tables: Iterable[Decoded]) -> tuple[str, ...]:

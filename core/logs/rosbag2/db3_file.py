@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
@@ -110,7 +109,7 @@ class Db3File:
         after = -(1 << 63)
         try:
             cursor = self._db.execute(_query(wanted), (after, *wanted))
-            while columns := _fetched(cursor):
+            while columns := list(zip(*cursor.fetchmany(_ROWS), strict=True)):
                 yield columns
                 after = columns[0][-1]
         except (sqlite3.Error, OverflowError) as error:
@@ -144,21 +143,6 @@ class Db3File:
     def _note(self, text: str) -> None:
         if len(self.damage) < MAX_DAMAGE:
             self.damage.append(Damage(text))
-
-
-def _fetched(cursor: sqlite3.Cursor) -> list[tuple[Any, ...]]:
-    """The next rows as columns, none at the end.
-
-    Meanwhile the garbage collector waits: rows of plain values form no cycles, and going through them again and again
-    took a quarter of the time of reading.
-    """
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        return list(zip(*cursor.fetchmany(_ROWS), strict=True))
-    finally:
-        if collects:
-            gc.enable()
 
 
 def _arrays(

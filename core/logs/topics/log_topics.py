@@ -126,23 +126,11 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
             decoders.setdefault(key, []).append(decoder)
     if not decoders:
         return
-    for batch in reader.batches(frozenset(decoders), sharing(topics, progress)):
+    for batch in reader.batches(frozenset(decoders), progress):
         for decoder in decoders[batch.key]:
             decoder.add(batch)
         if limit and all(topic.decoded.seen >= limit for topic in topics):
             return
-
-
-def sharing(topics: Sequence[Topic], progress: Progress | None = None) -> Progress:
-    """A progress that tells topics how much of the log has been read, and so how much room their columns need."""
-
-    def note(done: int, total: int) -> None:
-        for topic in topics:
-            topic.decoded.share = done / total if total else 0.0
-        if progress is not None:
-            progress(done, total)
-
-    return note
 
 
 def described(topics: Sequence[Topic], limit: int = 20) -> str:

@@ -27,7 +27,7 @@ from collaudit.core.data.recommendation_result import (
     SetRule,
     StretchToConfirm,
 )
-from collaudit.core.data.rule_study_result import PersistenceChoice, RuleStudy
+from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.findings import Finding
 from collaudit.core.history.robot_trend import RateOfNights
 from collaudit.core.history.series_changes import Change
@@ -59,7 +59,6 @@ class Inspected:
     csv_columns: list[str]
     findings: list[Finding]
     columns: list[ColumnInfo]
-    proposal: list[str]
     error: str | None
 
 
@@ -93,7 +92,6 @@ class Recommended:
     logs: list[LogUse]
     persistence_s: float
     persistence_by: PersistenceReason
-    persistences: list[PersistenceChoice]
     arm: ArmRate
     joints: dict[str, RecommendedRule]
     set: dict[str, SetRule]

@@ -22,7 +22,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _ITERATIONS = 12
-_CHANGE = 1e-4
+#: A last step is shorter than this, squared and in standard errors of what the data and the prior tell.
+_SHORT = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,13 +92,16 @@ def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms
     return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0), unknowns.springs)
 
 
-def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
+def solve(
+    terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start: Solution | None = None
+) -> Solution:
     """Estimate all unknowns from samples of motion.
 
     Args:
         terms: the samples and their columns.
         unknowns: priors; a zero standard deviation holds a parameter.
         iterations: most Gauss-Newton steps; with gains held only the weights still change after the first.
+        start: what other samples told of the same unknowns; None starts from the priors, without friction.
     """
     motion = terms.motion
     joints = motion.effort.shape[1]
@@ -110,9 +114,11 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
     precision[free] = scales[free] ** -2.0
     origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
     gain = np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0)
-    state = _state(
-        terms, unknowns.inertials, unknowns.armature, gain, np.zeros((joints, terms.nuisance.shape[2])), np.ones(joints)
-    )
+    none = np.zeros((joints, terms.nuisance.shape[2]))
+    state = _state(terms, unknowns.inertials, unknowns.armature, gain, none, np.ones(joints))
+    if start is not None:
+        told = np.concatenate([start.inertials, start.armature, start.gain])
+        _move(state, origin, (told - origin)[free], free)
     _fit_nuisance(terms, state)
     for _ in range(iterations):
         reweigh(terms, state)
@@ -122,11 +128,12 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
             continue
         gradient, data, friction = _normal(terms, state, free)
         gradient -= precision[free] * (before - origin)[free]
-        step = np.linalg.solve(data + np.diag(precision[free]) + 1e-12 * np.eye(int(free.sum())), gradient)
+        hessian = data + np.diag(precision[free])
+        step = np.linalg.solve(hessian + 1e-12 * np.eye(int(free.sum())), gradient)
         _move(state, before, np.asarray(step), free)
         for part in friction:
             state.nuisance[part.joint] += part.alone - part.onto @ step[part.place]
-        if np.max(np.abs(step) / (np.abs(before[free]) + 1e-2)) < _CHANGE:
+        if step @ hessian @ step < _SHORT:
             break
     reweigh(terms, state)
     state.gain = np.where(np.isfinite(unknowns.gain), state.gain, np.nan)

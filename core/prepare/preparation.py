@@ -117,9 +117,10 @@ def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -
     robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
     series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
     rigid = prepared.rigid_nm
-    if rigid is not None and not (robot is start.robot and prepared.robot is start.robot):
+    if rigid is not None and robot is not prepared.robot:
         motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-        rigid = within_bandwidth(series, _carried(robot.inverse_dynamics(*motion), start), prepared.quiet)
+        change = within_bandwidth(series, robot.torque_beyond(prepared.robot, *motion), prepared.quiet)
+        rigid = combined(np.add, rigid, change)
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
 
 

@@ -7,7 +7,7 @@ joint turns about, or slides along, the z of its axes. Positions, velocities and
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,21 @@ class Link:
     first_kg_m: FloatArray
     inertia: FloatArray
     armature: float
+
+    @property
+    def moves_a_body(self) -> bool:
+        """Whether the joint itself moves anything but a rotor."""
+        return bool(self.mass_kg or self.first_kg_m.any() or self.inertia.any())
+
+    def less(self, other: Link) -> Link:
+        """The same joint with what its body and rotor have more than another's: torques are linear in them."""
+        return replace(
+            self,
+            mass_kg=self.mass_kg - other.mass_kg,
+            first_kg_m=self.first_kg_m - other.first_kg_m,
+            inertia=self.inertia - other.inertia,
+            armature=self.armature - other.armature,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,14 +147,19 @@ def inverse_dynamics(
     links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
     """(j, m) torque of each joint, M(q) a + C(q, v) v + G(q), rotor inertia included."""
+    rotors = np.array([[link.armature] for link in links]) * a
+    if not any(link.moves_a_body for link in links):
+        return rotors
     joints, wrenches = joints_at(links, q), {}
     for number, motion in enumerate(motions_of(joints, v, a, -gravity_m_s2)):
         link, h = links[number], links[number].first_kg_m[:, None]
+        if not link.moves_a_body:
+            continue
         turned = cross(motion.alpha, h) + cross(motion.omega, cross(motion.omega, h))
         force = link.mass_kg * motion.acceleration + turned
         spin = link.inertia @ motion.alpha + cross(motion.omega, link.inertia @ motion.omega)
         wrenches[number] = (force, spin + cross(h, motion.acceleration))
-    return _at_joints(joints, wrenches) + np.array([[link.armature] for link in links]) * a
+    return _at_joints(joints, wrenches) + rotors
 
 
 def momentum(links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -92,9 +92,7 @@ def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms
     return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0), unknowns.springs)
 
 
-def solve(
-    terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start: Solution | None = None
-) -> Solution:
+def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start: Solution | None = None) -> Solution:
     """Estimate all unknowns from samples of motion.
 
     Args:

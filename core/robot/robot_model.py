@@ -128,8 +128,8 @@ class RobotModel:
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
-        still = np.broadcast_to(0.0, q.shape)
-        return self.inverse_dynamics(q, still, still)
+        bodies = self._with_inertials()
+        return self._torques(partial(newton_euler.holding, bodies.links, bodies.gravity_m_s2), (q,))
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.

@@ -58,6 +58,8 @@ def test_any_tree(seed: int, joints: int) -> None:
         partial(newton_euler.inverse_dynamics, model.links, G), (j, j, j), reference_dynamics.inverse_dynamics(model)
     )
     compared(partial(newton_euler.momentum, model.links, G), (j, j), reference_dynamics.momentum(model))
+    at_rest = lambda row: reference_dynamics.inverse_dynamics(model)(np.concatenate([row, np.zeros(2 * j)]))  # noqa: E731
+    compared(partial(newton_euler.holding, model.links, G), (j,), at_rest)
     for frame in (f"f{joints - 1}", "f0", "base"):
         place = model.frame_placement(frame)
         compared(partial(newton_euler.force, model.links, place), (j, 6), reference_dynamics.force(model, frame, None))

@@ -22,7 +22,12 @@ from collaudit.core.identification.identified_values import (
     tool_of,
 )
 from collaudit.core.identification.inertial_consistency import Consistent, is_consistent, make_consistent
-from collaudit.core.identification.problem.identification_problem import Solution, refit_nuisance, residual
+from collaudit.core.identification.problem.identification_problem import (
+    Solution,
+    precision_of,
+    refit_nuisance,
+    residual,
+)
 from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.identification.solved_problem import Samples, Solved, solved
 from collaudit.core.numeric.arrays import FloatArray
@@ -54,7 +59,7 @@ def identified_by(found: Solved, config: Config, taken: Candidate) -> Identified
     estimate = taken.estimate
     unknowns, solution, terms = found.unknowns, found.solution, found.terms
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
-    made = make_consistent(free, solution.hessian, solution.free, unknowns.inertials.size // 10)
+    made = make_consistent(free, precision_of(terms, unknowns, solution), solution.free, unknowns.inertials.size // 10)
     final = refit_nuisance(terms, _with_free(solution, made.free))
     made, final = _kept_if_it_fits(found, solution, made, final)
     errors = standard_errors(terms, solution, unknowns)

@@ -57,7 +57,6 @@ class Solution:
         nuisance: (j, k) coefficients of friction and offset, N·m; the offset is number ``nuisance.OFFSET``.
         free: (p + 2 j,) which unknowns were free: inertials, rotor inertias, gains.
         sigma: (j,) robust noise level, N·m.
-        hessian: (f, f) precision matrix of the free unknowns.
     """
 
     inertials: FloatArray
@@ -66,7 +65,6 @@ class Solution:
     nuisance: FloatArray
     free: BoolArray
     sigma: FloatArray
-    hessian: FloatArray
 
 
 @dataclass(slots=True, eq=False)
@@ -103,13 +101,7 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start
     """
     motion = terms.motion
     joints = motion.effort.shape[1]
-    driven = motion.moving.any(axis=0)
-    scales = np.concatenate(
-        [unknowns.inertials_prior_sd, unknowns.armature_prior_sd, np.where(driven, unknowns.gain_prior_sd, 0.0)]
-    )
-    free = np.asarray(scales > 0)
-    precision = np.zeros(free.size)
-    precision[free] = scales[free] ** -2.0
+    free, precision = _prior(motion, unknowns)
     origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
     gain = np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0)
     none = np.zeros((joints, terms.nuisance.shape[2]))
@@ -135,7 +127,25 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start
             break
     reweigh(terms, state)
     state.gain = np.where(np.isfinite(unknowns.gain), state.gain, np.nan)
-    return _finish(terms, state, free, precision)
+    return Solution(state.inertials, state.armature, state.gain, state.nuisance, free, state.sigma)
+
+
+def precision_of(terms: Terms, unknowns: Unknowns, solution: Solution) -> FloatArray:
+    """(f, f) precision of the free unknowns about their solution, by the data and the prior together."""
+    state = state_of(terms, solution)
+    reweigh(terms, state)
+    free, precision = _prior(terms.motion, unknowns)
+    return _normal(terms, state, free)[1] + np.diag(precision[free])
+
+
+def _prior(motion: Motion, unknowns: Unknowns) -> tuple[BoolArray, FloatArray]:
+    """(p + 2 j,) which unknowns are free, and their precision before the data; gains of what does not move are not."""
+    gain_sd = np.where(motion.moving.any(axis=0), unknowns.gain_prior_sd, 0.0)
+    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, gain_sd])
+    free = np.asarray(scales > 0)
+    precision = np.zeros(free.size)
+    precision[free] = scales[free] ** -2.0
+    return free, precision
 
 
 def residual(terms: Terms, solution: Solution) -> FloatArray:
@@ -260,16 +270,3 @@ def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, Fl
         gradient[place] += products[:count, -1] - shared.T @ friction[-1].alone
         data[np.ix_(place, place)] += products[:count, :count] - shared.T @ friction[-1].onto
     return gradient, data, friction
-
-
-def _finish(terms: Terms, state: State, free: BoolArray, precision: FloatArray) -> Solution:
-    _, data, _ = _normal(terms, state, free)
-    return Solution(
-        inertials=state.inertials,
-        armature=state.armature,
-        gain=state.gain,
-        nuisance=state.nuisance,
-        free=free,
-        sigma=state.sigma,
-        hessian=data + np.diag(precision[free]),
-    )

@@ -154,10 +154,12 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
     rigid = None
     if known is not None and known.calibration.sensor == calibration.sensor:
-        commanded = known.commanded
-        if robot.has_inertials:
-            same = robot is start.robot and known.robot is start.robot
-            rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
+        commanded, rigid = known.commanded, known.rigid_nm
+        if rigid is not None and robot is not known.robot:
+            if known.quiet:  # of all its bands something else may be noise
+                rigid = _carried(robot.inverse_dynamics(*motion), start)
+            else:
+                rigid = combined(np.add, rigid, robot.torque_beyond(known.robot, *motion))
     else:
         commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
         rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None

@@ -40,6 +40,7 @@ def fit_logs(
     provenance: Provenance,
     truth: Sequence[TruthFile | None] = (),
     progress: Progress | None = None,
+    detectors: bool = True,
 ) -> FrictionFile:
     """Fit the friction of every judged joint from one or several logs, and identify what else was asked for.
 
@@ -49,6 +50,7 @@ def fit_logs(
         provenance: versions and hashes.
         truth: for each log a file of its contacts, which are left out; None where there is none.
         progress: called with steps done and in all.
+        detectors: whether thresholds are told for other detectors than the configured one, too.
 
     Raises:
         NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
@@ -72,7 +74,7 @@ def fit_logs(
     residuals = held_out_residuals(known, arm, taken, beside, config, stage(progress, 0.65, 0.95))
     corrections = corrections_that_help(residuals, settled.corrections)
     thresholds = fitted_thresholds(residuals, arm.fits, config)
-    if residuals:
+    if residuals and detectors:
         thresholds = replace(thresholds, others=other_detectors(arm, thresholds, config))
     stage(progress, 0.95, 1.0)(1, 1)
     findings = [

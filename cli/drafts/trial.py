@@ -112,7 +112,8 @@ def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance, repor
     from collaudit.core.fitting import fit_logs
 
     try:
-        fitted = fit_logs([prepared], loaded.config, origin, progress=report)
+        others = bool(loaded.config.detect.compare)
+        fitted = fit_logs([prepared], loaded.config, origin, progress=report, detectors=others)
     except CollauditError:
         return None
     return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None

@@ -187,7 +187,7 @@ def corrected_laws(
 
 _STEP = 1e-4
 #: Speeds at which the doubt above the fastest fitted one is computed; between them it is a straight line.
-_SPEEDS_BEYOND = 1000
+_SPEEDS_BEYOND = 200
 #: Time, s, and strokes that tell how friction goes on above the fastest fitted speed.
 _TOLD_S, _TOLD_STROKES = 2.0, 4
 

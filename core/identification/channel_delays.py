@@ -85,23 +85,23 @@ def wrench_delay(prepared: Prepared, config: Config) -> Found:
     series, frame = prepared.series, config.log.wrench_frame
     if series.wrench is None or frame is None or prepared.robot.bodies is None:
         return None
-    gravity = prepared.robot.gravity_in(series.position_rad, frame)
     force = series.wrench[:, :3]
     told = all_known([force])
-    known = all_known([gravity, series.acceleration_rad_s2]) & told & ~series.edge
-    if not known.any() or float(np.std(gravity[known], axis=0).max()) < 1.0:
-        return None
+    known = all_known([series.position_rad, series.acceleration_rad_s2]) & told & ~series.edge
     moving = np.zeros(known.size, dtype=np.bool_)
     for j in range(len(series.joint_names)):
         moving |= np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
     rows = thinned(np.flatnonzero(known & moving), series, told)
+    gravity = prepared.robot.gravity_in(series.position_rad[rows], frame)
+    if rows.size == 0 or float(np.std(gravity, axis=0).max()) < 1.0:
+        return None
     # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
     motion = np.column_stack(
-        [gravity[rows], np.ones(rows.size), series.acceleration_rad_s2[rows], series.velocity_rad_s[rows] ** 2]
+        [gravity, np.ones(rows.size), series.acceleration_rad_s2[rows], series.velocity_rad_s[rows] ** 2]
     )
 
-    def costs(pick: IntArray) -> Callable[[int], FloatArray]:
+    def costs(pick: IntArray) -> Callable[[IntArray], FloatArray]:
         at, basis = rows[pick], basis_of(motion[pick])
-        return lambda shift: np.array([left_over(basis, force[at + shift, k]) for k in range(3)])
+        return lambda shifts: np.column_stack([left_over(basis, axis, at, shifts) for axis in force.T])
 
     return best_shift(rows.size, costs, series.period_s)

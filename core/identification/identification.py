@@ -22,7 +22,12 @@ from collaudit.core.identification.identified_values import (
     tool_of,
 )
 from collaudit.core.identification.inertial_consistency import Consistent, is_consistent, make_consistent
-from collaudit.core.identification.problem.identification_problem import Solution, refit_nuisance, residual
+from collaudit.core.identification.problem.identification_problem import (
+    Solution,
+    precision_of,
+    refit_nuisance,
+    residual,
+)
 from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.identification.solved_problem import Samples, Solved, solved
 from collaudit.core.numeric.arrays import FloatArray
@@ -32,28 +37,29 @@ from collaudit.core.prepare.prepared import Prepared
 _WORSE = 1.05
 
 
-def identify(
-    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, samples: Samples | None = None
-) -> Identified | None:
+def identify(prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
     Args:
         prepared: the logs.
         config: how.
         taken: of :func:`choose`; None to choose here.
-        samples: of the logs; None to gather them here.
 
     Raises:
         ConfigError, NotJudgedError: as of :func:`choose`.
     """
     taken = choose(prepared, config)[0] if taken is None else taken
-    estimate = taken.estimate
-    if not estimate:
+    if not taken.estimate:
         return None
-    found = solved(prepared, samples or Samples.of(prepared, config), config, taken)
+    return identified_by(solved(prepared, Samples.of(prepared, config), config, taken), config, taken)
+
+
+def identified_by(found: Solved, config: Config, taken: Candidate) -> Identified:
+    """What a solution says of drives, bodies and tool, bodies being such as can be."""
+    estimate = taken.estimate
     unknowns, solution, terms = found.unknowns, found.solution, found.terms
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
-    made = make_consistent(free, solution.hessian, solution.free, unknowns.inertials.size // 10)
+    made = make_consistent(free, precision_of(terms, unknowns, solution), solution.free, unknowns.inertials.size // 10)
     final = refit_nuisance(terms, _with_free(solution, made.free))
     made, final = _kept_if_it_fits(found, solution, made, final)
     errors = standard_errors(terms, solution, unknowns)

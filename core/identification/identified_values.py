@@ -53,7 +53,10 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
     motion = job.terms.motion
     bare = terms_of(motion, job.terms.regressor, file_only)
     moving = motion.moving
-    rms = [rms_of(rest, moving) for rest in (residual(bare, solve(bare, file_only)), residual(job.terms, job.solution))]
+    rms = [
+        rms_of(rest, moving)
+        for rest in (residual(bare, solve(bare, file_only, HELD_OUT_STEPS)), residual(job.terms, job.solution))
+    ]
     some = Samples(motion, job.terms.regressor).at_most(MOST_HELD_OUT)
     out = [_held_out(terms_of(some.motion, some.regressor, each), each) for each in (file_only, job.unknowns)]
     joints = {}

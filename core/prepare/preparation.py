@@ -117,9 +117,10 @@ def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -
     robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
     series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
     rigid = prepared.rigid_nm
-    if rigid is not None and not (robot is start.robot and prepared.robot is start.robot):
+    if rigid is not None and robot is not prepared.robot:
         motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-        rigid = within_bandwidth(series, _carried(robot.inverse_dynamics(*motion), start), prepared.quiet)
+        change = within_bandwidth(series, robot.torque_beyond(prepared.robot, *motion), prepared.quiet)
+        rigid = combined(np.add, rigid, change)
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
 
 
@@ -153,10 +154,12 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
     rigid = None
     if known is not None and known.calibration.sensor == calibration.sensor:
-        commanded = known.commanded
-        if robot.has_inertials:
-            same = robot is start.robot and known.robot is start.robot
-            rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
+        commanded, rigid = known.commanded, known.rigid_nm
+        if rigid is not None and robot is not known.robot:
+            if known.quiet:  # of all its bands something else may be noise
+                rigid = _carried(robot.inverse_dynamics(*motion), start)
+            else:
+                rigid = combined(np.add, rigid, robot.torque_beyond(known.robot, *motion))
     else:
         commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
         rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None

@@ -29,6 +29,8 @@ from collaudit.core.numeric.stats import (
 #: A residual counts as at most so many times the scale while the scale is found.
 _CLIP = 2.5
 _ROUNDS = 6
+#: Samples that tell a scale as well as all of a long log would: neighbours are alike.
+_BULK = 50_000
 #: Keeps columns that are zero from making the normal equations singular, as a share of their trace.
 _RIDGE = 1e-12
 #: Of the stretches at rest or after a reversal so many are taken to be free of contact.
@@ -106,7 +108,7 @@ def scale_of(evidence: Sequence[NullEvidence]) -> MotionScale | None:
     """Scale of one joint over its logs; None without enough motion."""
     size = np.concatenate([np.abs(one.residual_nm[one.moving]) for one in evidence])
     features = np.concatenate([one.features[one.moving] for one in evidence])
-    step = max(1, size.size // 200_000)  # the bulk of a long log is known from a part of it
+    step = max(1, size.size // _BULK)  # the bulk of a long log is known from a part of it
     seconds = sum(float(np.count_nonzero(one.moving)) * one.period_s for one in evidence)
     return motion_scale(size[::step], features[::step]) if seconds >= FEWEST_BLOCKS * BLOCK_S else None
 

@@ -7,7 +7,7 @@ joint turns about, or slides along, the z of its axes. Positions, velocities and
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,21 @@ class Link:
     inertia: FloatArray
     armature: float
 
+    @property
+    def moves_a_body(self) -> bool:
+        """Whether the joint itself moves anything but a rotor."""
+        return bool(self.mass_kg or self.first_kg_m.any() or self.inertia.any())
+
+    def less(self, other: Link) -> Link:
+        """The same joint with what its body and rotor have more than another's: torques are linear in them."""
+        return replace(
+            self,
+            mass_kg=self.mass_kg - other.mass_kg,
+            first_kg_m=self.first_kg_m - other.first_kg_m,
+            inertia=self.inertia - other.inertia,
+            armature=self.armature - other.armature,
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePlacement:
@@ -58,7 +73,10 @@ _Z = np.array([[0.0], [0.0], [1.0]])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joint:
-    """A joint at its positions: ways into and out of its axes, and its origin (3, m) in its parent's axes."""
+    """A joint at its positions: ways into and out of its axes, and its origin (3, m) in its parent's axes.
+
+    The origin of one that turns stays where it is: (3, 1).
+    """
 
     link: Link
     cos: FloatArray
@@ -68,18 +86,21 @@ class Joint:
     @classmethod
     def at(cls, link: Link, position: FloatArray) -> Joint:
         """A joint at (m,) positions."""
-        slid = link.rotation @ _Z * (position if link.prismatic else 0.0 * position)
-        turn = 0.0 * position if link.prismatic else position
-        return cls(link, np.cos(turn), np.sin(turn), link.translation[:, None] + slid)
+        offset = link.translation[:, None]
+        if link.prismatic:
+            return cls(link, np.ones_like(position), np.zeros_like(position), offset + link.rotation @ _Z * position)
+        return cls(link, np.cos(position), np.sin(position), offset)
 
     def into(self, x: FloatArray) -> FloatArray:
         """From its parent's axes into its own."""
-        x = self.link.rotation.T @ x
-        return np.stack([self.cos * x[0] + self.sin * x[1], self.cos * x[1] - self.sin * x[0], x[2]])
+        out = self.link.rotation.T @ x
+        out[0], out[1] = self.cos * out[0] + self.sin * out[1], self.cos * out[1] - self.sin * out[0]
+        return np.asarray(out)
 
     def out_of(self, x: FloatArray) -> FloatArray:
         """From its own axes into its parent's."""
-        turned = np.stack([self.cos * x[0] - self.sin * x[1], self.sin * x[0] + self.cos * x[1], x[2]])
+        turned = x.copy()
+        turned[0], turned[1] = self.cos * x[0] - self.sin * x[1], self.sin * x[0] + self.cos * x[1]
         return np.asarray(self.link.rotation @ turned)
 
     def along(self, wrench: Wrench) -> FloatArray:
@@ -103,7 +124,11 @@ class Motion:
 
 def cross(x: FloatArray, y: FloatArray) -> FloatArray:
     """x × y."""
-    return np.stack([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]])
+    out = np.empty((3, max(x.shape[1], y.shape[1])))
+    np.subtract(x[1] * y[2], x[2] * y[1], out=out[0])
+    np.subtract(x[2] * y[0], x[0] * y[2], out=out[1])
+    np.subtract(x[0] * y[1], x[1] * y[0], out=out[2])
+    return out
 
 
 def joints_at(links: Sequence[Link], q: FloatArray) -> list[Joint]:
@@ -119,11 +144,13 @@ def motions_of(joints: Sequence[Joint], v: FloatArray, a: FloatArray, base: Floa
         before = out[joint.link.parent] if joint.link.parent >= 0 else rest
         omega, alpha = joint.into(before.omega), joint.into(before.alpha)
         acceleration = joint.into(before.at(joint.offset))
+        own = np.array([omega[1] * speed, -omega[0] * speed, rate])  # ω × (speed z), and the rate along z
         if joint.link.prismatic:
-            acceleration = acceleration + 2.0 * cross(omega, speed * _Z) + rate * _Z
+            own[:2] *= 2.0
+            acceleration += own
         else:
-            alpha = alpha + cross(omega, speed * _Z) + rate * _Z
-            omega = omega + speed * _Z
+            alpha += own
+            omega[2] += speed
         out.append(Motion(omega, alpha, acceleration))
     return out
 
@@ -132,14 +159,19 @@ def inverse_dynamics(
     links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
     """(j, m) torque of each joint, M(q) a + C(q, v) v + G(q), rotor inertia included."""
+    rotors = np.array([[link.armature] for link in links]) * a
+    if not any(link.moves_a_body for link in links):
+        return rotors
     joints, wrenches = joints_at(links, q), {}
     for number, motion in enumerate(motions_of(joints, v, a, -gravity_m_s2)):
         link, h = links[number], links[number].first_kg_m[:, None]
+        if not link.moves_a_body:
+            continue
         turned = cross(motion.alpha, h) + cross(motion.omega, cross(motion.omega, h))
         force = link.mass_kg * motion.acceleration + turned
         spin = link.inertia @ motion.alpha + cross(motion.omega, link.inertia @ motion.omega)
         wrenches[number] = (force, spin + cross(h, motion.acceleration))
-    return _at_joints(joints, wrenches) + np.array([[link.armature] for link in links]) * a
+    return _at_joints(joints, wrenches) + rotors
 
 
 def momentum(links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
@@ -165,8 +197,18 @@ def momentum(links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray, v: 
         along.append(joint.along((linear, angular)) + joint.link.armature * speed)
         turned = cross(linear, omega) if joint.link.prismatic else cross(angular, omega) + cross(linear, velocity)
         change.append(turned[2])
-    zero = np.zeros_like(v)
-    return np.concatenate([along, np.array(change) - inverse_dynamics(links, gravity_m_s2, q, zero, zero)])
+    return np.concatenate([along, np.array(change) - holding(links, gravity_m_s2, q)])
+
+
+def holding(links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray) -> FloatArray:
+    """(j, m) torque G(q) of each joint that holds the arm: :func:`inverse_dynamics` at rest."""
+    joints, wrenches, lifted = joints_at(links, q), {}, list[FloatArray]()
+    base = np.zeros((3, q.shape[1])) - gravity_m_s2[:, None]
+    for number, joint in enumerate(joints):
+        link = joint.link
+        lifted.append(joint.into(lifted[link.parent] if link.parent >= 0 else base))
+        wrenches[number] = (link.mass_kg * lifted[number], cross(link.first_kg_m[:, None], lifted[number]))
+    return _at_joints(joints, wrenches)
 
 
 def force(links: Sequence[Link], place: FramePlacement, q: FloatArray, wrench: FloatArray) -> FloatArray:
@@ -185,12 +227,13 @@ def force_less_body(
 ) -> FloatArray:
     """:func:`force`, less what accelerating a point mass takes, its weight apart."""
     frame, mass_kg, centre = carried
-    out = force(links, place, q, wrench)
-    if frame.link < 0:
-        return out
-    joints, point = joints_at(links, q), (frame.rotation @ centre + frame.translation)[:, None]
-    needed = mass_kg * motions_of(joints, v, a, np.zeros(3))[frame.link].at(point)
-    return out - _at_joints(joints, {frame.link: (needed, cross(point, needed))})
+    joints, felt = joints_at(links, q), {place.link: _in_link(place, wrench)}
+    if frame.link >= 0:
+        point = (frame.rotation @ centre + frame.translation)[:, None]
+        needed = mass_kg * motions_of(joints, v, a, np.zeros(3))[frame.link].at(point)
+        own_force, own_moment = felt.get(frame.link, (0.0, 0.0))
+        felt[frame.link] = own_force - needed, own_moment - cross(point, needed)
+    return _at_joints(joints, felt)
 
 
 def weight(

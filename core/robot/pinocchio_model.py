@@ -225,8 +225,10 @@ class PinocchioModel:
         origin (xx, xy, yy, xz, yz, zz); all (n, j) inputs without NaN.
         """
         work, count = self.workspace(), self.joint_count
-        rows = [work.torque_regressor(*motion).copy() for motion in zip(q, v, a, strict=True)]
-        return np.array(rows).reshape(-1, count, 10 * count)
+        out = np.empty((len(q), count, 10 * count))
+        for row, motion in zip(out, zip(q, v, a, strict=True), strict=True):
+            row[...] = work.torque_regressor(*motion)
+        return out
 
     def frame_placement(self, frame: str) -> FramePlacement:
         """Where a frame is, for the recursions."""

@@ -81,6 +81,12 @@ class RobotModel:
         bodies = self._with_inertials()
         return self._torques(partial(newton_euler.inverse_dynamics, bodies.links, bodies.gravity_m_s2), (q, v, a))
 
+    def torque_beyond(self, other: RobotModel, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """What :meth:`inverse_dynamics` gives more than that of the same arm with other inertials."""
+        bodies = self._with_inertials()
+        more = [own.less(its) for own, its in zip(bodies.links, other._with_inertials().links, strict=True)]
+        return self._torques(partial(newton_euler.inverse_dynamics, more, bodies.gravity_m_s2), (q, v, a))
+
     def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Momentum M(q) v, and C(q, v)^T v - G(q), with rotor inertia and tool.
 
@@ -122,8 +128,8 @@ class RobotModel:
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
-        still = np.broadcast_to(0.0, q.shape)
-        return self.inverse_dynamics(q, still, still)
+        bodies = self._with_inertials()
+        return self._torques(partial(newton_euler.holding, bodies.links, bodies.gravity_m_s2), (q,))
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.

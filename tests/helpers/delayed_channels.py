@@ -53,6 +53,6 @@ def found_and_true(kind: str, noise: float, rho: float, held_s: float, seed: int
     def costs(pick):  # type: ignore[no-untyped-def]
         use = rows[pick]
         basis = basis_of(np.column_stack([x[use], np.sign(v[use]), v[use], np.ones(use.size)]))
-        return lambda shift: np.array([left_over(basis, y[use + shift])])
+        return lambda shifts: left_over(basis, y, use, shifts)[:, None]
 
     return best_shift(rows.size, costs, T), delay + (0.5 * (held_s - T) if held_s else 0.0)

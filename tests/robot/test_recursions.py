@@ -58,6 +58,8 @@ def test_any_tree(seed: int, joints: int) -> None:
         partial(newton_euler.inverse_dynamics, model.links, G), (j, j, j), reference_dynamics.inverse_dynamics(model)
     )
     compared(partial(newton_euler.momentum, model.links, G), (j, j), reference_dynamics.momentum(model))
+    at_rest = lambda row: reference_dynamics.inverse_dynamics(model)(np.concatenate([row, np.zeros(2 * j)]))  # noqa: E731
+    compared(partial(newton_euler.holding, model.links, G), (j,), at_rest)
     for frame in (f"f{joints - 1}", "f0", "base"):
         place = model.frame_placement(frame)
         compared(partial(newton_euler.force, model.links, place), (j, 6), reference_dynamics.force(model, frame, None))
@@ -90,3 +92,20 @@ def test_other_parameters_give_other_torques() -> None:
     heavier = model.with_parameters(model.inertial_parameters(), model.armature + 1.0)
     before, after = (newton_euler.inverse_dynamics(one.links, G, q, v, a) for one in (model, heavier))
     np.testing.assert_allclose(after - before, a, atol=1e-12)
+
+
+@pytest.mark.parametrize("bodies", [(), (3,), (0, 2)])
+def test_torques_are_linear_in_what_bodies_and_rotors_have_more(bodies: tuple[int, ...]) -> None:
+    """Whether none of the bodies differs, one, or some."""
+    pin.seed(5)
+    rng, model = np.random.default_rng(5), tree(5, 5)
+    parameters = model.inertial_parameters().reshape(-1, 10)
+    for body in bodies:
+        parameters[body] = pin.Inertia.Random().toDynamicParameters()
+    other = model.with_parameters(parameters.ravel(), model.armature + rng.uniform(0.0, 1.0, 5))
+    motion = rng.normal(size=(3, 5, 20))
+    more = [own.less(its) for own, its in zip(other.links, model.links, strict=True)]
+    theirs, ours, change = (
+        newton_euler.inverse_dynamics(links, G, *motion) for links in (other.links, model.links, more)
+    )
+    np.testing.assert_allclose(ours + change, theirs, rtol=1e-10, atol=1e-10)

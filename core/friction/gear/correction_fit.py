@@ -201,7 +201,7 @@ def _columns(position_rad: FloatArray, direction: FloatArray, cycles: float) -> 
 def _fit(columns: FloatArray, target: FloatArray) -> FloatArray:
     """Coefficients beside a mean, which is the model's error and not the wave's."""
     design = np.column_stack([columns, np.ones(columns.shape[0])])
-    return np.asarray(np.linalg.lstsq(design, target, rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(design.T @ design, design.T @ target, rcond=None)[0])
 
 
 def _amplitude_sd(columns: FloatArray, target: FloatArray, cluster: IntArray) -> float:

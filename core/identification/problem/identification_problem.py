@@ -22,7 +22,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _ITERATIONS = 12
-_CHANGE = 1e-4
+#: A last step is shorter than this, squared and in standard errors of what the data and the prior tell.
+_SHORT = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +57,6 @@ class Solution:
         nuisance: (j, k) coefficients of friction and offset, N·m; the offset is number ``nuisance.OFFSET``.
         free: (p + 2 j,) which unknowns were free: inertials, rotor inertias, gains.
         sigma: (j,) robust noise level, N·m.
-        hessian: (f, f) precision matrix of the free unknowns.
     """
 
     inertials: FloatArray
@@ -65,7 +65,6 @@ class Solution:
     nuisance: FloatArray
     free: BoolArray
     sigma: FloatArray
-    hessian: FloatArray
 
 
 @dataclass(slots=True, eq=False)
@@ -91,28 +90,25 @@ def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms
     return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0), unknowns.springs)
 
 
-def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
+def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start: Solution | None = None) -> Solution:
     """Estimate all unknowns from samples of motion.
 
     Args:
         terms: the samples and their columns.
         unknowns: priors; a zero standard deviation holds a parameter.
         iterations: most Gauss-Newton steps; with gains held only the weights still change after the first.
+        start: what other samples told of the same unknowns; None starts from the priors, without friction.
     """
     motion = terms.motion
     joints = motion.effort.shape[1]
-    driven = motion.moving.any(axis=0)
-    scales = np.concatenate(
-        [unknowns.inertials_prior_sd, unknowns.armature_prior_sd, np.where(driven, unknowns.gain_prior_sd, 0.0)]
-    )
-    free = np.asarray(scales > 0)
-    precision = np.zeros(free.size)
-    precision[free] = scales[free] ** -2.0
+    free, precision = _prior(motion, unknowns)
     origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
     gain = np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0)
-    state = _state(
-        terms, unknowns.inertials, unknowns.armature, gain, np.zeros((joints, terms.nuisance.shape[2])), np.ones(joints)
-    )
+    none = np.zeros((joints, terms.nuisance.shape[2]))
+    state = _state(terms, unknowns.inertials, unknowns.armature, gain, none, np.ones(joints))
+    if start is not None:
+        told = np.concatenate([start.inertials, start.armature, start.gain])
+        _move(state, origin, (told - origin)[free], free)
     _fit_nuisance(terms, state)
     for _ in range(iterations):
         reweigh(terms, state)
@@ -122,15 +118,34 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
             continue
         gradient, data, friction = _normal(terms, state, free)
         gradient -= precision[free] * (before - origin)[free]
-        step = np.linalg.solve(data + np.diag(precision[free]) + 1e-12 * np.eye(int(free.sum())), gradient)
+        hessian = data + np.diag(precision[free])
+        step = np.linalg.solve(hessian + 1e-12 * np.eye(int(free.sum())), gradient)
         _move(state, before, np.asarray(step), free)
         for part in friction:
             state.nuisance[part.joint] += part.alone - part.onto @ step[part.place]
-        if np.max(np.abs(step) / (np.abs(before[free]) + 1e-2)) < _CHANGE:
+        if step @ hessian @ step < _SHORT:
             break
     reweigh(terms, state)
     state.gain = np.where(np.isfinite(unknowns.gain), state.gain, np.nan)
-    return _finish(terms, state, free, precision)
+    return Solution(state.inertials, state.armature, state.gain, state.nuisance, free, state.sigma)
+
+
+def precision_of(terms: Terms, unknowns: Unknowns, solution: Solution) -> FloatArray:
+    """(f, f) precision of the free unknowns about their solution, by the data and the prior together."""
+    state = state_of(terms, solution)
+    reweigh(terms, state)
+    free, precision = _prior(terms.motion, unknowns)
+    return _normal(terms, state, free)[1] + np.diag(precision[free])
+
+
+def _prior(motion: Motion, unknowns: Unknowns) -> tuple[BoolArray, FloatArray]:
+    """(p + 2 j,) which unknowns are free, and their precision before the data; gains of what does not move are not."""
+    gain_sd = np.where(motion.moving.any(axis=0), unknowns.gain_prior_sd, 0.0)
+    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, gain_sd])
+    free = np.asarray(scales > 0)
+    precision = np.zeros(free.size)
+    precision[free] = scales[free] ** -2.0
+    return free, precision
 
 
 def residual(terms: Terms, solution: Solution) -> FloatArray:
@@ -255,16 +270,3 @@ def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, Fl
         gradient[place] += products[:count, -1] - shared.T @ friction[-1].alone
         data[np.ix_(place, place)] += products[:count, :count] - shared.T @ friction[-1].onto
     return gradient, data, friction
-
-
-def _finish(terms: Terms, state: State, free: BoolArray, precision: FloatArray) -> Solution:
-    _, data, _ = _normal(terms, state, free)
-    return Solution(
-        inertials=state.inertials,
-        armature=state.armature,
-        gain=state.gain,
-        nuisance=state.nuisance,
-        free=free,
-        sigma=state.sigma,
-        hessian=data + np.diag(precision[free]),
-    )

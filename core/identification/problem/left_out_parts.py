@@ -33,26 +33,26 @@ class Linearised:
         rest_nm: (n, j) torque that the solution leaves.
         joints: of each joint that counts its number, the unknowns that it feels (f_j,), its columns (n, f_j) by them
             and the weights (n,) of its samples.
-        precision: (f,) of the prior.
-        gradient: (f,) of the prior, at the solution.
+        hessian: (f, f) of all samples and the prior.
+        gradient: (f,) of both, at the solution.
     """
 
     rest_nm: FloatArray
     joints: tuple[tuple[int, IntArray, FloatArray, FloatArray], ...]
-    precision: FloatArray
+    hessian: FloatArray
     gradient: FloatArray
 
     def without(self, out: BoolArray) -> FloatArray:
         """(m, j) torque that is left of the samples (n,) given, by a fit to the others, N·m."""
-        hessian, gradient = np.diag(self.precision), self.gradient.copy()
-        for j, place, columns, weight in self.joints:
-            seen = columns * np.where(out, 0.0, weight)[:, None]
-            hessian[np.ix_(place, place)] += seen.T @ columns
-            gradient[place] += seen.T @ self.rest_nm[:, j]
+        hessian, gradient, left = self.hessian.copy(), self.gradient.copy(), self.rest_nm[out]
+        parts = [(j, place, columns[out], weight[out]) for j, place, columns, weight in self.joints]
+        for j, place, columns, weight in parts:
+            weighed = columns * weight[:, None]
+            hessian[np.ix_(place, place)] -= weighed.T @ columns
+            gradient[place] -= weighed.T @ left[:, j]
         step = scaled_inverse(hessian) @ gradient
-        left = self.rest_nm[out]
-        for j, place, columns, _ in self.joints:
-            left[:, j] -= columns[out] @ step[place]
+        for j, place, columns, _ in parts:
+            left[:, j] -= columns @ step[place]
         return left
 
 
@@ -70,7 +70,7 @@ def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearis
     precision[:known] = scales[free] ** -2.0
     gradient = np.zeros_like(precision)
     gradient[:known] = precision[:known] * (origin - found)[free]
-    joints = []
+    hessian, joints = np.zeros((precision.size, precision.size)), []
     for j in weighted_joints(state):
         friction = slice(known + kinds * j, known + kinds * (j + 1))
         precision[friction] = _friction_precision(terms, j)
@@ -78,8 +78,12 @@ def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearis
         place, columns = jacobian(terms, state, j, free, rest[:, j], np.ones(len(rest)))
         place = np.concatenate([place, known + kinds * j + np.arange(kinds)])
         columns = np.concatenate([columns, terms.nuisance[j]], axis=1)
-        joints.append((j, place, columns, state.weight[:, j] / state.sigma[j] ** 2))
-    return Linearised(rest, tuple(joints), precision, gradient)
+        weight = state.weight[:, j] / state.sigma[j] ** 2
+        weighed = columns * weight[:, None]
+        hessian[np.ix_(place, place)] += weighed.T @ columns
+        gradient[place] += weighed.T @ rest[:, j]
+        joints.append((j, place, columns, weight))
+    return Linearised(rest, tuple(joints), hessian + np.diag(precision), gradient)
 
 
 def _friction_precision(terms: Terms, j: int) -> FloatArray:

@@ -55,14 +55,14 @@ def effort_shift(
     if contact is not None:
         rigid = rigid + contact[rows]
 
-    def costs(pick: IntArray) -> Callable[[int], FloatArray]:
+    def costs(pick: IntArray) -> Callable[[IntArray], FloatArray]:
         parts = []
         for j in loaded:
             use = pick[slides[j][rows[pick]]]
             speed = v[rows[use], j]
             columns = np.column_stack([rigid[use, j], np.sign(speed), speed, np.ones(use.size)])
             parts.append((rows[use], basis_of(columns), np.ascontiguousarray(effort[:, j])))
-        return lambda shift: np.array([left_over(basis, y[at + shift]) for at, basis, y in parts])
+        return lambda shifts: np.column_stack([left_over(basis, y, at, shifts) for at, basis, y in parts])
 
     return best_shift(rows.size, costs, series.period_s)
 
@@ -118,11 +118,15 @@ def basis_of(columns: FloatArray) -> FloatArray:
     return np.asarray(u[:, s > 1e-9 * s[0]])
 
 
-def left_over(basis: FloatArray, target: FloatArray) -> float:
-    """Sum of squares of a target (n,) that a basis leaves; 0 for too few samples."""
+def left_over(basis: FloatArray, channel: FloatArray, at: IntArray, shifts: IntArray) -> FloatArray:
+    """(s,) sums of squares of a channel, at samples (n,) shifted by each of (s,), that a basis (n, k) leaves.
+
+    They are 0 for too few samples.
+    """
     if basis.shape[1] == 0:
-        return 0.0
-    return max(0.0, float(target @ target) - float(np.sum((target @ basis) ** 2)))
+        return np.zeros(shifts.size)
+    targets = channel[at[:, None] + shifts]
+    return np.maximum(0.0, np.sum(targets**2, axis=0) - np.sum((basis.T @ targets) ** 2, axis=0))
 
 
 def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:

@@ -34,8 +34,8 @@ _OPEN = 0.65
 #: Shifts at which the curve about its minimum is looked at, at least.
 _POINTS = 24
 
-#: Of some samples (their numbers): the sums of squares (k,) at a shift in samples of the grid.
-Costs = Callable[[IntArray], Callable[[int], FloatArray]]
+#: Of some samples (their numbers): the sums of squares (s, k) at shifts (s,) in samples of the grid.
+Costs = Callable[[IntArray], Callable[[IntArray], FloatArray]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ def best_shift(count: int, costs: Costs, period_s: float) -> Delay | Undetermine
     step = max(1, round(_COARSE_S / period_s))
     coarse = np.arange(back, ahead + 1, step)
     blocks = [costs(part) for part in np.array_split(np.arange(count), _BLOCKS)]
-    table = np.array([[cost(int(k)) for k in coarse] for cost in blocks])  # (blocks, shifts, targets)
+    table = np.array([cost(coarse) for cost in blocks])  # (blocks, shifts, targets)
     weight = np.maximum(table.sum(axis=0).min(axis=0), 1e-30)
     curve = (table / weight).sum(axis=2)
     near = int(np.argmin(curve.sum(axis=0)))
@@ -82,7 +82,7 @@ def best_shift(count: int, costs: Costs, period_s: float) -> Delay | Undetermine
     # wide enough for what leaving out a block can do: a minimum at the window's end would pass for a certain one
     low, high = int(coarse[first]) - 2 * step - 2, int(coarse[last]) + 2 * step + 2
     shifts = np.arange(max(back, low), min(ahead, high) + 1, max(1, (high - low) // _POINTS))
-    fine = np.array([[(cost(int(k)) / weight).sum() for k in shifts] for cost in blocks])
+    fine = np.array([(cost(shifts) / weight).sum(axis=1) for cost in blocks])
     return _jackknifed(fine, shifts, period_s)
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -35,6 +34,7 @@ from collaudit.fixtures.config import config_text
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.reports.exports.plan_files import csv_text
+from collaudit.reports.files.run_files import read_friction, write_friction
 
 SECONDS = (10.0, 30.0)
 
@@ -49,16 +49,19 @@ class Arm:
 
 
 def arm_of(name: str, data: Path, folder: Path) -> Arm:
-    """Write an arm's description and configuration; simulate and fit an earlier log."""
-    robot = arm_named(name, data)
-    log, settings = write_run(robot, short_run(robot), 1, folder / name / "earlier.mcap")
+    """Write an arm's description and configuration; simulate and fit an earlier log, unless its fit is there."""
+    robot, known = arm_named(name, data), folder / f"{name}.json"
+    folder.mkdir(parents=True, exist_ok=True)
+    if not known.exists():
+        log, settings = write_run(robot, short_run(robot), 1, folder / name / "earlier.mcap")
+        write_friction(known, api.fit([(log,)], settings))
     description, path = robot.describe(lambda: 0.0), folder / f"{name}.toml"
     if description.urdf is not None:
         path.with_suffix(".urdf").write_text(description.urdf, encoding="utf-8")
     urdf = path.with_suffix(".urdf").name if description.urdf is not None else None
     still = Experiment(*np.zeros((3, 1, len(robot.joints))))
     path.write_text(config_text(robot, description, still, "mcap", urdf) + plan_table(robot), encoding="utf-8")
-    return Arm(robot, path, api.fit([(log,)], settings))
+    return Arm(robot, path, read_friction(known))
 
 
 def random_settings(arm: FixtureRobot, rng: np.random.Generator) -> tuple[dict[str, object], PlanRequest, float]:
@@ -136,20 +139,19 @@ def main() -> None:
     given = parser.parse_args()
     use_threads(1)
     counts, most = Counter[str](), Counter[str]()
-    with tempfile.TemporaryDirectory() as folder:
-        arms = [arm_of(name, given.data, Path(folder)) for name in given.arms.split(",")]
-        for row in campaign(arms, given.seed, range(given.first, given.first + given.plans), given.state):
-            if "refused" in row:
-                counts[f"refused: {row['refused']}"] += 1
-                continue
-            wrong, used = row["wrong"], row["used"]
-            assert isinstance(wrong, list) and isinstance(used, dict)
-            counts[f"planned: {row['arm']}"] += 1
-            counts.update(f"VIOLATION: {one}" for one in wrong)
-            if wrong:
-                print(row, flush=True)
-            for key in ("speed", "acceleration", "jerk", "torque"):
-                most[key] = max(most[key], used[key])
+    arms = [arm_of(name, given.data, given.state.parent / "plan-limits") for name in given.arms.split(",")]
+    for row in campaign(arms, given.seed, range(given.first, given.first + given.plans), given.state):
+        if "refused" in row:
+            counts[f"refused: {row['refused']}"] += 1
+            continue
+        wrong, used = row["wrong"], row["used"]
+        assert isinstance(wrong, list) and isinstance(used, dict)
+        counts[f"planned: {row['arm']}"] += 1
+        counts.update(f"VIOLATION: {one}" for one in wrong)
+        if wrong:
+            print(row, flush=True)
+        for key in ("speed", "acceleration", "jerk", "torque"):
+            most[key] = max(most[key], used[key])
     print(dict(counts))
     print("largest share of a limit:", {key: round(float(value), 4) for key, value in most.items()})
 

@@ -61,14 +61,14 @@ def friction_points(
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
     series = without_ripple(series, sections, j, ripple)
+    modelled = None if model_torque is None else replace(series, effort=model_torque)
     for pair in pairs:
-        point = _pair_point(series, pair, j, ripple)
+        point = _pair_point(series, modelled, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
     sums: list[PairSum] = []
-    if model_torque is not None:
-        modelled = replace(series, effort=model_torque)
+    if model_torque is not None and modelled is not None:
         sums = [found for pair in pairs if (found := _pair_sum(series, modelled, pair, j)) is not None]
         for section in sections:
             if id(section) not in used:
@@ -136,12 +136,21 @@ def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, con
     return _Pair(plus, minus, low, high, cost)
 
 
-def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRipple | None) -> FrictionPoint | None:
-    """Half the difference of both directions, block by block of position; None where too few blocks are common."""
+def _pair_point(
+    series: UniformSeries, modelled: UniformSeries | None, pair: _Pair, j: int, ripple: SectionRipple | None
+) -> FrictionPoint | None:
+    """Half the difference of both directions, block by block of position; None where too few blocks are common.
+
+    Speed is not quite constant: it settles after a ramp, alike in both directions, which half the difference takes for
+    friction and no scatter shows. Where the model is known, what it needs for that is taken off.
+    """
     edges = _edges(pair)
     plus, speed_plus = _by_position(series, pair.plus, j, edges)
     minus, speed_minus = _by_position(series, pair.minus, j, edges)
     friction, gravity = 0.5 * (plus - minus), 0.5 * (plus + minus)
+    if modelled is not None:
+        ahead, back = (_by_position(modelled, section, j, edges)[0] for section in (pair.plus, pair.minus))
+        friction = friction - np.nan_to_num(0.5 * (ahead - back))
     known = np.isfinite(friction)
     friction = friction[known]
     if friction.size < _MIN_BLOCKS:

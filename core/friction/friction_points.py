@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,7 +41,8 @@ def friction_points(
     """Friction against speed for one joint.
 
     Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
-    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. What stays without a partner
+    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. So do a move of several joints and the way
+    back along it: what is even in the speeds, as the torques of Coriolis are, cancels too. What stays without a partner
     gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``. Ripple of the gear that the
     sections show together is taken off first, and its error goes into each point's.
 
@@ -56,7 +58,8 @@ def friction_points(
     if not sections:
         return (), ()
     j = series.column(sections[0].joint)
-    pairs = _match(series, sections, j, config)
+    still = _match(series, sections, j, config)
+    pairs = [*still, *_ways_back(series, sections, j, config)]
     points = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
@@ -69,7 +72,7 @@ def friction_points(
             used |= {id(pair.plus), id(pair.minus)}
     sums: list[PairSum] = []
     if model_torque is not None and modelled is not None:
-        sums = [found for pair in pairs if (found := _pair_sum(series, modelled, pair, j)) is not None]
+        sums = [found for pair in still if (found := _pair_sum(series, modelled, pair, j)) is not None]
         for section in sections:
             if id(section) not in used:
                 point = _model_point(series, section, model_torque, j, ripple)
@@ -118,7 +121,43 @@ def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: F
     return chosen
 
 
+def _ways_back(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
+    """Sections of moves of several joints, each with the next one where that goes back along the same poses."""
+    moving = sorted((s for s in sections if s.others_moving), key=lambda s: s.span.start)
+    out: list[_Pair] = []
+    for one, other in pairwise(moving):
+        plus, minus = (one, other) if one.velocity_rad_s > 0 else (other, one)
+        if plus.velocity_rad_s < 0 or minus.velocity_rad_s > 0 or (out and one in (out[-1].plus, out[-1].minus)):
+            continue
+        pair = _overlapping(series, plus, minus, config)
+        if pair is not None and _same_poses(series, pair, j, config.pair_pose_tolerance_rad):
+            out.append(pair)
+    return out
+
+
+def _same_poses(series: UniformSeries, pair: _Pair, j: int, tolerance_rad: float) -> bool:
+    """Whether all joints pass the same positions both ways, at all positions of joint j that both ways share."""
+    middles = 0.5 * (_edges(pair)[1:] + _edges(pair)[:-1])
+    ways = []
+    for section in (pair.plus, pair.minus):
+        rows = series.position_rad[section.span.slice]
+        rows = rows[np.argsort(rows[:, j], kind="stable")]
+        ways.append(np.array([np.interp(middles, rows[:, j], rows[:, k]) for k in range(rows.shape[1])]))
+    return bool(np.max(np.abs(ways[0] - ways[1])) <= tolerance_rad)
+
+
 def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, config: FrictionConfig) -> _Pair | None:
+    pair = _overlapping(series, plus, minus, config)
+    others = [k for k in range(len(series.joint_names)) if k != j]
+    if pair is not None and others:
+        pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
+        if np.max(np.abs(pose[0] - pose[1])) > config.pair_pose_tolerance_rad:
+            return None
+    return pair
+
+
+def _overlapping(series: UniformSeries, plus: Section, minus: Section, config: FrictionConfig) -> _Pair | None:
+    """Both ways as a pair where their speeds are equal and they share positions, whatever the other joints do."""
     up, down = plus.velocity_rad_s, -minus.velocity_rad_s
     difference = abs(up - down) / (0.5 * (up + down))
     low = max(plus.position_rad[0], minus.position_rad[0])
@@ -126,11 +165,6 @@ def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, con
     stroke = min(np.ptp(plus.position_rad), np.ptp(minus.position_rad))
     if difference > config.pair_speed_tolerance or stroke <= 0 or high - low < _MIN_OVERLAP * stroke:
         return None
-    others = [k for k in range(len(series.joint_names)) if k != j]
-    if others:
-        pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
-        if np.max(np.abs(pose[0] - pose[1])) > config.pair_pose_tolerance_rad:
-            return None
     distance_s = abs(plus.span.start - minus.span.start) * series.period_s
     cost = difference / config.pair_speed_tolerance + (1.0 - (high - low) / stroke) + 1e-3 * distance_s
     return _Pair(plus, minus, low, high, cost)
@@ -169,7 +203,7 @@ def _pair_point(
         se_nm=float(np.hypot(_sd(friction) / np.sqrt(friction.size), waves)),
         source="pair",
         direction=0,
-        others_moving=False,
+        others_moving=bool(pair.plus.others_moving or pair.minus.others_moving),
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
         seconds=min(len(pair.plus.span), len(pair.minus.span)) * series.period_s,
     )

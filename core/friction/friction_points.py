@@ -41,10 +41,10 @@ def friction_points(
     """Friction against speed for one joint.
 
     Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
-    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. So do a move of several joints and the way
-    back along it: what is even in the speeds, as the torques of Coriolis are, cancels too. What stays without a partner
-    gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``. Ripple of the gear that the
-    sections show together is taken off first, and its error goes into each point's.
+    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. So do a move of several joints and the
+    way back along it: what is even in the speeds, as the torques of Coriolis are, cancels too. What stays without a
+    partner gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``. Ripple of the gear
+    that the sections show together is taken off first, and its error goes into each point's.
 
     Args:
         series: the log on its uniform time base.

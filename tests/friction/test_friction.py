@@ -176,7 +176,9 @@ def test_a_move_of_two_joints_and_its_way_back_are_a_pair() -> None:
     config = FrictionConfig()
 
     def points(position: np.ndarray, speed: np.ndarray) -> tuple[FrictionPoint, ...]:
-        series = condition(make_log(PERIOD * np.arange(len(q)), position, speed, effort, ("joint1", "joint2")), ConditioningConfig())
+        series = condition(
+            make_log(PERIOD * np.arange(len(q)), position, speed, effort, ("joint1", "joint2")), ConditioningConfig()
+        )
         return friction_points(series, find_sections(series, SectionsConfig()).of("joint1"), None, config)[0]
 
     found = points(q, v)
@@ -190,7 +192,7 @@ def test_a_move_of_two_joints_and_its_way_back_are_a_pair() -> None:
 
 
 def test_a_speed_that_settles_during_the_strokes_is_no_friction() -> None:
-    """A speed that creeps up to its end alike in both directions: half the difference of their efforts holds inertia."""
+    """A speed that creeps up alike in both directions: half the difference of their efforts holds inertia."""
     inertia, truth = 4.0, (6.0, 0.0, 0.0, 4.0)
     t = np.arange(round(1.2 / PERIOD)) * PERIOD
     still, parts = np.zeros(round(0.3 / PERIOD)), []

@@ -22,6 +22,8 @@ _MIN_BLOCKS = 3
 #: half of one early in all that it logs, one that averages or waits as much late. Standard deviation in samples, early,
 #: on time and late being equally likely. What gravity changes in that time has the sign of the motion, as friction has.
 _SIMULTANEOUS = 6.0**-0.5
+#: Fewer pairs do not show a law; one or two among points of the model's would count as precise ones among rough.
+_ENOUGH = 5
 _PLACES = 400  # at which the mean of ripple over a stroke is taken
 _BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error
 
@@ -59,7 +61,8 @@ def friction_points(
         return (), ()
     j = series.column(sections[0].joint)
     still = _match(series, sections, j, config)
-    pairs = [*still, *_ways_back(series, sections, j, config)]
+    back = _ways_back(series, sections, j, config)
+    pairs = [*still, *back] if len(still) + len(back) >= _ENOUGH else still
     points = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)

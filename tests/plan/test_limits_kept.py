@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -79,7 +80,7 @@ def test_all_joints_are_swept_at_once_along_a_line_and_back(tmp_path: Path) -> N
     ends = np.array([[part.q[0], part.q[-1]] for part in plan.moves[: -plan.file.exciting_moves]])
     ways = ends[:, 1] - ends[:, 0]
     there_and_back = 0
-    for way, back in zip(ways, ways[1:], strict=False):
+    for way, back in pairwise(ways):
         if np.allclose(back, -0.9 * way):  # the same line; the next round begins a little farther along
             there_and_back += int(np.count_nonzero(np.abs(way) > 1e-3))
     pairs = [len(sweeps.speeds_rad_s) for sweeps in plan.file.sweeps]

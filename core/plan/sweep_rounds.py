@@ -13,10 +13,8 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan.checks import MoveCheck
-from collaudit.core.plan.sweeps import LOST_S, PAUSE_S, JointSweeps, level_s, ramps_s
+from collaudit.core.plan.sweeps import PAUSE_S, WANDER, JointSweeps, level_s, ramps_s, useful_s
 from collaudit.core.plan.timing import Motion, move
-
-_WANDER = 0.1  # share of a stroke that the next one starts farther along, so that a gear's ripple is averaged
 
 
 def sweep_moves(
@@ -49,8 +47,8 @@ def sweep_moves(
             part = part or _strokes(check, windows, group, at, side, seconds - time_s(moves))
             if part:
                 moves, at = [*moves, *part], part[-1].q[-1]
-                level = max(map(level_s, group.values()))
-                done |= {joint: done[joint].with_pair(speed, level - LOST_S) for joint, speed in group.items()}
+                seconds_each = useful_s(max(map(level_s, group.values())))
+                done |= {joint: done[joint].with_pair(speed, seconds_each) for joint, speed in group.items()}
             part = []
         side = -side
     if np.any(np.abs(at - check.limits.start) > 1e-9):
@@ -96,7 +94,7 @@ def _strokes(
             begin[joint] = low if side > 0 else high
         there[joint] = begin[joint] + (ways[0] if ways else side * speed * period)
     fastest = max(speeds.values())
-    back = begin + _WANDER * (there - begin)
+    back = begin + WANDER * (there - begin)
     part = [move(check.limits, at, begin)] if np.any(np.abs(begin - at) > 1e-9) else []
     part += [move(check.limits, begin, there, fastest), move(check.limits, there, back, fastest)]
     home = [move(check.limits, back, check.limits.start)] if np.any(np.abs(back - check.limits.start) > 1e-9) else []

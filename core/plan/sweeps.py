@@ -20,8 +20,10 @@ from collaudit.core.plan.timing import move
 
 #: Time at constant speed: ramps and settling take little of the longer one, which is asked for where its way is short.
 LEVEL_S, LONG_S, _SHORT_WAY = 0.8, 2.0, 0.4
-#: What a section loses at both ends to settling and to the filter of speed, s.
-LOST_S = 0.2
+#: What a section loses at both ends to settling, s: a quarter of the stroke, within these bounds.
+_LOST_S, _LOST_SHARE = (0.2, 0.4), 0.25
+#: Share of a stroke that the next one starts farther along, so that ripple is averaged; the way back is shorter.
+WANDER = 0.1
 #: Shortest way at constant speed, rad (m): some periods of a gear's ripple.
 LEAST_WAY = 0.03
 SLOWEST = 0.01
@@ -104,7 +106,7 @@ def choose_sweeps(
         if rate <= 0.0:
             return [sweeps for sweeps in found if sweeps.speeds]
         costs[k].append(cost)
-        found[k] = found[k].with_pair(speed, useful_s(speed))
+        found[k] = found[k].with_pair(speed, useful_s(level_s(speed)))
 
 
 def program_s(costs: Sequence[Sequence[float]]) -> float:
@@ -166,9 +168,10 @@ def level_s(speed: float) -> float:
     return max(LEVEL_S, min(LONG_S, _SHORT_WAY / speed), LEAST_WAY / speed)
 
 
-def useful_s(speed: float) -> float:
-    """Time of the section that a stroke gives, s."""
-    return level_s(speed) - LOST_S
+def useful_s(level: float) -> float:
+    """Time of the sections that strokes both ways give, s; ``level``: of a stroke at constant speed."""
+    back = (1.0 - WANDER) * level
+    return back - min(max(_LOST_SHARE * back, _LOST_S[0]), _LOST_S[1])
 
 
 def ramps_s(check: MoveCheck, joint: int, speed: float) -> float:
@@ -199,4 +202,4 @@ def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:
     kept = {v: motion for (v, motion), name in zip(motions.items(), over, strict=True) if name is None}
     speeds = np.array(list(kept))
     costs = np.array([2.0 * (motion.duration_s + PAUSE_S) for motion in kept.values()])
-    return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(v) for v in kept])))
+    return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(level_s(v)) for v in kept])))

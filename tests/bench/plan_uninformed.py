@@ -53,7 +53,7 @@ def _of_truth(fit: FrictionFit, truth: dict[str, float], torque_nm: float) -> Fr
 
 
 def _added(design: FrictionDesign, speeds: tuple[float, ...]) -> FloatArray:
-    return sum((design.information(v, sw.useful_s(v)) for v in speeds), np.zeros_like(design.known))
+    return sum((design.information(v, sw.useful_s(sw.level_s(v))) for v in speeds), np.zeros_like(design.known))
 
 
 def _d_optimal(check: MoveCheck, joint: int, fit: FrictionFit, seconds: float) -> tuple[float, ...]:

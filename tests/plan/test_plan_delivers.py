@@ -50,13 +50,18 @@ def test_what_was_open_is_determined(tmp_path: Path) -> None:
         assert 1 / 3 < found["D"].delivered / found["D"].predicted < 3
 
 
-def test_a_plan_of_another_arm_is_refused(tmp_path: Path) -> None:
+def test_what_was_guessed_is_predicted_as_a_share_and_another_arm_is_refused(tmp_path: Path) -> None:
     from dataclasses import replace
 
     arm = arm_named("paper6", tmp_path)
     log, settings = write_run(arm, short_run(arm, (1,)), 11, tmp_path / "earlier.mcap")
     fit = api.fit([(log,)], settings)
     plan = make_plan(settings, fit, [], PlanRequest(minutes=0.4, joints=(JOINT,)), Provenance("0", {})).file
+    own = {one.parameter: one for one in plan.predictions if one.joint == JOINT}
+    predicted = {one.parameter: one.predicted for one in delivered(plan, fit) if one.joint == JOINT}
+    found = fit.joints[JOINT].parameters["A_nm"]  # A was guessed, and its half width is predicted as a share
+    assert own["A"].guessed and own["A"].after and own["A"].value
+    assert predicted["A"] == pytest.approx(own["A"].after * found / own["A"].value)
     stranger = replace(plan, limits={"elsewhere": plan.limits[JOINT]})
     with pytest.raises(ConfigError, match="another arm"):
         delivered(stranger, fit)

@@ -34,7 +34,7 @@ class JointLimits:
 
 @dataclass(frozen=True, slots=True)
 class JointSweep:
-    """Sweeps of one joint, each at one speed both ways.
+    """Sweeps of one joint, each at one speed both ways, beside those of the other joints.
 
     Attributes:
         joint: its name.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,6 +22,8 @@ _MIN_BLOCKS = 3
 #: half of one early in all that it logs, one that averages or waits as much late. Standard deviation in samples, early,
 #: on time and late being equally likely. What gravity changes in that time has the sign of the motion, as friction has.
 _SIMULTANEOUS = 6.0**-0.5
+#: Fewer pairs do not show a law; one or two among points of the model's would count as precise ones among rough.
+_ENOUGH = 5
 _PLACES = 400  # at which the mean of ripple over a stroke is taken
 _BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error
 
@@ -40,9 +43,10 @@ def friction_points(
     """Friction against speed for one joint.
 
     Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
-    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. What stays without a partner
-    gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``. Ripple of the gear that the
-    sections show together is taken off first, and its error goes into each point's.
+    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. So do a move of several joints and the
+    way back along it: what is even in the speeds, as the torques of Coriolis are, cancels too. What stays without a
+    partner gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``. Ripple of the gear
+    that the sections show together is taken off first, and its error goes into each point's.
 
     Args:
         series: the log on its uniform time base.
@@ -56,20 +60,22 @@ def friction_points(
     if not sections:
         return (), ()
     j = series.column(sections[0].joint)
-    pairs = _match(series, sections, j, config)
+    still = _match(series, sections, j, config)
+    back = _ways_back(series, sections, j, config)
+    pairs = [*still, *back] if len(still) + len(back) >= _ENOUGH else still
     points = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
     series = without_ripple(series, sections, j, ripple)
+    modelled = None if model_torque is None else replace(series, effort=model_torque)
     for pair in pairs:
-        point = _pair_point(series, pair, j, ripple)
+        point = _pair_point(series, modelled, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
     sums: list[PairSum] = []
-    if model_torque is not None:
-        modelled = replace(series, effort=model_torque)
-        sums = [found for pair in pairs if (found := _pair_sum(series, modelled, pair, j)) is not None]
+    if model_torque is not None and modelled is not None:
+        sums = [found for pair in still if (found := _pair_sum(series, modelled, pair, j)) is not None]
         for section in sections:
             if id(section) not in used:
                 point = _model_point(series, section, model_torque, j, ripple)
@@ -118,7 +124,43 @@ def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: F
     return chosen
 
 
+def _ways_back(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
+    """Sections of moves of several joints, each with the next one where that goes back along the same poses."""
+    moving = sorted((s for s in sections if s.others_moving), key=lambda s: s.span.start)
+    out: list[_Pair] = []
+    for one, other in pairwise(moving):
+        plus, minus = (one, other) if one.velocity_rad_s > 0 else (other, one)
+        if plus.velocity_rad_s < 0 or minus.velocity_rad_s > 0 or (out and one in (out[-1].plus, out[-1].minus)):
+            continue
+        pair = _overlapping(series, plus, minus, config)
+        if pair is not None and _same_poses(series, pair, j, config.pair_pose_tolerance_rad):
+            out.append(pair)
+    return out
+
+
+def _same_poses(series: UniformSeries, pair: _Pair, j: int, tolerance_rad: float) -> bool:
+    """Whether all joints pass the same positions both ways, at all positions of joint j that both ways share."""
+    middles = 0.5 * (_edges(pair)[1:] + _edges(pair)[:-1])
+    ways = []
+    for section in (pair.plus, pair.minus):
+        rows = series.position_rad[section.span.slice]
+        rows = rows[np.argsort(rows[:, j], kind="stable")]
+        ways.append(np.array([np.interp(middles, rows[:, j], rows[:, k]) for k in range(rows.shape[1])]))
+    return bool(np.max(np.abs(ways[0] - ways[1])) <= tolerance_rad)
+
+
 def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, config: FrictionConfig) -> _Pair | None:
+    pair = _overlapping(series, plus, minus, config)
+    others = [k for k in range(len(series.joint_names)) if k != j]
+    if pair is not None and others:
+        pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
+        if np.max(np.abs(pose[0] - pose[1])) > config.pair_pose_tolerance_rad:
+            return None
+    return pair
+
+
+def _overlapping(series: UniformSeries, plus: Section, minus: Section, config: FrictionConfig) -> _Pair | None:
+    """Both ways as a pair where their speeds are equal and they share positions, whatever the other joints do."""
     up, down = plus.velocity_rad_s, -minus.velocity_rad_s
     difference = abs(up - down) / (0.5 * (up + down))
     low = max(plus.position_rad[0], minus.position_rad[0])
@@ -126,22 +168,26 @@ def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, con
     stroke = min(np.ptp(plus.position_rad), np.ptp(minus.position_rad))
     if difference > config.pair_speed_tolerance or stroke <= 0 or high - low < _MIN_OVERLAP * stroke:
         return None
-    others = [k for k in range(len(series.joint_names)) if k != j]
-    if others:
-        pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
-        if np.max(np.abs(pose[0] - pose[1])) > config.pair_pose_tolerance_rad:
-            return None
     distance_s = abs(plus.span.start - minus.span.start) * series.period_s
     cost = difference / config.pair_speed_tolerance + (1.0 - (high - low) / stroke) + 1e-3 * distance_s
     return _Pair(plus, minus, low, high, cost)
 
 
-def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRipple | None) -> FrictionPoint | None:
-    """Half the difference of both directions, block by block of position; None where too few blocks are common."""
+def _pair_point(
+    series: UniformSeries, modelled: UniformSeries | None, pair: _Pair, j: int, ripple: SectionRipple | None
+) -> FrictionPoint | None:
+    """Half the difference of both directions, block by block of position; None where too few blocks are common.
+
+    Speed is not quite constant: it settles after a ramp, alike in both directions, which half the difference takes for
+    friction and no scatter shows. Where the model is known, what it needs for that is taken off.
+    """
     edges = _edges(pair)
     plus, speed_plus = _by_position(series, pair.plus, j, edges)
     minus, speed_minus = _by_position(series, pair.minus, j, edges)
     friction, gravity = 0.5 * (plus - minus), 0.5 * (plus + minus)
+    if modelled is not None:
+        ahead, back = (_by_position(modelled, section, j, edges)[0] for section in (pair.plus, pair.minus))
+        friction = friction - np.nan_to_num(0.5 * (ahead - back))
     known = np.isfinite(friction)
     friction = friction[known]
     if friction.size < _MIN_BLOCKS:
@@ -160,7 +206,7 @@ def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRippl
         se_nm=float(np.hypot(_sd(friction) / np.sqrt(friction.size), waves)),
         source="pair",
         direction=0,
-        others_moving=False,
+        others_moving=bool(pair.plus.others_moving or pair.minus.others_moving),
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
         seconds=min(len(pair.plus.span), len(pair.minus.span)) * series.period_s,
     )

@@ -51,7 +51,9 @@ def excite(check: MoveCheck, unknowns: Unknowns, joints: IntArray, seconds: floa
     at, left, stuck = limits.start, seconds, 0
     while stuck < _STUCK:
         tried = _tried(check, unknowns, information, at, left, (joints, rng))
-        taken = next((one for one in tried if check.problem(one[0]) is None and check.problem(one[1]) is None), None)
+        if not tried:  # no time left
+            break
+        taken = next((one for one in tried if check.problem(*one[:2]) is None), None)
         if taken is None:
             stuck += 1
             continue
@@ -74,8 +76,11 @@ def _tried(
     limits, before, found = check.limits, unknowns.criterion(information), []
     for _ in range(_TRIED):
         goal = _pose(at, limits.low, limits.high, *chance)
-        there, home = move(limits, at, goal), move(limits, goal, limits.start)
+        there = move(limits, at, goal)
         cost = there.duration_s + PAUSE_S
+        if cost > left:
+            continue
+        home = move(limits, goal, limits.start)
         if cost + home.duration_s + PAUSE_S <= left:
             added = information_of(check, unknowns, there)
             found.append(((unknowns.criterion(information + added) - before) / cost, (there, home, added)))

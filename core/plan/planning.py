@@ -19,7 +19,8 @@ from collaudit.core.plan.checks import MoveCheck, padded
 from collaudit.core.plan.clean_time import clean_times
 from collaudit.core.plan.limits import ArmLimits, arm_limits
 from collaudit.core.plan.prediction import excitation_predictions, sweep_predictions
-from collaudit.core.plan.sweeps import PAUSE_S, JointSweeps, choose_sweeps, sweep_moves
+from collaudit.core.plan.sweep_rounds import sweep_moves, time_s
+from collaudit.core.plan.sweeps import PAUSE_S, JointSweeps, choose_sweeps
 from collaudit.core.plan.timing import Motion, joined
 from collaudit.core.plan.unknowns import Unknowns, unknowns_of
 from collaudit.core.robot.arm_shapes import ArmShapes, Surroundings
@@ -101,15 +102,16 @@ def make_plan(
         request.target,
     )
     stage(progress, 0.0, 0.3)(1, 1)
-    moves, entries, kept = _swept(check, sweeps, seconds)
+    moves, kept = sweep_moves(check, sweeps, seconds)
+    entries = _entries(check.limits, kept, time_s(moves))
     unknowns = unknowns_of(robot, settings.config, friction, check.limits.torque) if exciting else None
-    found, begun = None, _time(moves)
+    found, begun = None, time_s(moves)
     if unknowns is not None:
         left = min(seconds - begun, _LONGEST_EXCITING_S)
         found = ex.excite(check, unknowns, np.array(joints), left, request.seed)
         moves += found.moves
     stage(progress, 0.3, 1.0)(1, 1)
-    if not moves or _time(moves) < _LEAST_MOTION_S:
+    if not moves or time_s(moves) < _LEAST_MOTION_S:
         raise ConfigError(
             "nothing that would tell anything has room",
             where="[plan]",
@@ -136,7 +138,7 @@ def make_plan(
         unchecked=check.shapes.unchecked,
         surroundings=_surroundings(around, settings),
         sweeps=entries,
-        exciting_s=(begun, _time(moves)) if found and found.moves else None,
+        exciting_s=(begun, time_s(moves)) if found and found.moves else None,
         exciting_moves=len(found.moves) if found else 0,
         predictions=tuple(predictions),
         clean=clean_times(
@@ -221,26 +223,11 @@ def _joints(robot: RobotModel, request: PlanRequest) -> list[int]:
     return sorted(robot.joint_names.index(name) for name in moved)
 
 
-def _swept(
-    check: MoveCheck, sweeps: Sequence[JointSweeps], seconds: float
-) -> tuple[list[Motion], tuple[JointSweep, ...], list[JointSweeps]]:
-    """Moves of all sweeps; those that break a limit, or for which there is no time, are left out."""
-    moves: list[Motion] = []
-    entries, kept = [], []
-    for one in sweeps:
-        made, done = sweep_moves(check, one, check.limits.start, seconds - _time(moves))
-        if not done.speeds:
-            continue
-        begun = _time(moves)
-        moves += made
-        name = check.limits.joint_names[one.joint]
-        entries.append(JointSweep(name, *one.window, tuple(sorted(done.speeds)), begun, _time(moves)))
-        kept.append(done)
-    return moves, tuple(entries), kept
-
-
-def _time(moves: Sequence[Motion]) -> float:
-    return sum(part.duration_s + PAUSE_S for part in moves)
+def _entries(limits: ArmLimits, kept: Sequence[JointSweeps], end_s: float) -> tuple[JointSweep, ...]:
+    """Sweeps of each joint for the file; all are done together, from the start of the motion."""
+    return tuple(
+        JointSweep(limits.joint_names[one.joint], *one.window, tuple(sorted(one.speeds)), 0.0, end_s) for one in kept
+    )
 
 
 def _limits(limits: ArmLimits) -> dict[str, JointLimits]:

@@ -78,9 +78,19 @@ def delivered(plan: PlanFile, friction: FrictionFile) -> tuple[Delivered, ...]:
         by_symbol = {} if fit is None else {parameter_symbol(key): half for key, half in _half_widths(fit).items()}
         half = by_symbol.get(prediction.parameter, found)
         apart = exact and (prediction.joint is None or prediction.parameter in _WITH_INERTIALS)
-        outcome = "not estimated" if apart else _outcome(prediction.after, half)
-        out.append(Delivered(prediction.joint, prediction.parameter, prediction.after, half, outcome))
+        after = _of_the_found(prediction, fit)
+        outcome = "not estimated" if apart else _outcome(after, half)
+        out.append(Delivered(prediction.joint, prediction.parameter, after, half, outcome))
     return tuple(out)
+
+
+def _of_the_found(prediction: Prediction, fit: FrictionFit | None) -> float | None:
+    """The predicted half width; of a parameter that was guessed the same share of what was found."""
+    values = {} if fit is None else {parameter_symbol(key): value for key, value in fit.parameters.items()}
+    found = values.get(prediction.parameter)
+    if not prediction.guessed or prediction.after is None or not prediction.value or found is None:
+        return prediction.after
+    return prediction.after * abs(found / prediction.value)
 
 
 def _outcome(predicted: float | None, found: float | None) -> Outcome:

@@ -1,9 +1,14 @@
-"""Sweeps: one joint at a time, at constant speeds both ways, where the friction law needs them most for their time."""
+"""Sweeps: constant speeds both ways, where the friction laws need them most for the time that they take.
+
+All joints are swept at once (``sweep_rounds``): a pair of strokes costs the time that it adds to the program, next to
+none where other joints take as long.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -11,12 +16,14 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan.checks import STEP, MoveCheck
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
-from collaudit.core.plan.timing import Motion, move
+from collaudit.core.plan.timing import move
 
 #: Time at constant speed: ramps and settling take little of the longer one, which is asked for where its way is short.
 LEVEL_S, LONG_S, _SHORT_WAY = 0.8, 2.0, 0.4
-#: What a section loses at both ends to settling and to the filter of speed, s.
-_LOST_S = 0.2
+#: What a section loses at both ends to settling, s: a quarter of the stroke, within these bounds.
+_LOST_S, _LOST_SHARE = (0.2, 0.4), 0.25
+#: Share of a stroke that the next one starts farther along, so that ripple is averaged; the way back is shorter.
+WANDER = 0.1
 #: Shortest way at constant speed, rad (m): some periods of a gear's ripple.
 LEAST_WAY = 0.03
 SLOWEST = 0.01
@@ -24,9 +31,10 @@ PAUSE_S = 0.05
 _SPEEDS = 24
 #: Speeds of a joint whose friction is not settled, before any is asked for again: a law is chosen by speeds left out.
 _DISTINCT = 8
-_WANDER = 0.1  # share of a stroke that the next one starts farther along, so that a gear's ripple is averaged
 _GOLDEN = 0.618
 _SPREAD = 0.04  # share by which a speed that is asked for again differs
+#: A pair that adds no time to the program is taken to add this share of its own.
+_LEAST_SHARE = 0.1
 _WIDEST = 1.6  # rad to either side of the start
 
 
@@ -47,6 +55,10 @@ class JointSweeps:
     design: FrictionDesign
     speeds: tuple[float, ...]
     added: FloatArray
+
+    def with_pair(self, speed: float, seconds: float) -> JointSweeps:
+        """With both ways at one more speed, each with a section of so many seconds."""
+        return replace(self, speeds=(*self.speeds, speed), added=self.added + self.design.information(speed, seconds))
 
     def half_widths(self) -> dict[str, float]:
         """Predicted half widths of the parameters, by symbol."""
@@ -70,7 +82,7 @@ class SpeedGrid:
 def choose_sweeps(
     check: MoveCheck, fits: Mapping[str, FrictionFit], joints: Sequence[int], seconds: float, target: float
 ) -> list[JointSweeps]:
-    """Speeds of all joints: the pair of sweeps that lowers relative variances most for its time, in turn.
+    """Speeds of all joints: the pair of strokes that lowers relative variances most for the time it adds, in turn.
 
     Args:
         check: limits of the arm.
@@ -81,74 +93,48 @@ def choose_sweeps(
     """
     found = [nothing_swept(check, fits, j) for j in joints]
     grids = [speed_grid(check, sweeps) for sweeps in found]
-    left = seconds
+    costs: list[list[float]] = [[] for _ in joints]
     while True:
-        asked = [_next(sweeps, grid, left, target) for sweeps, grid in zip(found, grids, strict=True)]
-        k = int(np.argmax([rate for rate, _, _ in asked]))
-        rate, speed, cost = asked[k]
+        asked = [_next(sweeps, grid, target) for sweeps, grid in zip(found, grids, strict=True)]
+        best = (0.0, 0, 0.0, 0.0)
+        for k, (gain, speed, cost) in enumerate(asked):
+            longer = program_s([*costs[:k], [*costs[k], cost], *costs[k + 1 :]])
+            rate = gain / max(longer - program_s(costs), _LEAST_SHARE * cost) if cost else 0.0
+            if longer <= seconds and rate > best[0]:
+                best = (rate, k, speed, cost)
+        rate, k, speed, cost = best
         if rate <= 0.0:
             return [sweeps for sweeps in found if sweeps.speeds]
-        left -= cost
-        found[k] = _with(found[k], speed)
+        costs[k].append(cost)
+        found[k] = found[k].with_pair(speed, useful_s(level_s(speed)))
 
 
-def _next(sweeps: JointSweeps, grid: SpeedGrid, left: float, target: float) -> tuple[float, float, float]:
-    """What a joint's best next pair of sweeps gains a second, its speed and its time; a gain of 0 where none is left.
+def program_s(costs: Sequence[Sequence[float]]) -> float:
+    """Time of rounds, s, in each of which every joint does one of its pairs: the longest of all joints together."""
+    ordered = [sorted(own, reverse=True) for own in costs]
+    return sum(max(one) for one in zip_longest(*ordered, fillvalue=0.0))
+
+
+def _next(sweeps: JointSweeps, grid: SpeedGrid, target: float) -> tuple[float, float, float]:
+    """What a joint's best next pair of strokes gains, its speed and its time; zeros where none is left.
 
     Other speeds than before come first until there are enough, then all, a little off those that were.
     """
     used = sum((np.abs(grid.speed / u - 1.0) < _SPREAD for u in sweeps.speeds), np.zeros(grid.speed.size))
-    possible = grid.cost <= left
+    possible = np.ones(grid.speed.size, dtype=bool)
     if sweeps.design.points + len(sweeps.speeds) < _DISTINCT:
-        possible &= used == 0
+        possible = used == 0
     elif sweeps.settled(target):
         return 0.0, 0.0, 0.0
     if not possible.any():
         return 0.0, 0.0, 0.0
-    rate = np.where(possible, sweeps.design.gains(grid.gradients, sweeps.added) / grid.cost, 0.0)
-    k = int(np.argmax(rate))
-    return float(rate[k]), float(grid.speed[k] * (1.0 - 0.9 * _SPREAD * (used[k] * _GOLDEN % 1.0))), float(grid.cost[k])
+    gain = np.where(possible, sweeps.design.gains(grid.gradients, sweeps.added), 0.0)
+    k = int(np.argmax(gain / grid.cost))
+    return float(gain[k]), float(grid.speed[k] * (1.0 - 0.9 * _SPREAD * (used[k] * _GOLDEN % 1.0))), float(grid.cost[k])
 
 
-def sweep_moves(
-    check: MoveCheck, sweeps: JointSweeps, start: FloatArray, seconds: float
-) -> tuple[list[Motion], JointSweeps]:
-    """Moves of one joint's sweeps: both ways at every speed, the slow ones first, from start and back to it.
-
-    Args:
-        check: limits of the arm; links are free in the whole window.
-        sweeps: which.
-        start: (j,) positions before and after.
-        seconds: of all moves at most, pauses included.
-
-    Returns:
-        The moves, and the sweeps without those that would break a limit or for which there is no time.
-    """
-    joint, (low, high) = sweeps.joint, sweeps.window
-    at, heading = start.copy(), 1.0
-    moves: list[Motion] = []
-    done = JointSweeps(joint, sweeps.window, sweeps.design, (), np.zeros_like(sweeps.added))
-    for speed in sorted(sweeps.speeds):
-        way, part = _way(check, joint, speed), []
-        if not low <= at[joint] + heading * way <= high:
-            heading = -heading
-        if not low <= at[joint] + heading * way <= high:  # no room either way from here
-            part.append(move(check.limits, at, _put(at, joint, low if heading > 0 else high)))
-        begin = part[-1].q[-1] if part else at
-        there = _put(begin, joint, begin[joint] + heading * way)
-        back = _put(begin, joint, float(np.clip(begin[joint] + heading * _WANDER * way, low, high)))
-        part += [move(check.limits, begin, there, speed), move(check.limits, there, back, speed)]
-        home = move(check.limits, back, start) if np.any(np.abs(back - start) > 1e-9) else None
-        every = [*moves, *part, *([home] if home else [])]
-        if sum(one.duration_s + PAUSE_S for one in every) > seconds or any(check.overloaded([*part, *every[-1:]])):
-            continue
-        moves, at, done = [*moves, *part], back, _with(done, speed)
-    if np.any(np.abs(at - start) > 1e-9):
-        moves.append(move(check.limits, at, start))
-    return moves, done
-
-
-def _put(pose: FloatArray, joint: int, position: float) -> FloatArray:
+def put(pose: FloatArray, joint: int, position: float) -> FloatArray:
+    """A pose with one joint elsewhere."""
     return np.where(np.arange(pose.size) == joint, position, pose)
 
 
@@ -159,11 +145,6 @@ def nothing_swept(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int)
     fastest = _fastest(check, joint, window)
     design = friction_design(fits.get(name), float(check.limits.torque[joint]), fastest)
     return JointSweeps(joint, window, design, (), np.zeros_like(design.known))
-
-
-def _with(sweeps: JointSweeps, speed: float) -> JointSweeps:
-    added = sweeps.added + sweeps.design.information(speed, useful_s(speed))
-    return JointSweeps(sweeps.joint, sweeps.window, sweeps.design, (*sweeps.speeds, speed), added)
 
 
 def _window(check: MoveCheck, joint: int) -> tuple[float, float]:
@@ -182,21 +163,26 @@ def _window(check: MoveCheck, joint: int) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _level_s(speed: float) -> float:
+def level_s(speed: float) -> float:
     """Time of a stroke at constant speed, s."""
     return max(LEVEL_S, min(LONG_S, _SHORT_WAY / speed), LEAST_WAY / speed)
 
 
-def useful_s(speed: float) -> float:
-    """Time of the section that a stroke gives, s."""
-    return _level_s(speed) - _LOST_S
+def useful_s(level: float) -> float:
+    """Time of the sections that strokes both ways give, s; ``level``: of a stroke at constant speed."""
+    back = (1.0 - WANDER) * level
+    return back - min(max(_LOST_SHARE * back, _LOST_S[0]), _LOST_S[1])
+
+
+def ramps_s(check: MoveCheck, joint: int, speed: float) -> float:
+    """What both ramps add to the time at constant speed, as a share of the way; the limit of the jerk rounds them."""
+    a, jerk = float(check.limits.acceleration[joint]), float(check.limits.jerk[joint])
+    return speed / a + max(a / jerk, 2.0 * float(np.sqrt(speed / jerk)) - speed / a)
 
 
 def _way(check: MoveCheck, joint: int, speed: float) -> float:
-    """Length of a stroke, rad: constant speed for long enough, and both ramps, which the limit of the jerk rounds."""
-    a, jerk = float(check.limits.acceleration[joint]), float(check.limits.jerk[joint])
-    rounding = max(a / jerk, 2.0 * float(np.sqrt(speed / jerk)) - speed / a)
-    return speed * (_level_s(speed) + speed / a + rounding)
+    """Length of a stroke, rad: constant speed for long enough, and both ramps."""
+    return speed * (level_s(speed) + ramps_s(check, joint, speed))
 
 
 def _fastest(check: MoveCheck, joint: int, window: tuple[float, float]) -> float:
@@ -208,12 +194,12 @@ def _fastest(check: MoveCheck, joint: int, window: tuple[float, float]) -> float
 def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:
     """Speeds that can be swept, and the time that both ways take; none where nothing has room."""
     joint, (low, high) = sweeps.joint, sweeps.window
-    begin = _put(check.limits.start, joint, low)
+    begin = put(check.limits.start, joint, low)
     every = map(float, np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS))
     ways = {v: way for v in every if (way := _way(check, joint, v)) <= high - low}
-    motions = {v: move(check.limits, begin, _put(begin, joint, low + way), v) for v, way in ways.items()}
+    motions = {v: move(check.limits, begin, put(begin, joint, low + way), v) for v, way in ways.items()}
     over = check.overloaded(list(motions.values())) if motions else []
     kept = {v: motion for (v, motion), name in zip(motions.items(), over, strict=True) if name is None}
     speeds = np.array(list(kept))
     costs = np.array([2.0 * (motion.duration_s + PAUSE_S) for motion in kept.values()])
-    return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(v) for v in kept])))
+    return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(level_s(v)) for v in kept])))

@@ -43,6 +43,15 @@ class Motion:
         count = int(np.ceil(self.duration_s / period_s - 1e-9))
         return self.at(np.minimum(np.arange(count + 1) * period_s, self.duration_s))
 
+    def watched(self, period_s: float, way: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """As :meth:`sampled`, at every knot and between: so often where speeds change, else so far apart (rad, m)."""
+        length, level = np.diff(self.time_s), np.all(np.diff(self.v, axis=0) == 0.0, axis=1)
+        steps = np.where(level, np.abs(np.diff(self.q, axis=0)).max(axis=1) / way, length / period_s)
+        count = np.maximum(np.ceil(steps), 1.0).astype(np.int64)
+        phase = np.repeat(np.arange(count.size), count)
+        within = np.arange(phase.size) - (np.cumsum(count) - count)[phase]
+        return self.at(np.append(self.time_s[phase] + within / count[phase] * length[phase], self.time_s[-1]))
+
     def with_knots(self, period_s: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """As :meth:`sampled`, and at every knot: what is cubic between these rows is the motion itself."""
         grid = np.arange(0.0, self.duration_s, period_s)
@@ -106,8 +115,9 @@ def _profile(top: float, acceleration: float, jerk: float) -> tuple[FloatArray, 
         raise RuntimeError(f"ruckig gives no profile: {result}")
     profile = found.profiles[0][0]
     length = np.array(profile.t)
-    kept = np.flatnonzero(np.r_[True, length > 1e-9])
-    return np.r_[0.0, np.cumsum(length)][kept], np.array(profile.p)[kept], np.array(profile.v)[kept]
+    time = np.concatenate([[0.0], np.cumsum(length)])
+    kept = np.concatenate([[True], length > 1e-9])
+    return time[kept], np.array(profile.p)[kept], np.array(profile.v)[kept]
 
 
 def joined(moves: Sequence[Motion], pause_s: float) -> Motion:

@@ -51,23 +51,19 @@ class Unknowns:
         """(m, m) information of samples (n, j), each worth ``weight`` independent ones; unknowns, then friction."""
         regressor = robot.torque_regressor(q, v, a)
         rigid = regressor @ robot.inertial_parameters
-        count, (samples, joints) = self.scale.size, q.shape
-        total = np.zeros((count + _BESIDE * joints,) * 2)
-        inertials = regressor.shape[2]
-        for j in range(joints):
-            moving = np.abs(v[:, j]) > 1e-6
-            columns = np.zeros((samples, total.shape[0]))
-            columns[:, :inertials] = regressor[:, j]
-            columns[:, inertials + j] = a[:, j]
-            if self.with_gain:
-                columns[:, inertials + joints + j] = rigid[:, j]
-            columns[:, count - joints + j] = np.sign(v[:, j]) * np.abs(rigid[:, j])
-            columns[:, :count] *= self.scale
-            at = count + _BESIDE * j
-            columns[:, at : at + _BESIDE] = friction_columns(v[:, j], a[:, j])
-            columns = columns[moving] / self.noise[j]
-            total += weight * columns.T @ columns
-        return total
+        count, (samples, joints), inertials = self.scale.size, q.shape, regressor.shape[2]
+        each = np.arange(joints)
+        columns = np.zeros((samples, joints, count + _BESIDE * joints))
+        columns[:, :, :inertials] = regressor
+        columns[:, each, inertials + each] = a
+        if self.with_gain:
+            columns[:, each, inertials + joints + each] = rigid
+        columns[:, each, count - joints + each] = np.sign(v) * np.abs(rigid)
+        columns[:, :, :count] *= self.scale
+        beside = count + _BESIDE * each[:, None] + np.arange(_BESIDE)
+        columns[:, each[:, None], beside] = friction_columns(v.ravel(), a.ravel()).reshape(samples, joints, _BESIDE)
+        moving = (columns / self.noise[:, None])[np.abs(v) > 1e-6]
+        return np.asarray(weight * moving.T @ moving)
 
     def prior(self) -> FloatArray:
         """(m, m) information before the motion: prior and earlier logs; next to none on what stands beside."""

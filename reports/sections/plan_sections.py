@@ -63,7 +63,8 @@ def _sweeps(plan: PlanFile) -> Section:
         for one in plan.sweeps
     )
     head = ("joint", "window, rad", "speeds, rad/s, each both ways", "begins", "takes")
-    return Section("Sweeps", head, rows, ("One joint at a time; every speed both ways.",) if rows else (_NONE,))
+    together = "All joints at once along a line and back, each at speeds of its own."
+    return Section("Sweeps", head, rows, (together if rows else _NONE,))
 
 
 def _predictions(title: str, predictions: Sequence[Prediction], folded: bool = False) -> Section:

@@ -19,7 +19,9 @@ from collaudit.core.plan.planning import Plan
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 
 
-def uninformed_ratios(check: MoveCheck, arm: FixtureRobot, before: FrictionFile, plan: Plan) -> dict[str, list[float]]:
+def uninformed_ratios(
+    check: MoveCheck, arm: FixtureRobot, before: FrictionFile, plan: Plan, together: bool = False
+) -> dict[str, list[float]]:
     """Half widths after uninformed sweeps over those of the plan, of every joint that was open, by symbol.
 
     Args:
@@ -27,10 +29,11 @@ def uninformed_ratios(check: MoveCheck, arm: FixtureRobot, before: FrictionFile,
         arm: its true friction.
         before: what earlier logs told; both kinds of sweeps are added to it.
         plan: the plan; the uninformed sweeps take as long, every joint as long as any other.
+        together: whether the uninformed sweeps are of all joints at once, too; else one joint at a time, as is usual.
     """
     names = plan.robot.joint_names
     every = {one.joint: one for one in plan.file.sweeps}
-    seconds = sum(one.end_s - one.start_s for one in plan.file.sweeps) / len(names)
+    seconds = max(one.end_s for one in plan.file.sweeps) / (1 if together else len(names))
     out: dict[str, list[float]] = {symbol: [] for symbol in "ABCD"}
     for j, name in enumerate(names):
         fit, truth = before.joints[name], arm.friction[j].parameters()
@@ -50,7 +53,7 @@ def _of_truth(fit: FrictionFit, truth: dict[str, float], torque_nm: float) -> Fr
 
 
 def _added(design: FrictionDesign, speeds: tuple[float, ...]) -> FloatArray:
-    return sum((design.information(v, sw.useful_s(v)) for v in speeds), np.zeros_like(design.known))
+    return sum((design.information(v, sw.useful_s(sw.level_s(v))) for v in speeds), np.zeros_like(design.known))
 
 
 def _d_optimal(check: MoveCheck, joint: int, fit: FrictionFit, seconds: float) -> tuple[float, ...]:

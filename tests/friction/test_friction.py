@@ -166,6 +166,53 @@ def test_gravity_cancels_in_pairs_without_any_model() -> None:
     assert np.sqrt(np.mean(off**2)) / np.sqrt(np.mean(lugre(measured, *truth) ** 2)) < 0.01
 
 
+def test_a_move_of_two_joints_and_its_way_back_are_a_pair() -> None:
+    """Gravity and Coriolis torques of both joints cancel without a model, where the way back is the same."""
+    truth, other = (6.0, 2.0, 10.0, 4.0), 1.7
+    q1, v1 = strokes(np.geomspace(0.03, 0.9, 10))
+    q, v = np.column_stack([q1, other * q1 + 0.3]), np.column_stack([v1, other * v1])
+    even = 25.0 * np.cos(q.sum(axis=1)) + 8.0 * np.sin(q[:, 1]) * v[:, 1] * (2.0 * v[:, 0] + v[:, 1])
+    effort = np.column_stack([lugre(v1, *truth) + even, even]) + np.random.default_rng(7).normal(0, 0.2, v.shape)
+    config = FrictionConfig()
+
+    def points(position: np.ndarray, speed: np.ndarray) -> tuple[FrictionPoint, ...]:
+        series = condition(
+            make_log(PERIOD * np.arange(len(q)), position, speed, effort, ("joint1", "joint2")), ConditioningConfig()
+        )
+        return friction_points(series, find_sections(series, SectionsConfig()).of("joint1"), None, config)[0]
+
+    found = points(q, v)
+    assert len(found) == 10
+    assert all(p.source == "pair" and p.others_moving for p in found)
+    speeds = np.array([p.speed_rad_s for p in found])
+    error = np.array([p.friction_nm for p in found]) - lugre(speeds, *truth)
+    assert np.max(np.abs(error) / np.array([p.se_nm for p in found])) < 5
+    ahead = np.where(v[:, :1] < 0, 0.1, 0.0)  # the way back passes elsewhere
+    assert points(q + np.hstack([0.0 * ahead, ahead]), v) == ()
+
+
+def test_a_speed_that_settles_during_the_strokes_is_no_friction() -> None:
+    """A speed that creeps up alike in both directions: half the difference of their efforts holds inertia."""
+    inertia, truth = 4.0, (6.0, 0.0, 0.0, 4.0)
+    t = np.arange(round(1.2 / PERIOD)) * PERIOD
+    still, parts = np.zeros(round(0.3 / PERIOD)), []
+    for speed in (0.5, 1.0, 2.0):
+        stroke = speed * np.minimum(1.0, t / 0.2) * (1.0 - 0.06 * np.exp(-t / 0.4))
+        parts += [stroke, still, -stroke, still]
+    v = np.concatenate([still, *parts])
+    q, model = np.cumsum(v) * PERIOD, inertia * np.gradient(v, PERIOD)
+    effort = lugre(v, *truth) + model + np.random.default_rng(3).normal(0, 0.1, v.size)
+    log = make_log(PERIOD * np.arange(v.size), q[:, None], v[:, None], effort[:, None])
+    series = condition(log, ConditioningConfig())
+    sections = find_sections(series, SectionsConfig()).of("joint1")
+    points, _ = friction_points(series, sections, model[:, None], FrictionConfig())
+    assert [p.source for p in points] == ["pair"] * 3
+    for p in points:
+        assert abs(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth)) < 4 * p.se_nm
+    raw, _ = friction_points(series, sections, None, FrictionConfig())
+    assert any(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth) > 8 * p.se_nm for p in raw)  # it did matter
+
+
 def test_one_way_motion_needs_a_model_and_is_marked() -> None:
     q, v = strokes((0.1, 0.3, 0.6))
     keep = np.flatnonzero(v >= 0)

@@ -6,13 +6,13 @@ origins, whose distances are worked out here.
 
 from __future__ import annotations
 
-import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
 
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.plan.planning import Plan
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -21,9 +21,9 @@ Array = np.ndarray
 
 def read_motion(text: str) -> tuple[Array, Array, Array, list[str]]:
     """Times (n,), positions and velocities (n, j), and names of the joints."""
-    rows = list(csv.reader(io.StringIO("".join(x for x in text.splitlines(True) if not x.startswith("#")))))
-    names = [name.removeprefix("q_") for name in rows[0] if name.startswith("q_")]
-    data = np.array(rows[1:], dtype=float)
+    head, _, rows = "".join(x for x in text.splitlines(True) if not x.startswith("#")).partition("\n")
+    names = [name.removeprefix("q_") for name in head.split(",") if name.startswith("q_")]
+    data = np.loadtxt(io.StringIO(rows), delimiter=",", ndmin=2)
     return data[:, 0], data[:, 1 : 1 + len(names)], data[:, 1 + len(names) :], names
 
 
@@ -81,7 +81,9 @@ def lowest(
     )
 
 
-def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> dict[str, float]:
+def limits_used(
+    plan: Plan, text: str, table_z_m: float, places: int = 4000, friction: FrictionFile | None = None
+) -> dict[str, float]:
     """Shares of the limits that a plan's CSV uses, and distances in m; the shapes of a description are not looked at.
 
     Args:
@@ -89,6 +91,7 @@ def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> 
         text: the CSV.
         table_z_m: height of the table.
         places: evenly spaced in time, at which links are looked at.
+        friction: laws that the torque counts with the model's; None for the model's alone.
     """
     t, q, v, names = read_motion(text)
     assert names == list(plan.robot.joint_names)
@@ -98,6 +101,9 @@ def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> 
     def top(key: str) -> Array:
         return np.array([getattr(one, key) for one in limits])
 
+    torque = plan.robot.inverse_dynamics(q, v, a)
+    if friction is not None:
+        torque = torque + friction_nm(friction, names, v)
     ends = _capsule_ends(plan.robot, q[np.unique(np.linspace(0, len(q) - 1, places).astype(int))])
     near = [pair.replace("the link of ", "").replace("the base", "base").split(" and ") for pair in plan.file.unchecked]
     radius = plan.file.capsules_m
@@ -107,7 +113,7 @@ def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> 
         "speed": worst(v, top("speed_rad_s")),
         "acceleration": worst(a, top("acceleration_rad_s2")),
         "jerk": worst(jerk, top("jerk_rad_s3")),
-        "torque": worst(plan.robot.inverse_dynamics(q, v, a), top("torque_nm")),
+        "torque": worst(torque, top("torque_nm")),
         "apart": nearest(ends, radius, {frozenset(pair) for pair in near}),
         "above": lowest(ends, radius, table_z_m, {"base", names[0]}),
         "start": float(np.abs(q[0] - top("start_rad")).max()),
@@ -115,6 +121,20 @@ def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> 
         "end": float(np.abs(q[-1] - q[0]).max()),
         "duration": float(t[-1]),
     }
+
+
+def friction_nm(friction: FrictionFile, names: Sequence[str], v: Array) -> Array:
+    """(n, j) friction of joints whose law is static LuGre or its parts: (A + B exp(-C |v|)) sgn v + D v; else none."""
+    out = np.zeros_like(v)
+    for j, name in enumerate(names):
+        fit = friction.joints[name]
+        value = {key.partition("_")[0]: float(x) for key, x in fit.parameters.items()}
+        if fit.model in ("static-lugre", "coulomb-viscous"):
+            speed = np.abs(v[:, j])
+            fading = value.get("B", 0.0) * np.exp(-value.get("C", 0.0) * speed)
+            size = value.get("A", 0.0) + fading + value.get("D", 0.0) * speed
+            out[:, j] = np.sign(v[:, j]) * size
+    return out
 
 
 def _capsule_ends(robot: RobotModel, q: Array) -> dict[str, tuple[Array, Array]]:

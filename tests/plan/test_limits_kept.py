@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,25 @@ def test_scaled_speed_scales_all_rates(tmp_path: Path) -> None:
     limit = plan.file.limits["joint1"]
     assert (limit.speed_rad_s, limit.acceleration_rad_s2, limit.jerk_rad_s3) == (0.75, 0.375, 0.9375)
     assert checked(plan)["speed"] <= 1.0
+
+
+def test_all_joints_are_swept_at_once_along_a_line_and_back(tmp_path: Path) -> None:
+    plan = planned(tmp_path)
+    ends = np.array([[part.q[0], part.q[-1]] for part in plan.moves[: -plan.file.exciting_moves]])
+    ways = ends[:, 1] - ends[:, 0]
+    there_and_back = 0
+    for way, back in pairwise(ways):
+        if np.allclose(back, -0.9 * way):  # the same line; the next round begins a little farther along
+            there_and_back += int(np.count_nonzero(np.abs(way) > 1e-3))
+    pairs = [len(sweeps.speeds_rad_s) for sweeps in plan.file.sweeps]
+    assert len(pairs) == 3 and sum(pairs) == there_and_back
+    assert len(ways) < 3 * max(pairs)  # far fewer moves than two for every joint and speed
+
+
+def test_the_time_of_a_program_is_that_of_its_longest_pairs() -> None:
+    from collaudit.core.plan.sweeps import program_s
+
+    assert program_s([[4.0, 2.0, 6.0], [5.0, 5.0]]) == 6.0 + 5.0 + 2.0
 
 
 def test_excluded_joints_stay(tmp_path: Path) -> None:

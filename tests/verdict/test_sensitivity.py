@@ -114,7 +114,7 @@ def test_a_push_begins_where_its_response_does() -> None:
     assert push.response == pytest.approx(passed[200 - push.lead : 200 - push.lead + push.response.size], abs=1e-3)
 
 
-@pytest.mark.parametrize(("share", "seen"), [(0.93, False), (1.07, True)])
+@pytest.mark.parametrize(("share", "seen"), [(0.87, False), (1.07, True)])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_torque_on_a_standing_joint_shows_above_what_is_said_to_hide(
     friction: FrictionFile, share: float, seen: bool, sign: float
@@ -126,7 +126,7 @@ def test_a_torque_on_a_standing_joint_shows_above_what_is_said_to_hide(
     said = audit(log_of(q, external=hold), friction)
     assert not said.contacts
     hides = torque_at(said, "joint2", 0.5)
-    assert hides == pytest.approx(HIDDEN_NM, rel=0.07)  # a slow swing bounds what smooths the effort at 46 ms: 5 %
+    assert hides == pytest.approx(HIDDEN_NM, rel=0.1)  # a slow swing bounds what smooths the effort at 61 ms: 8 %
     t = PERIOD * np.arange(len(q))
     hold[(t >= 8.0) & (t < 8.2), 1] += sign * share * hides
     assert bool(audit(log_of(q, external=hold), friction).contacts) == seen

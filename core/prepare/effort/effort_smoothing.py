@@ -162,7 +162,7 @@ class _Grid:
 
 
 def _interval(left: FloatArray) -> Smoothing:
-    """From the last window below the best to the first above it that clearly leaves more.
+    """From below the best window to above it, half a step before the first that clearly leaves more.
 
     Args:
         left: (windows, shifts, blocks) sums of squares; of each window those at its best delay count.
@@ -174,9 +174,10 @@ def _interval(left: FloatArray) -> Smoothing:
     worse = curve - curve[best]
     error = np.std(worse, axis=1, ddof=1) * np.sqrt(_BLOCKS)
     alike = np.flatnonzero(worse.sum(axis=1) <= student_quantile(_BLOCKS - 1, 0.975) * error)
-    low_s = float(_WINDOWS_S[max(alike[0] - 1, 0)])
-    unbounded = alike[-1] == len(left) - 1 or delay[best] == left.shape[1] - 1
-    return Smoothing(float(_WINDOWS_S[best]), low_s, np.inf if unbounded else float(_WINDOWS_S[alike[-1] + 1]))
+    between = np.sqrt(_WINDOWS_S[:-1] * _WINDOWS_S[1:])
+    bounded = alike[-1] < len(left) - 1 and delay[best] < left.shape[1] - 1
+    low_s = float(between[alike[0] - 1]) if alike[0] > 0 else 0.0
+    return Smoothing(float(_WINDOWS_S[best]), low_s, float(between[alike[-1]]) if bounded else np.inf)
 
 
 def smoothing_words(found: Mapping[str, Smoothing], duration_s: float) -> str:

@@ -227,8 +227,6 @@ def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray, bandwid
     period = median_of(steps)
     limit = max(2.5 * period, SEVERAL / bandwidth_hz)
     first, last = stamps[0] - 0.5 * period, stamps[-1] + 0.5 * period
-    if steps.max() <= limit and recorded.all():
-        return slice(int(np.searchsorted(time_s, first, "left")), int(np.searchsorted(time_s, last, "right")))
     right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
     inside = (time_s >= first) & (time_s <= last)
     return picked_rows(np.flatnonzero(inside & (steps[right - 1] <= limit) & recorded))
@@ -236,8 +234,6 @@ def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray, bandwid
 
 def _ascending(wrench: WrenchSeries) -> tuple[FloatArray, FloatArray]:
     """Stamps (m,) in ascending order, each once and finite, and their rows (m, 6)."""
-    if bool((np.diff(wrench.time_s) > 0).all()) and np.isfinite(wrench.time_s.sum()):
-        return wrench.time_s, wrench.wrench
     keep = np.isfinite(wrench.time_s)
     order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
     stamps = wrench.time_s[order]

@@ -74,7 +74,7 @@ def position_pattern(
     if not high - low > _LEAST_RANGE_RAD:
         return None
     visit = _visits(time_s, there)
-    middle = _median_of_rising(visit)
+    middle = float(np.median(visit))
     key = visit * _BINS + np.clip(((place - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     residual, direction = residual[there], direction[there]
     for sign in (-1.0, 1.0):
@@ -110,25 +110,9 @@ def _ends(position: FloatArray) -> tuple[float, float]:
 
 
 def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The numbers that occur in ``key`` (n,), which is changed, rising, and the mean of the values (n,) of each."""
-    least = int(key.min())
-    if int(key.max()) - least > 4 * key.size:  # a clock that jumped: most numbers do not occur
-        there, label = np.unique(key, return_inverse=True)
-        return there, np.bincount(label, weights=values) / np.bincount(label)
-    key -= least
-    changes = np.flatnonzero(key[1:] != key[:-1]) + 1  # a joint stays at a place for many samples
-    runs = np.diff(changes, prepend=0, append=key.size)
-    count = np.bincount(key[np.append(0, changes)], weights=runs)
-    total = np.bincount(key, weights=values)
-    there = np.flatnonzero(count)
-    return there + least, total[there] / count[there]
-
-
-def _median_of_rising(x: IntArray) -> float:
-    """The median of values that do not fall, as times do; of any others, too."""
-    if (x[1:] >= x[:-1]).all():
-        return 0.5 * float(x[(x.size - 1) // 2] + x[x.size // 2])
-    return float(np.median(x))
+    """The numbers that occur in ``key`` (n,), rising, and the mean of the values (n,) of each."""
+    there, label = np.unique(key, return_inverse=True)
+    return there, np.bincount(label, weights=values) / np.bincount(label)
 
 
 def _by_bin(mean: FloatArray, of_bin: IntArray, use: BoolArray) -> FloatArray:

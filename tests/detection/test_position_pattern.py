@@ -10,7 +10,6 @@ import pytest
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.detection.position_pattern import (
     _means,
-    _median_of_rising,
     position_pattern,
     settled_pattern_findings,
 )
@@ -102,12 +101,6 @@ def test_means_by_place_are_those_of_the_samples_there_whatever_the_clock_does(f
     there, mean = _means(key.copy(), values)
     np.testing.assert_array_equal(there, np.unique(key))
     np.testing.assert_allclose(mean, [values[key == k].mean() for k in there], atol=1e-12)
-
-
-def test_the_median_of_times_needs_no_sorting() -> None:
-    for size in (1, 2, 7, 8):
-        rising = np.sort(np.random.default_rng(size).integers(0, 9, size))
-        assert _median_of_rising(rising) == np.median(rising) == _median_of_rising(rising[::-1])
 
 
 def test_what_is_settled_stays_as_it_is() -> None:

@@ -86,11 +86,7 @@ def bend_of(x: FloatArray) -> FloatArray:
     """(n,) size of x[i-1] - 2 x[i] + x[i+1]; NaN at both ends, and where a value is missing."""
     out = np.full(x.size, np.nan)
     if x.size > 2:
-        inside = out[1:-1]
-        np.add(x[:-2], x[2:], out=inside)
-        inside -= x[1:-1]
-        inside -= x[1:-1]
-        np.abs(inside, out=inside)
+        out[1:-1] = np.abs(x[:-2] + x[2:] - x[1:-1] - x[1:-1])
     return out
 
 

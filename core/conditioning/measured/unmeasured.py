@@ -30,7 +30,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.numeric.parallel import each, ordered_map
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
@@ -172,14 +172,8 @@ def _moving(position: FloatArray, period: float) -> BoolArray:
     """(n, j) rows in which a joint moves, by its differentiated position."""
     half = max(1, ceil(_SPEED_S / period / 2))
     out = np.zeros(position.shape, dtype=np.bool_, order="F")
-
-    def fill_joint(j: int) -> None:
-        q = position[:, j]
-        if q.size > 2 * half:
-            way = q[2 * half :] - q[: -2 * half]
-            out[half:-half, j] = np.abs(way, out=way) > MOVING_RAD_S * (2 * half * period)
-
-    each(fill_joint, range(position.shape[1]))
+    if position.shape[0] > 2 * half:
+        out[half:-half] = np.abs(position[2 * half :] - position[: -2 * half]) > MOVING_RAD_S * (2 * half * period)
     return out
 
 

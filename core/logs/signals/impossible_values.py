@@ -123,12 +123,7 @@ def _without_rows(log: JointLog, far: BoolArray) -> JointLog:
 
 def _beyond(values: FloatArray, largest: float) -> bool:
     """Whether any of the numbers (n, …) is larger."""
-    if not values.size:
-        return False
-    low, high = float(values.min()), float(values.max())
-    if np.isnan(low):
-        low, high = float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
-    return high > largest or low < -largest
+    return bool((np.abs(values) > largest).any())
 
 
 def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:

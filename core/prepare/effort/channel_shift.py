@@ -126,7 +126,8 @@ def left_over(basis: FloatArray, channel: FloatArray, at: IntArray, shifts: IntA
     if basis.shape[1] == 0:
         return np.zeros(shifts.size)
     targets = channel[at[:, None] + shifts]
-    return np.asarray(np.maximum(0.0, np.sum(targets**2, axis=0) - np.sum((basis.T @ targets) ** 2, axis=0)))
+    left = np.sum(targets**2, axis=0) - np.sum((basis.T @ targets) ** 2, axis=0)
+    return np.asarray(np.maximum(left, 0.0))
 
 
 def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:

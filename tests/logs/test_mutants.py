@@ -30,8 +30,9 @@ COUNTS = {
 def test_mutants(kind: str, tmp_path: Path) -> None:
     count = int(os.environ.get("COLLAUDIT_MUTANTS") or COUNTS[kind])
     seed = os.environ.get("COLLAUDIT_MUTANT_SEED", "1")
-    helpers = {"PYTHONPATH": str(WORKER.parents[1] / "helpers")}
-    environment = {**os.environ, **helpers, "MALLOC_ARENA_MAX": "2", "OMP_NUM_THREADS": "1"}
+    # Before what the caller names: in a tree of its own the worker is to read with that tree's readers.
+    places = os.pathsep.join([str(WORKER.parents[1] / "helpers"), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    environment = {**os.environ, "PYTHONPATH": places, "MALLOC_ARENA_MAX": "2", "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
         [sys.executable, str(WORKER), kind, str(count), seed, str(tmp_path)],
         capture_output=True,

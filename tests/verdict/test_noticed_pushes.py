@@ -62,7 +62,7 @@ def test_a_push_of_the_level_of_95_percent_alarms_as_often(
 def test_a_scale_that_the_fitted_log_had_too_is_no_secret(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     """Efforts of 0.8 times the torque in both logs: identified inertials take it up, and the residual stays small."""
     without_thresholds(monkeypatch)
-    runs = [made("free-clean", "paper6", seed=seed, duration_s=60.0) for seed in (4, 5)]
+    runs = [made("free-clean", "paper6", seed=seed, duration_s=40.0) for seed in (4, 5)]
     settings = load_config(runs[0].config, {"fit.estimate": ["friction", "inertials"]})
     logs = [open_log(files.log, settings) for files in runs]
     robot, config = load_robot(settings, logs[0].joint_names), settings.config
@@ -111,7 +111,7 @@ def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
 
 def test_an_identified_gain_that_contradicts_its_constant_is_told(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     without_thresholds(monkeypatch)
-    files = made("free-clean", "paper6", seed=4, duration_s=60.0)
+    files = made("free-clean", "paper6", seed=4, duration_s=40.0)
     settings = load_config(files.config, {"fit.estimate": ["friction", "gain"]})
     log = open_log(files.log, settings)
     arm, config = load_robot(settings, log.joint_names), settings.config

@@ -23,7 +23,7 @@ from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _ITERATIONS = 12
 #: A last step is shorter than this, squared and in standard errors of what the data and the prior tell.
-_SHORT = 1e-4
+_SHORT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,8 +16,8 @@ from collaudit.core.friction.joint_fits import fit_joints, refit_joints, section
 from collaudit.core.friction.sections import SectionSet
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.coupled_axes import fit_coupled
-from collaudit.core.identification.identification import identified_by, identify_values
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, solved
+from collaudit.core.identification.identification import identify, identify_values
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated
@@ -74,14 +74,13 @@ def fit_arm(
 
     whole = list(logs)
     again = calibrated if known is None else recalibrated
-    identified, samples = None, None if known is None else known.samples
-    if samples is not None:
-        identified = identify_values(seen(whole), config, taken, samples)
-    elif known is None and taken.estimate:
-        samples = Samples.of(seen(whole), config)
-        found = solved(seen(whole), samples, config, taken)
-        identified = identified_by(found, config, taken)
-        samples = replace(samples.at_most(MOST_HELD_OUT), told=found.solution)
+    if known is None:
+        samples = Samples.of(seen(whole), config) if taken.estimate else None
+        identified = None if samples is None else identify(seen(whole), config, taken, samples)
+        samples = None if samples is None else samples.at_most(MOST_HELD_OUT)
+    else:
+        samples = known.samples
+        identified = None if samples is None else identify_values(seen(whole), config, taken, samples)
     if identified is not None:
         starts = whole if known is None else known.logs
         drives = [replace(log.calibration, identified=identified, tool=None, coupled={}) for log in starts]

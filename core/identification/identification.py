@@ -37,26 +37,25 @@ from collaudit.core.prepare.prepared import Prepared
 _WORSE = 1.05
 
 
-def identify(prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None) -> Identified | None:
+def identify(
+    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, samples: Samples | None = None
+) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
     Args:
         prepared: the logs.
         config: how.
         taken: of :func:`choose`; None to choose here.
+        samples: of the logs; None to gather them here.
 
     Raises:
         ConfigError, NotJudgedError: as of :func:`choose`.
     """
     taken = choose(prepared, config)[0] if taken is None else taken
-    if not taken.estimate:
-        return None
-    return identified_by(solved(prepared, Samples.of(prepared, config), config, taken), config, taken)
-
-
-def identified_by(found: Solved, config: Config, taken: Candidate) -> Identified:
-    """What a solution says of drives, bodies and tool, bodies being such as can be."""
     estimate = taken.estimate
+    if not estimate:
+        return None
+    found = solved(prepared, samples or Samples.of(prepared, config), config, taken)
     unknowns, solution, terms = found.unknowns, found.solution, found.terms
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
     made = make_consistent(free, precision_of(terms, unknowns, solution), solution.free, unknowns.inertials.size // 10)

@@ -35,14 +35,10 @@ class Solved:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """Samples of any motion of an arm, and (n, j, p) derivatives of its torques by its inertial parameters there.
-
-    ``told`` is what more of these samples told: where a solution from some of them begins.
-    """
+    """Samples of any motion of an arm, and (n, j, p) derivatives of its torques by its inertial parameters there."""
 
     motion: Motion
     regressor: FloatArray
-    told: Solution | None = None
 
     @classmethod
     def of(cls, prepared: Sequence[Prepared], config: Config) -> Samples:
@@ -58,7 +54,7 @@ class Samples:
     def at_most(self, most: int) -> Samples:
         """So many of them, evenly."""
         step = max(1, -(-self.motion.count // most))
-        return replace(self, motion=self.motion.thinned(step), regressor=self.regressor[::step].copy())
+        return Samples(self.motion.thinned(step), self.regressor[::step].copy())
 
     def seen_in(self, prepared: Sequence[Prepared]) -> Samples:
         """The same with the effort of the same logs, of which some may be unknown now."""
@@ -72,8 +68,7 @@ def solved(prepared: Sequence[Prepared], samples: Samples, config: Config, taken
     if gains is not None:
         motion = replace(motion, moving=np.asarray(motion.moving & np.isfinite(gains.gain)))
     terms = terms_of(motion, regressor, unknowns)
-    solution = solve(terms, unknowns, start=samples.told)
-    return Solved(robot, terms, *_repaired(terms, unknowns, solution, taken.estimate), gains)
+    return Solved(robot, terms, *_repaired(terms, unknowns, solve(terms, unknowns), taken.estimate), gains)
 
 
 def with_gains(
@@ -111,4 +106,4 @@ def _repaired(
             unknowns, inertials=unknowns.inertials + point_mass_inertia(unknowns.inertials, solution.inertials)
         )
         again = True
-    return unknowns, solve(terms, unknowns, start=solution) if again else solution
+    return unknowns, solve(terms, unknowns) if again else solution

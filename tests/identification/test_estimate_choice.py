@@ -75,9 +75,7 @@ def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
     effort = prepared.series.effort.copy()
     effort[out] = 3.0 * effort[out] + 50.0
     other = replace(prepared, series=replace(prepared.series, effort=effort))
-    assert whole.samples is not None
-    spoilt = replace(Samples.of([other], config).at_most(MOST_HELD_OUT), told=whole.samples.told)
-    known = (whole, replace(whole, samples=spoilt))
+    known = (whole, replace(whole, samples=Samples.of([other], config).at_most(MOST_HELD_OUT)))
     one, two = (fit_arm([log], taken, config, [out], of) for log, of in zip((prepared, other), known, strict=True))
     assert one.identified == two.identified
     assert {j: f.parameters for j, f in one.fits.items()} == {j: f.parameters for j, f in two.fits.items()}

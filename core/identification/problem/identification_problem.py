@@ -23,7 +23,7 @@ from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _ITERATIONS = 12
 #: A last step is shorter than this, squared and in standard errors of what the data and the prior tell.
-_SHORT = 1e-4
+_SHORT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,14 +90,13 @@ def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms
     return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0), unknowns.springs)
 
 
-def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start: Solution | None = None) -> Solution:
+def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
     """Estimate all unknowns from samples of motion.
 
     Args:
         terms: the samples and their columns.
         unknowns: priors; a zero standard deviation holds a parameter.
         iterations: most Gauss-Newton steps; with gains held only the weights still change after the first.
-        start: what other samples told of the same unknowns; None starts from the priors, without friction.
     """
     motion = terms.motion
     joints = motion.effort.shape[1]
@@ -106,9 +105,6 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS, start
     gain = np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0)
     none = np.zeros((joints, terms.nuisance.shape[2]))
     state = _state(terms, unknowns.inertials, unknowns.armature, gain, none, np.ones(joints))
-    if start is not None:
-        told = np.concatenate([start.inertials, start.armature, start.gain])
-        _move(state, origin, (told - origin)[free], free)
     _fit_nuisance(terms, state)
     for _ in range(iterations):
         reweigh(terms, state)

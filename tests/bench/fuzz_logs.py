@@ -49,7 +49,8 @@ def judged(kind: str, cases: int, first_seed: int, seed: int) -> Batch:
     """Judge one batch; its folder is kept where there is a complaint."""
     folder = Path(tempfile.mkdtemp(prefix="collaudit-fuzz-"))
     worker = LOGS / ("pushed_mutant_worker.py" if kind.startswith("audit-") else "mutant_worker.py")
-    helpers = {"PYTHONPATH": str(LOGS.parent / "helpers")}
+    places = os.pathsep.join([str(LOGS.parent / "helpers"), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    helpers = {"PYTHONPATH": places}
     environment = {**os.environ, **helpers, "MALLOC_ARENA_MAX": "2", "OMP_NUM_THREADS": "1"}
     command = [sys.executable, str(worker), kind, str(cases), str(seed), str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)

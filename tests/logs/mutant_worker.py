@@ -1,6 +1,6 @@
 """Reads mutants of one valid log under limits of time and memory; prints what became of them as JSON.
 
-Run as a script: ``mutant_worker.py KIND COUNT SEED FOLDER``.
+Run as a script: ``mutant_worker.py KIND COUNT SEED FOLDER``; of several kinds with commas between, a line of JSON each.
 """
 
 from __future__ import annotations
@@ -183,4 +183,7 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, Any]:
 
 if __name__ == "__main__":
     gc.set_threshold(200_000, 10, 20)  # as in the commands
-    print(json.dumps(run(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))))
+    for kind, count in zip(sys.argv[1].split(","), sys.argv[2].split(","), strict=True):
+        own = Path(sys.argv[4]) / kind
+        own.mkdir()
+        print(json.dumps(run(kind, int(count), int(sys.argv[3]), own)))

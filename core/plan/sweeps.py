@@ -35,6 +35,7 @@ _GOLDEN = 0.618
 _SPREAD = 0.04  # share by which a speed that is asked for again differs
 #: A pair that adds no time to the program is taken to add this share of its own.
 _LEAST_SHARE = 0.1
+_INSIDE = 1e-6  # rad off the end of the range: rounding passes no limit
 _WIDEST = 1.6  # rad to either side of the start
 
 
@@ -152,7 +153,7 @@ def _window(check: MoveCheck, joint: int) -> tuple[float, float]:
     start = check.limits.start
     ends = []
     for limit, way in ((check.limits.low[joint], -1.0), (check.limits.high[joint], 1.0)):
-        reach = min(abs(float(limit - start[joint])), _WIDEST)
+        reach = max(0.0, min(abs(float(limit - start[joint])) - _INSIDE, _WIDEST))
         apart = STEP * check.clearance_m / float(check.reach_m[joint])
         steps = np.linspace(0.0, reach, int(np.ceil(reach / apart)) + 1)
         ray = np.tile(start, (steps.size, 1))

@@ -52,6 +52,29 @@ def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth
     return result.reshape(x.shape)
 
 
+#: Standard deviations of a Gaussian window after which nothing is left.
+_WINDOW_REACH = 4.0
+
+
+def window_reach(deviation: float) -> int:
+    """Samples to either side that a Gaussian window with this standard deviation, in samples, reaches."""
+    return math.ceil(_WINDOW_REACH * deviation)
+
+
+def gaussian_smoothed(x: FloatArray, deviation: float) -> FloatArray:
+    """(n,) smoothed by a Gaussian window, as if the first and last value had lasted.
+
+    Args:
+        x: (n,) values.
+        deviation: standard deviation of the window, samples; 0 changes nothing.
+    """
+    if deviation == 0.0:
+        return x
+    reach = window_reach(deviation)
+    weight = np.exp(-0.5 * np.square(np.arange(-reach, reach + 1) / deviation))
+    return np.convolve(np.pad(x, reach, mode="edge"), weight / weight.sum(), mode="valid")
+
+
 def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
     """Central differences of (n,) or (n, j) inside each stretch, one-sided at its ends, NaN outside."""
     out = blank(x, segments)

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.filters import gaussian_smoothed, window_reach
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.numeric.tables import blocks
 
 #: Of a push less than this share of its height is not waited for in the detector's filter.
 _LEAST_RESPONSE = 0.05
-#: Standard deviations of a Gaussian window after which nothing is left.
-_WINDOW_REACH = 4.0
 #: Samples that are looked at together.
 _AT_ONCE = 1 << 18
 
@@ -55,9 +52,9 @@ class Push:
         if np.isinf(smoothed_s):
             return cls(duration_s, response[:0], 0, n)
         if smoothed_s > 0.0:
-            reach = math.ceil(_WINDOW_REACH * smoothed_s / period_s)
-            response = gaussian_filter1d(np.pad(response, reach), smoothed_s / period_s, mode="constant")
-            begin += reach
+            deviation = smoothed_s / period_s
+            response = gaussian_smoothed(np.pad(response, window_reach(deviation)), deviation)
+            begin += window_reach(deviation)
         shown = np.flatnonzero(response > _LEAST_RESPONSE * response.max(initial=0.0))
         if not shown.size:
             return cls(duration_s, response[:0], 0, n)

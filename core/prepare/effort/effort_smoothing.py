@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.prepare.effort.channel_shift import all_known, basis_of, steady
 
 Friction = Callable[[FloatArray], FloatArray]
@@ -151,10 +151,8 @@ class _Grid:
         self, parts: FloatArray, window: float, use: IntArray, measured: FloatArray, starts: IntArray
     ) -> FloatArray:
         """(shifts, blocks) of one window, in steps."""
-        smooth = parts
-        if window > 0:
-            pieces = [gaussian_filter1d(parts[s], window, axis=0, mode="nearest") for s in self.stretches]
-            smooth = np.concatenate(pieces)
+        pieces = [[gaussian_smoothed(column, window) for column in parts[s].T] for s in self.stretches]
+        smooth = np.concatenate([np.column_stack(piece) for piece in pieces])
         basis = basis_of(np.column_stack([smooth[use], np.ones(use.size)]))
         left = np.square(measured - basis @ (basis.T @ measured))
         sums = np.concatenate([np.zeros((1, left.shape[1])), np.cumsum(left, axis=0)])

@@ -166,7 +166,7 @@ def test_tables_without_time_ask_for_the_rate_and_are_then_read(cli, data_dir: P
     for logs, rate, joints in ((lbr, 100.0, 7), (tx40, 5000.0, 6)):
         refused = cli("inspect", *logs)
         assert refused.code == 3
-        assert "# rate_hz = 1000.0" in refused.out
+        assert "rate_hz = 1000.0" in refused.out
         Path("rate.toml").write_text(f"[log.csv]\nrate_hz = {rate}\n", encoding="utf-8")
         seen = cli("inspect", *logs, "-c", "rate.toml", "--json")
         assert seen.code == 0

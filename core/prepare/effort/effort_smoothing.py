@@ -3,13 +3,14 @@
 While a joint moves one way, its drive supplies the model's torque and sliding friction. Both are smoothed by Gaussian
 windows of one standard deviation after the other, and the effort is regressed on them, at the delay that suits best:
 what the channel is made of does not matter, and neither do its delay, its scale or an offset. Windows that clearly
-leave more than the best one, block of time against block, bound the interval (Student's t of the blocks' differences).
+leave more than the best one bound the interval. About reversals, where the drive's torque turns fastest, friction turns
+gradually and looks smoothed itself: such motion is a bound from above and never a sign of smoothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -51,6 +52,10 @@ class Smoothing:
         """Whether the channel clearly smooths more than a drive does."""
         return self.low_s >= SHOWN_S
 
+    def at_most(self, high_s: float) -> Smoothing:
+        """The same below another bound."""
+        return Smoothing(*(min(value, high_s) for value in (self.best_s, self.low_s, self.high_s)))
+
 
 def effort_smoothing(
     series: UniformSeries, drive_nm: FloatArray, rigid_nm: FloatArray, friction: Mapping[int, Friction]
@@ -67,21 +72,63 @@ def effort_smoothing(
         By column; empty where no joint moves for long enough.
     """
     grid = _Grid.of(series)
-    found = {j: grid.left_over(series, j, drive_nm[:, j], rigid_nm[:, j], law) for j, law in friction.items()}
-    told = {j: left for j, left in found.items() if left is not None}
-    if not told:
-        return {}
-    own = {j: _interval(left) for j, left in told.items()}
-    best_s = _together(told).best_s
+
+    def of_joints(reversals: bool) -> dict[int, Smoothing]:
+        found = {
+            j: grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], law, reversals) for j, law in friction.items()
+        }
+        told = {j: one for j, one in found.items() if one is not None}
+        return {} if not told else _of_each(told, friction)
+
+    one_way, about_reversals = of_joints(reversals=False), of_joints(reversals=True)
+    if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
+        return {j: replace(one, low_s=0.0) for j, one in about_reversals.items()}
+    return {j: one.at_most(about_reversals[j].high_s) for j, one in one_way.items()}
+
+
+def _of_each(told: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
+    """What all joints together tell, of each joint that does not clearly differ."""
+    own = {j: _interval([one]) for j, one in told.items()}
+    best_s = _interval(list(told.values())).best_s
     apart = {j: one for j, one in own.items() if not one.low_s <= best_s <= one.high_s}
-    alike = {j: left for j, left in told.items() if j not in apart}
-    arm = _together(alike) if alike else max(own.values(), key=lambda one: one.high_s)
-    return {j: apart.get(j, arm) for j in friction}
+    alike = [one for j, one in told.items() if j not in apart]
+    arm = _interval(alike) if alike else max(own.values(), key=lambda one: one.high_s)
+    return {j: apart.get(j, arm) for j in joints}
 
 
-def _together(told: Mapping[int, FloatArray]) -> Smoothing:
-    """That of several joints, each in units of what its own best window leaves."""
-    return _interval(np.sum([left / left.sum(axis=2).min() * left.size for left in told.values()], axis=0))
+@dataclass(frozen=True, slots=True, eq=False)
+class _Explained:
+    """One joint's effort, and what each window explains of it.
+
+    Attributes:
+        measured: (k, shifts) effort at the samples, behind by each delay.
+        bases: of each window (k, c) orthonormal columns: model torque and friction, smoothed, and a constant.
+        starts: (blocks,) first sample of each block of time.
+        scale: mean square that the best window leaves.
+    """
+
+    measured: FloatArray
+    bases: tuple[FloatArray, ...]
+    starts: IntArray
+    scale: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "scale", float(self.totals().min()) / len(self.measured))
+
+    def totals(self) -> FloatArray:
+        """(windows, shifts) sums of squares that are left."""
+        whole = np.sum(self.measured**2, axis=0)
+        return np.array([whole - np.sum((basis.T @ self.measured) ** 2, axis=0) for basis in self.bases])
+
+    def left(self, delays: IntArray) -> FloatArray:
+        """(windows, k) what each window leaves at its delay."""
+        efforts = [self.measured[:, delay] for delay in delays]
+        return np.array([e - basis @ (basis.T @ e) for e, basis in zip(efforts, self.bases, strict=True)])
+
+    def by_block(self, values: FloatArray) -> FloatArray:
+        """(windows, blocks) sums of (windows, k) values."""
+        sums = np.concatenate([np.zeros((len(values), 1)), np.cumsum(values, axis=1)], axis=1)
+        return np.asarray(np.diff(sums[:, np.append(self.starts, values.shape[1])], axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,17 +162,18 @@ class _Grid:
         """(s,) delays that are tried, in steps."""
         return np.arange(round(_EARLIEST_S / self.step_s), round(_LATEST_S / self.step_s) + 1)
 
-    def left_over(
-        self, series: UniformSeries, j: int, drive: FloatArray, rigid: FloatArray, law: Friction
-    ) -> FloatArray | None:
-        """(windows, shifts, blocks) squares of one joint's effort that are left; None without motion or effort."""
+    def explained(
+        self, series: UniformSeries, j: int, drive: FloatArray, rigid: FloatArray, law: Friction, reversals: bool
+    ) -> _Explained | None:
+        """One joint's effort in motion; None without motion or effort.
+
+        ``reversals``: whether motion about a reversal counts, in which friction is not yet sliding.
+        """
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
         known = all_known([parts, speed[:, None]])
-        sliding = known & steady(np.nan_to_num(speed), MOVING_RAD_S, round(_REVERSAL_S / self.step_s))
-        use = self._reached(sliding, effort)
-        if use.size * self.step_s < _LEAST_S:
-            use = self._reached(known & (np.abs(np.nan_to_num(speed)) > MOVING_RAD_S), effort)
+        margin = 0 if reversals else round(_REVERSAL_S / self.step_s)
+        use = self._reached(known & steady(np.nan_to_num(speed), MOVING_RAD_S, margin), effort)
         if use.size * self.step_s < _LEAST_S:
             return None
         use = use[:: -(-use.size // _MOST)]
@@ -135,8 +183,8 @@ class _Grid:
         block = np.searchsorted(np.linspace(0, self.rows.size, _BLOCKS + 1)[1:-1], use, side="right")
         starts = np.searchsorted(block, np.arange(_BLOCKS))
         filled = np.nan_to_num(parts)
-        out = [self._of_window(filled, window / self.step_s, use, measured, starts) for window in _WINDOWS_S]
-        return np.array(out)
+        bases = tuple(self._basis(filled, window / self.step_s, use) for window in _WINDOWS_S)
+        return _Explained(measured, bases, starts)
 
     def _reached(self, mask: BoolArray, effort: FloatArray) -> IntArray:
         """Marked samples about which the effort is known at all delays, within one stretch."""
@@ -147,33 +195,34 @@ class _Grid:
         whole = holes[rows + last + 1] == holes[rows + first]
         return np.asarray(rows[whole & (self.part[rows + first] == self.part[rows + last])])
 
-    def _of_window(
-        self, parts: FloatArray, window: float, use: IntArray, measured: FloatArray, starts: IntArray
-    ) -> FloatArray:
-        """(shifts, blocks) of one window, in steps."""
+    def _basis(self, parts: FloatArray, window: float, use: IntArray) -> FloatArray:
+        """(k, c) orthonormal columns at some samples of parts (m, 2) smoothed by a window, in steps."""
         pieces = [[gaussian_smoothed(column, window) for column in parts[s].T] for s in self.stretches]
         smooth = np.concatenate([np.column_stack(piece) for piece in pieces])
-        basis = basis_of(np.column_stack([smooth[use], np.ones(use.size)]))
-        left = np.square(measured - basis @ (basis.T @ measured))
-        sums = np.concatenate([np.zeros((1, left.shape[1])), np.cumsum(left, axis=0)])
-        return np.asarray(np.diff(sums[np.append(starts, use.size)], axis=0).T)
+        return basis_of(np.column_stack([smooth[use], np.ones(use.size)]))
 
 
-def _interval(left: FloatArray) -> Smoothing:
+def _interval(told: Sequence[_Explained]) -> Smoothing:
     """From below the best window to above it, half a step before the first that clearly leaves more.
 
+    With r what the best window leaves and r + d what another one does, that leaves sum(d² + 2 r d) more. Of this only
+    r d is chance; its error is that of blocks of time.
+
     Args:
-        left: (windows, shifts, blocks) sums of squares; of each window those at its best delay count.
+        told: joints whose efforts are smoothed alike; each counts in units of what its own best window leaves.
     """
-    total = left.sum(axis=2)
+    total = np.sum([one.totals() / one.scale for one in told], axis=0)
     delay = total.argmin(axis=1)
-    curve = left[np.arange(len(left)), delay]
-    best = int(curve.sum(axis=1).argmin())
-    worse = curve - curve[best]
-    error = np.std(worse, axis=1, ddof=1) * np.sqrt(_BLOCKS)
-    alike = np.flatnonzero(worse.sum(axis=1) <= student_quantile(_BLOCKS - 1, 0.975) * error)
+    more = total[np.arange(len(total)), delay]
+    best = int(more.argmin())
+    chance = np.zeros((len(total), _BLOCKS))
+    for one in told:
+        left = one.left(delay)
+        chance += one.by_block(left[best] * (left - left[best])) / one.scale
+    error = 2.0 * np.sqrt(np.sum(chance**2, axis=1))
+    alike = np.flatnonzero(more - more[best] <= student_quantile(_BLOCKS - 1, 0.975) * error)
     between = np.sqrt(_WINDOWS_S[:-1] * _WINDOWS_S[1:])
-    bounded = alike[-1] < len(left) - 1 and delay[best] < left.shape[1] - 1
+    bounded = alike[-1] < len(total) - 1 and delay[best] < total.shape[1] - 1
     low_s = float(between[alike[0] - 1]) if alike[0] > 0 else 0.0
     return Smoothing(float(_WINDOWS_S[best]), low_s, float(between[alike[-1]]) if bounded else np.inf)
 

@@ -203,7 +203,7 @@ class _Grid:
 
 
 def _interval(told: Sequence[_Explained]) -> Smoothing:
-    """From below the best window to above it, half a step before the first that clearly leaves more.
+    """From below the best window to above it, half a step before the next that clearly leaves more.
 
     With r what the best window leaves and r + d what another one does, that leaves sum(d² + 2 r d) more. Of this only
     r d is chance; its error is that of blocks of time.
@@ -220,11 +220,12 @@ def _interval(told: Sequence[_Explained]) -> Smoothing:
         left = one.left(delay)
         chance += one.by_block(left[best] * (left - left[best])) / one.scale
     error = 2.0 * np.sqrt(np.sum(chance**2, axis=1))
-    alike = np.flatnonzero(more - more[best] <= student_quantile(_BLOCKS - 1, 0.975) * error)
+    worse = np.flatnonzero(more - more[best] > student_quantile(_BLOCKS - 1, 0.975) * error)
+    below, above = worse[worse < best], worse[worse > best]
     between = np.sqrt(_WINDOWS_S[:-1] * _WINDOWS_S[1:])
-    bounded = alike[-1] < len(total) - 1 and delay[best] < total.shape[1] - 1
-    low_s = float(between[alike[0] - 1]) if alike[0] > 0 else 0.0
-    return Smoothing(float(_WINDOWS_S[best]), low_s, float(between[alike[-1]]) if bounded else np.inf)
+    bounded = above.size > 0 and delay[best] < total.shape[1] - 1
+    low_s = float(between[below[-1]]) if below.size else 0.0
+    return Smoothing(float(_WINDOWS_S[best]), low_s, float(between[above[0] - 1]) if bounded else np.inf)
 
 
 def smoothing_words(found: Mapping[str, Smoothing], duration_s: float) -> str:

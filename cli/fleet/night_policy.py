@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from collaudit.core.policy.baseline import Baseline
     from collaudit.reports.values.entries import IndexEntry
 
-#: What else than a broken rule of level "error" may fail an audit.
-FAIL_ON = ("warn", "not-judged")
-
 
 @dataclass(frozen=True, slots=True)
 class Decisions:

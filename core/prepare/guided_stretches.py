@@ -18,7 +18,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import combined
-from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, joints_of, smoothing_words
+from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, smoothing_words
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
 
@@ -62,7 +62,7 @@ def with_effort_smoothing(prepared: Prepared, friction: Mapping[str, Friction], 
     if known is None:
         return prepared
     series, drive, rigid, _, laws = known
-    found = joints_of(effort_smoothing(series, drive, rigid, laws), series.joint_names)
+    found = {series.joint_names[j]: one for j, one in effort_smoothing(series, drive, rigid, laws).items()}
     shown = {joint: one for joint, one in found.items() if one.shown}
     findings = prepared.findings
     if shown:

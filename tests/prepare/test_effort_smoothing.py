@@ -34,26 +34,36 @@ def moves(seed: int) -> np.ndarray:
 
 
 POSITION = np.column_stack([moves(1), moves(2)])
-VELOCITY = np.gradient(POSITION, PERIOD_S, axis=0)
-ACCELERATION = np.gradient(VELOCITY, PERIOD_S, axis=0)
+
+
+def derivatives(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    velocity = np.gradient(position, PERIOD_S, axis=0)
+    return velocity, np.gradient(velocity, PERIOD_S, axis=0)
+
+
+def rigid_of(position: np.ndarray, inertia: tuple[float, float] = (1.1, 0.3)) -> np.ndarray:
+    gravity = np.column_stack([9.0 * np.cos(position[:, 0]), 2.0 * np.sin(position[:, 1])])
+    return gravity + derivatives(position)[1] * inertia
 
 
 def sliding(v: np.ndarray) -> np.ndarray:
     return np.asarray(np.tanh(50 * v) * (1.5 + np.exp(-np.abs(v) / 0.05)) + 1.2 * v)
 
 
-RIGID = np.column_stack([9.0 * np.cos(POSITION[:, 0]), 2.0 * np.sin(POSITION[:, 1])]) + ACCELERATION * [1.1, 0.3]
-FRICTION = sliding(VELOCITY)
+RIGID = rigid_of(POSITION)
+FRICTION = sliding(derivatives(POSITION)[0])
 
 
-def told(effort: np.ndarray) -> dict[int, Smoothing]:
-    noisy = effort + np.random.default_rng(2).normal(0, 0.1, effort.shape)
-    n = TIME_S.size
+def told(
+    effort: np.ndarray, noise_nm: float = 0.1, position: np.ndarray = POSITION, rigid: np.ndarray = RIGID
+) -> dict[int, Smoothing]:
+    noisy = effort + np.random.default_rng(2).normal(0, noise_nm, effort.shape)
+    n, velocity, acceleration = TIME_S.size, *derivatives(position)
     series = UniformSeries(
-        TIME_S, PERIOD_S, ("a", "b"), POSITION, VELOCITY, ACCELERATION, noisy, "Nm", None, (Span(0, n),),
+        TIME_S, PERIOD_S, ("a", "b"), position, velocity, acceleration, noisy, "Nm", None, (Span(0, n),),
         np.zeros(n, bool), np.zeros((n, 2), bool), 20.0, log_source(),
     )  # fmt: skip
-    return effort_smoothing(series, noisy, RIGID, dict.fromkeys((0, 1), sliding))
+    return effort_smoothing(series, noisy, rigid, dict.fromkeys((0, 1), sliding))
 
 
 def behind(torque: np.ndarray, lag_s: float) -> np.ndarray:
@@ -152,11 +162,23 @@ def test_nothing_else_is_taken_for_smoothing(name: str) -> None:
         assert one.high_s < 0.1 or name == "a spring"  # a model that lacks so much bounds less
 
 
+def test_friction_that_turns_gradually_is_no_smoothing_where_nothing_moves_one_way() -> None:
+    """Swings of a quarter of a second each way: bounded, and never said to be smoothed."""
+    rate_hz = 1.8 + 1.2 * np.sin(0.4 * TIME_S)[:, None] ** 2 + [0.0, 0.3]
+    swing = 0.01 * np.sin(2 * np.pi * np.cumsum(rate_hz, axis=0) * PERIOD_S)
+    velocity, _ = derivatives(swing)
+    rigid = rigid_of(swing, inertia=(0.01, 0.01))  # as wrists have it: friction is nearly all of their torque
+    for one in told(rigid + mean(sliding(velocity), 0.2), position=swing, rigid=rigid).values():
+        assert one.best_s > 0.02 and not one.shown
+        assert np.isfinite(one.high_s)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scale", [1.0, 1e-9])
+def test_an_effort_that_is_explained_exactly_is_not_smoothed(scale: float) -> None:
+    for effort in (RIGID + FRICTION, RIGID):
+        assert all(one.high_s < 0.05 for one in told(scale * effort, 0.0).values())
+
+
 def test_efforts_that_never_change_tell_nothing() -> None:
-    series_of_one = np.full_like(RIGID, 3.0)
-    n = TIME_S.size
-    series = UniformSeries(
-        TIME_S, PERIOD_S, ("a", "b"), POSITION, VELOCITY, ACCELERATION, series_of_one, "Nm", None, (Span(0, n),),
-        np.zeros(n, bool), np.zeros((n, 2), bool), 20.0, log_source(),
-    )  # fmt: skip
-    assert effort_smoothing(series, series_of_one, RIGID, dict.fromkeys((0, 1), sliding)) == {}
+    assert told(np.full_like(RIGID, 3.0), 0.0) == {}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
+from scipy.special import erf
 from synthetic import PERIOD, lugre, make_log, strokes
 
 from collaudit.core.audit import audit_log
@@ -22,6 +23,8 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import butterworth, first_order, identity
+from collaudit.core.prepare import guided_stretches
+from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.noticed_torque import Push, _height
@@ -130,6 +133,26 @@ def test_a_torque_on_a_standing_joint_shows_above_what_is_said_to_hide(
     t = PERIOD * np.arange(len(q))
     hold[(t >= 8.0) & (t < 8.2), 1] += sign * share * hides
     assert bool(audit(log_of(q, external=hold), friction).contacts) == seen
+
+
+@pytest.mark.parametrize(("share", "seen"), [(0.85, False), (1.15, True)])
+def test_a_push_that_the_channel_smooths_shows_above_what_is_said(
+    friction: FrictionFile, monkeypatch: pytest.MonkeyPatch, share: float, seen: bool
+) -> None:
+    """A push of 0.2 s behind a window of 0.15 s keeps half of its height, and the torque that is noticed doubles."""
+    q, window_s = one_standing(20.0), 0.15
+    plain = torque_at(audit(log_of(q), friction), "joint1", 0.5)
+    known = dict.fromkeys((0, 1), Smoothing(window_s, window_s, window_s))
+    monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: known)
+    said = torque_at(audit(log_of(q), friction), "joint1", 0.5)
+    assert plain is not None and said is not None
+    assert said == pytest.approx(plain / erf(0.1 / (np.sqrt(2.0) * window_s)), rel=0.05)
+    t = PERIOD * np.arange(len(q))
+    fastest = 3 * np.pi / 1.2
+    push = np.zeros_like(q)
+    for edge, sign in ((fastest - 0.1, 0.5), (fastest + 0.1, -0.5)):
+        push[:, 0] += sign * share * said * erf((t - edge) / (np.sqrt(2.0) * window_s))
+    assert bool(audit(log_of(q, external=push), friction).contacts) == seen
 
 
 def test_a_moving_joint_shows_its_threshold_and_what_the_level_of_friction_may_be_wrong_by(

@@ -9,19 +9,18 @@ gradually and looks smoothed itself: such motion is a bound from above and never
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
+from collaudit.core.arm_states.late_drives import Friction
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.prepare.effort.channel_shift import all_known, basis_of, steady
-
-Friction = Callable[[FloatArray], FloatArray]
 
 #: Standard deviations of the windows, s. Shorter than 20 ms is what the filters of this program do themselves.
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])
@@ -32,8 +31,10 @@ _REVERSAL_S = 0.15
 #: Least time in such motion, s; most samples of it.
 _LEAST_S, _MOST = 5.0, 6_000
 _BLOCKS = 20
-#: A window of this standard deviation or more is said, s: half of what a push of 0.2 s needs to lose height.
-SHOWN_S = 0.05
+#: Share of the effort's power below which a difference of sums of squares is rounding.
+_ROUNDING = 1e-12
+#: A window of this standard deviation or more is said, s: at 0.05 s a push of 0.2 s keeps 95 % of its height.
+_SHOWN_S = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class Smoothing:
     @property
     def shown(self) -> bool:
         """Whether the channel clearly smooths more than a drive does."""
-        return self.low_s >= SHOWN_S
+        return self.low_s >= _SHOWN_S
 
     def at_most(self, high_s: float) -> Smoothing:
         """The same below another bound."""
@@ -116,9 +117,10 @@ class _Explained:
         object.__setattr__(self, "scale", float(self.totals().min()) / len(self.measured))
 
     def totals(self) -> FloatArray:
-        """(windows, shifts) sums of squares that are left."""
+        """(windows, shifts) sums of squares that are left; of an effort without noise what rounding leaves."""
         whole = np.sum(self.measured**2, axis=0)
-        return np.array([whole - np.sum((basis.T @ self.measured) ** 2, axis=0) for basis in self.bases])
+        left = [whole - np.sum((basis.T @ self.measured) ** 2, axis=0) for basis in self.bases]
+        return np.maximum(left, _ROUNDING * whole)
 
     def left(self, delays: IntArray) -> FloatArray:
         """(windows, k) what each window leaves at its delay."""
@@ -243,8 +245,3 @@ def smoothing_words(found: Mapping[str, Smoothing], duration_s: float) -> str:
         f"deviation of {range_text} (95 %): a push of {duration_s:.2g} s shows less than its height. What would have "
         "been noticed counts that; shorter contact is flattened further."
     )
-
-
-def joints_of(found: Mapping[int, Smoothing], names: Sequence[str]) -> dict[str, Smoothing]:
-    """By name."""
-    return {names[j]: one for j, one in found.items()}

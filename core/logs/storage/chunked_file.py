@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -20,16 +20,6 @@ MAX_DAMAGE = 20
 #: Chunks are unpacked ahead of who reads them, as many as fit the second-level caches of two cores and not more than so
 #: many: what had to come from memory again took a tenth of the time of reading.
 _AHEAD_BYTES, _AHEAD = 1 << 22, 8
-
-
-class Ref(Protocol):
-    """Where a chunk lies: its byte, its compressed data, and the size and compression that it claims."""
-
-    at: int
-    data_at: int
-    data_size: int
-    size: int
-    compression: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)

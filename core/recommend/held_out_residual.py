@@ -16,7 +16,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
 from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
-from collaudit.core.friction.friction_variation import laws_at_temperature
+from collaudit.core.friction.friction_temperature import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from collaudit.core.friction.friction_model import TemperatureModel
-from collaudit.core.friction.friction_variation import any_law, friction_slope, load_slope, ripple
+from collaudit.core.friction.friction_variation import ripple
+from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
 
 
 def motion(seconds: float = 300.0) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ from scipy.stats import t as student
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.friction.fit_quality import _reweighted, point_arrays, robust_weights
-from collaudit.core.friction.friction_variation import friction_slope, load_slope
 from collaudit.core.friction.motion_points import clustered_error
+from collaudit.core.friction.slopes import friction_slope, load_slope
 from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS
 
 

@@ -15,8 +15,9 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction, RippleWave
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import load_torque
-from collaudit.core.friction.friction_variation import any_law, held_out_slopes, jackknifed, wave_sums
+from collaudit.core.friction.friction_variation import wave_sums
 from collaudit.core.friction.motion_points import Settled
+from collaudit.core.friction.slopes import any_law, held_out_slopes, jackknifed
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 

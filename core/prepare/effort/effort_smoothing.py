@@ -120,7 +120,7 @@ class _Explained:
         """(windows, shifts) sums of squares that are left; of an effort without noise what rounding leaves."""
         whole = np.sum(self.measured**2, axis=0)
         left = [whole - np.sum((basis.T @ self.measured) ** 2, axis=0) for basis in self.bases]
-        return np.maximum(left, _ROUNDING * whole)
+        return np.asarray(np.maximum(left, _ROUNDING * whole))
 
     def left(self, delays: IntArray) -> FloatArray:
         """(windows, k) what each window leaves at its delay."""

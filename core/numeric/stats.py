@@ -91,6 +91,10 @@ class NullTail:
         over = max(level**2 - self.start, 0.0)
         return self.share * self.per_hour * exp(-over / (self.slope * slope_factor))
 
+    def ceiling(self, blocks: int) -> float:
+        """The level above which a peak of so many blocks is contact: once in ``_EXCLUDED`` such logs it is none."""
+        return sqrt(max(self.start + self.slope * log(self.share * blocks * _EXCLUDED), 0.0))
+
     def interval(self, level: float) -> tuple[float, float]:
         """95 % interval of :meth:`rate`, from what the number of spacings leaves open of the slope."""
         low, high = (self.spacings / float(gamma_quantile(self.spacings, p)) for p in (0.975, 0.025))
@@ -116,8 +120,7 @@ def null_tail(peaks: FloatArray, contact_free: bool = False) -> NullTail | None:
         tail = _law(kept, robust=round_ == 0)
         if tail is None:
             return None
-        limit = tail.start + tail.slope * log(tail.share * kept.size * _EXCLUDED)
-        rest = squares[squares <= limit]
+        rest = squares[squares <= tail.ceiling(kept.size) ** 2]
         if rest.size == kept.size and round_ > 0:
             break
         kept = rest

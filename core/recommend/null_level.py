@@ -118,6 +118,9 @@ def threshold_levels(
 ) -> list[ThresholdLevel]:
     """Best estimates of one joint's threshold: ``ARM_PER_HOUR`` over the joints, with ``MARGIN``; none without peaks.
 
+    Which blocks hold a contact is decided by their single samples. What is sustained for long is next to nothing in most
+    of the motion, and where the model errs slowly it is not: by its own bulk, such motion would pass for contact.
+
     Args:
         evidence: of one joint, one entry a log.
         scale: of it.
@@ -129,11 +132,18 @@ def threshold_levels(
     def peaks(counts: Sequence[int]) -> FloatArray:
         return np.concatenate([_sustained(*each) for each in zip(evidence, ratios, counts, strict=True)])
 
-    single, rate, out = null_tail(peaks([1] * len(evidence))), ARM_PER_HOUR / joints, []
-    for counts in persistences if single is not None else ():
-        lasting = null_tail(sustained := peaks(counts))
-        if single is None or lasting is None:
+    highest, rate, out = peaks([1] * len(evidence)), ARM_PER_HOUR / joints, []
+    single = null_tail(highest)
+    if single is None:
+        return []
+    clean = highest <= single.ceiling(highest.size)
+    for counts in persistences:
+        sustained = peaks(counts)
+        lasting = null_tail(sustained[clean], contact_free=True)
+        if lasting is None:
             continue
+        if out and sustained[clean].max() > lasting.ceiling(highest.size):
+            continue  # no law of the bulk holds here: the level of a shorter persistence serves
         # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
         level = sqrt(single.level(rate) * lasting.level(rate))
         seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))

@@ -60,6 +60,24 @@ def test_contact_in_the_evidence_hardly_raises_it() -> None:
     assert level_of(evidence(touched)).gamma_nm < 1.4 * level_of(evidence(clean)).gamma_nm
 
 
+def test_what_lasts_only_in_slow_motion_makes_no_law_of_its_own() -> None:
+    """Ripple of the gear changes its sign with the way: it lasts 0.2 s where the joint is slow, and nowhere else.
+
+    By the bulk of what lasts so long, which is nothing, those few would be contact, and each of them an alarm.
+    """
+    samples = round(300.0 / PERIOD)
+    ripple = np.sin(40.0 * np.cumsum(swinging(10 * samples)[:, 0]) * PERIOD)
+    residual = ripple + 0.3 * coloured(3000.0, 2)
+    one = evidence(residual[:samples])
+    scale = scale_of([one])
+    assert scale is not None
+    found = threshold_levels([one], scale, [[n] for n in (1, 13, 100)], 6)
+    assert all(level.gamma_nm > 1.5 and level.exceeded == 0.0 for level in found)
+    last = found[-1]
+    over = np.abs(residual) > last.gamma_nm
+    assert np.convolve(over, np.ones(last.n), "valid").max() < last.n
+
+
 def test_it_follows_speed() -> None:
     velocity = swinging(60_000)
     size = 0.2 + 0.8 * np.abs(velocity[:, 0])

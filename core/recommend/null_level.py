@@ -118,8 +118,8 @@ def threshold_levels(
 ) -> list[ThresholdLevel]:
     """Best estimates of one joint's threshold: ``ARM_PER_HOUR`` over the joints, with ``MARGIN``; none without peaks.
 
-    Which blocks hold a contact is decided by their single samples. What is sustained for long is next to nothing in most
-    of the motion, and where the model errs slowly it is not: by its own bulk, such motion would pass for contact.
+    Which blocks hold a contact is decided by their single samples. What is sustained for long is next to nothing in
+    most of the motion, and where the model errs slowly it is not: by its own bulk, that would pass for contact.
 
     Args:
         evidence: of one joint, one entry a log.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _WORDS = {
     "position": ("position", "positions", "pos", "q", "ang", "angle", "angles"),
     "velocity": ("velocity", "velocities", "vel", "dq", "qd", "qdot", "speed", "speeds"),
-    "effort": ("effort", "efforts", "eff", "tau", "torque", "torques", "trq", "moment", "current", "currents", "curr"),
+    "effort": ("effort", "efforts", "eff", "tau", "torque", "torques", "trq", "moment", "current", "currents", "curr", "cur"),
     "temperature": ("temperature", "temperatures", "temp"),
 }
 #: Names of files that hold the time of the others.

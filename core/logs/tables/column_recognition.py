@@ -52,8 +52,8 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     for quantity, choice in choices.items():
         named = _guess_named(unnumbered, quantity)
         numbered = _of_group(choice.taken) if choice.taken is not None else None
-        if numbered is not None and named is not None and len(named.columns) >= len(numbered.columns):
-            # as many joints have names without a number: those with one (wrist_1_joint) are named as well
+        if numbered is not None and named is not None and _mostly_named(named, numbered):
+            # those with a number (wrist_1_joint) are named as well
             named = _guess_named(every, quantity) or named
         if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
             found[quantity] = numbered
@@ -63,6 +63,11 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     used = {column for each in found.values() for column in each.columns}
     choices = with_unknown(choices, ["" if index in used else name for index, name in enumerate(free)])
     return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
+
+
+def _mostly_named(named: Found, numbered: Found) -> bool:
+    """Whether as many joints have names without a number."""
+    return sum(not re.search(r"\d", joint) for joint in named.joints) >= len(numbered.columns)
 
 
 def _of_group(group: Group) -> Found:

@@ -45,7 +45,7 @@ import collaudit.reports.files.signals_file
 def test_detect_imports_nothing_heavy(
     made: Callable[..., SimulatedFiles], friction_of: Callable[[str], FrictionFile], tmp_path: Path
 ) -> None:
-    files = made("free-clean", "seven", duration_s=30.0)
+    files = made("free-clean", "seven", fmt="mcap", duration_s=30.0)
     write_friction(tmp_path / "friction.json", friction_of("seven"))
     arguments = [*map(str, files.log), "-c", str(files.config), "--friction", str(tmp_path / "friction.json")]
     command = [sys.executable, "-c", DETECT, ",".join(HEAVY), "detect", *arguments, "-o", str(tmp_path / "run")]

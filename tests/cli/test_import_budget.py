@@ -66,9 +66,9 @@ def _processor_s(code: str) -> float:
 
 
 def test_the_imports_of_detect_are_within_their_budget() -> None:
-    """In turns, since the speed of a shared machine changes: the median of five ratios, or of nine where it is more."""
+    """In turns, since a shared machine changes its speed: the median of three ratios, or of nine where it is more."""
     ratios: list[float] = []
-    for count in (5, 4):
+    for count in (3, 6):
         for _ in range(count):
             base = _processor_s("import numpy")
             ratios.append(_processor_s(IMPORTS) / base)

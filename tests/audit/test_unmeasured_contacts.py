@@ -18,7 +18,7 @@ from collaudit.core.prepare.preparation import prepare
 from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.simulation import SimulatedFiles
 
-SECONDS = 16.0
+SECONDS = 12.0
 Judge = Callable[[JointLog], AuditResult]
 
 
@@ -50,7 +50,7 @@ def some_pushes(log: JointLog, pushes: int) -> list[tuple[JointLog, int, int]]:
     assert log.velocity_rad_s is not None
     for length in np.geomspace(0.04, 0.5, pushes):
         j = int(rng.integers(0, len(log.joint_names) - 1))
-        moving = np.flatnonzero((np.abs(log.velocity_rad_s[:, j]) > 0.1) & (np.abs(log.time_s - 8.0) < 5.0))
+        moving = np.flatnonzero((np.abs(log.velocity_rad_s[:, j]) > 0.1) & (np.abs(log.time_s - SECONDS / 2) < 4.0))
         onset = float(log.time_s[rng.choice(moving)])
         size = float(rng.uniform(2.5, 5.0) * 4.0 * rng.choice([-1.0, 1.0]))
         span = np.flatnonzero((log.time_s >= onset) & (log.time_s < onset + length))

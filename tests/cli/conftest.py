@@ -33,7 +33,7 @@ gamma_nm = 4.0
 persistence_ms = 25
 """  # noqa: E501
 _SPEEDS = (0.05, 0.1, 0.15, 0.25, 0.4, 0.6)
-_TRAVEL = 0.9
+_TRAVEL = 0.45
 
 
 @dataclass(frozen=True)

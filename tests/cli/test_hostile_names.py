@@ -82,6 +82,11 @@ _BINARY = (".parquet", ".mcap")
 _ANNOTATION = re.compile(r"::(error|warning|notice) ")
 
 
+def _steers(line: str) -> bool:
+    """Whether a character of it controls a terminal, hides, or ends a line; none that is printable does."""
+    return not line.isprintable() and any(unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp") for c in line)
+
+
 def _harmful(text: str, annotations: bool = False) -> list[str]:
     """Lines that a terminal or a CI system would obey.
 
@@ -92,8 +97,7 @@ def _harmful(text: str, annotations: bool = False) -> list[str]:
     return [
         line
         for line in text.split("\n")
-        if any(unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp") for c in line)
-        or (re.match(r"\s*(::|##\[)", line) and not (annotations and _ANNOTATION.match(line)))
+        if _steers(line) or (re.match(r"\s*(::|##\[)", line) and not (annotations and _ANNOTATION.match(line)))
     ]
 
 
@@ -124,14 +128,16 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path) -> N
     rows = ", ".join(_ROW.replace("NAME", name) for name in quoted)
     config.write_text(_CONFIG.format(joints=", ".join(quoted), rows=rows), encoding="utf-8")
     out, run, store = tmp_path / "out", tmp_path / "run", tmp_path / "store"
+    friction = tmp_path / "friction.json"
     formats = "html,json,junit,sarif,markdown,github,csv,parquet,mcap"
     judge = (log, "-c", config)
+    known = (*judge, "--friction", friction)
     commands: list[tuple[object, ...]] = [
         ("inspect", log),
         ("inspect", log, "--json"),
         ("init", log, "-o", "-"),
         ("check", config),
-        ("fit", *judge, "-o", tmp_path / "friction.json"),
+        ("fit", *judge, "-o", friction),
         ("detect", *judge, "-v", "-o", run, "--study"),
         ("recommend", run),
         ("recommend", run, "--snippet", "franka"),
@@ -139,7 +145,7 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path) -> N
         ("report", run, "-o", tmp_path / "report.html", "--format", formats),
         ("report", run, "-o", "-", "--format", "markdown"),
         ("report", run, "-o", "-", "--format", "github"),
-        ("audit", *judge, "-o", out, "--store", store, "--robot", evil[0], "--format", "junit,markdown,sarif,github"),
+        ("audit", *known, "-o", out, "--store", store, "--robot", evil[0], "--format", "junit,markdown,sarif,github"),
         ("audit", log, tmp_path / "none.csv", "-c", config, "-o", out, "--baseline", out),
         ("verify", out),
         ("trend", store, "-o", tmp_path / "trend.html"),

@@ -74,7 +74,7 @@ def _made(arm: Any, folder: Path) -> tuple[Any, ...]:
     made = []
     for log in (arm.clean, arm.pushed):
         rows = np.loadtxt(log, delimiter=",", skiprows=1)[:: 3 if log == arm.pushed else 4]
-        rows = rows[(rows[:, 0] > 66) & (rows[:, 0] < 98)] if log == arm.pushed else rows
+        rows = rows[(rows[:, 0] > 33.5) & (rows[:, 0] < 54)] if log == arm.pushed else rows
         # Without noise samples lie on the bounds of speeds, and the last digit of a unit's conversion decides.
         rows[:, 1:5] += np.random.default_rng(2).normal(0, [1e-6, 1e-6, 1e-5, 1e-5], (len(rows), 4))
         made.append((rows[:, 0], (rows[:, 1:3], rows[:, 3:5], rows[:, 5:7])))

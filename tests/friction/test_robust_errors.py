@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import statsmodels.api as sm
 from scipy.stats import t as student
+from statsmodels.regression.linear_model import OLS
+from statsmodels.robust import norms
+from statsmodels.robust.robust_linear_model import RLM
+from statsmodels.tools import add_constant
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.friction.fit_quality import _reweighted, point_arrays, robust_weights
@@ -26,7 +29,7 @@ def test_the_error_of_a_mean_over_stretches_is_cluster_robust() -> None:
     _, label = np.unique(cluster, return_inverse=True)
     mean = float(values.mean())
     error = clustered_error(mean, np.bincount(label), np.bincount(label, values))
-    other = sm.OLS(values, np.ones(400)).fit(cov_type="cluster", cov_kwds={"groups": cluster})
+    other = OLS(values, np.ones(400)).fit(cov_type="cluster", cov_kwds={"groups": cluster})
     assert mean == pytest.approx(other.params[0], rel=1e-12)
     assert error == pytest.approx(other.bse[0], rel=1e-12)
 
@@ -42,7 +45,7 @@ def test_the_interval_of_load_is_cluster_robust() -> None:
     assert found is not None
     groups = np.floor(time_s / 8.0).astype(int)
     options = {"groups": groups, "use_correction": False}
-    other = sm.OLS(along, sm.add_constant(load)).fit(cov_type="cluster", cov_kwds=options)
+    other = OLS(along, add_constant(load)).fit(cov_type="cluster", cov_kwds=options)
     freedom = np.unique(groups).size - 2
     half = student.ppf(0.975, freedom) * other.bse[1] * np.sqrt((freedom + 2) / freedom)
     slope = other.params[1]
@@ -65,9 +68,9 @@ def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:
     design = np.column_stack([friction * (time_s / 60.0 - middle), beside])
     groups = np.floor(time_s / 8.0).astype(int)
     ids = np.unique(groups)
-    slope = sm.OLS(residual, design).fit().params[0]
-    without = np.array([sm.OLS(residual[groups != g], design[groups != g]).fit().params[0] for g in ids])
-    left = sm.OLS(design[:, 0], beside).fit().resid  # what the others leave of the column
+    slope = OLS(residual, design).fit().params[0]
+    without = np.array([OLS(residual[groups != g], design[groups != g]).fit().params[0] for g in ids])
+    left = OLS(design[:, 0], beside).fit().resid  # what the others leave of the column
     share = np.array([np.sum(left[groups == g] ** 2) for g in ids])
     freedom = share.sum() ** 2 / np.sum(share**2) - 1.0
     error = np.sqrt((ids.size - 1) / ids.size * np.sum((without - without.mean()) ** 2))
@@ -76,8 +79,8 @@ def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:
     assert found.ci95 == pytest.approx((slope - half, slope + half), rel=1e-6)
 
 
-@pytest.mark.parametrize(("method", "norm"), [("huber", sm.robust.norms.HuberT()), ("bisquare", None)])
-def test_robust_weights_are_those_of_m_estimation(method: str, norm: sm.robust.norms.RobustNorm | None) -> None:
+@pytest.mark.parametrize(("method", "norm"), [("huber", norms.HuberT()), ("bisquare", None)])
+def test_robust_weights_are_those_of_m_estimation(method: str, norm: norms.RobustNorm | None) -> None:
     """About the law of two lines, which is linear in all its parameters; the freer laws leave out the same outliers."""
     rng = np.random.default_rng(3)
     speed = np.repeat(np.linspace(0.1, 1.2, 20), 2)
@@ -92,7 +95,7 @@ def test_robust_weights_are_those_of_m_estimation(method: str, norm: sm.robust.n
     found, _ = _reweighted(point_arrays(points), ASYMMETRIC_COULOMB_VISCOUS, method)
     ahead = direction > 0
     design = np.column_stack([ahead, ~ahead, ahead * speed, ~ahead * speed]).astype(float)
-    model = sm.RLM(friction, design, M=norm or sm.robust.norms.TukeyBiweight(4.685))
+    model = RLM(friction, design, M=norm or norms.TukeyBiweight(4.685))
     other = model.fit(scale_est="mad", conv="weights", tol=1e-6, maxiter=200)
     assert found == pytest.approx(other.weights, abs=5e-3)
     assert found[[5, 22]] == pytest.approx(0.0, abs=0.2)

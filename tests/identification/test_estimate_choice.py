@@ -28,7 +28,7 @@ Made = Callable[..., SimulatedFiles]
 LACKING: dict[str, Any] = {
     "robot.tool.mass_kg": 0.0,
     "robot.armature_kg_m2": None,
-    "log.wrench": None,
+    "log.csv.wrench": None,
     "log.wrench_frame": None,
 }
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import statsmodels.api as sm
 from scipy.stats import t
+from statsmodels.regression.linear_model import OLS
 
 from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.problem.identification_samples import Motion
@@ -59,10 +59,10 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
     found = standard_errors(terms, solution, unknowns)
 
     design = np.column_stack([columns, friction_columns(velocity, acceleration)])
-    fit = sm.OLS(effort, design).fit(cov_type="cluster", cov_kwds={"groups": cluster, "use_correction": False})
+    fit = OLS(effort, design).fit(cov_type="cluster", cov_kwds={"groups": cluster, "use_correction": False})
     np.testing.assert_allclose(solution.inertials, fit.params[:2], rtol=1e-6)
     factor = t.ppf(0.975, CLUSTERS - 1) / NORMAL_QUANTILE_975 / (1.0 - 1.0 / CLUSTERS)
     np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), factor * fit.bse[:2], rtol=1e-6)
     np.testing.assert_allclose(found.covariance, factor**2 * fit.cov_params()[:2, :2], rtol=1e-5, atol=1e-12)
     assert found.offset_sd[0] == pytest.approx(factor * fit.bse[4], rel=1e-6)
-    assert found.offset_sd[0] > 1.5 * sm.OLS(effort, design).fit().bse[4]  # errors alike in a cluster do count
+    assert found.offset_sd[0] > 1.5 * OLS(effort, design).fit().bse[4]  # errors alike in a cluster do count

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import statsmodels.api as sm
+from statsmodels.regression.linear_model import OLS
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
@@ -134,7 +134,7 @@ def test_the_interval_is_cluster_robust_as_statsmodels_has_it() -> None:
     design = np.column_stack([model, np.sign(speed), speed, np.ones_like(speed)])[use]
     cluster = np.floor(series.time_s[use]).astype(int)
     count = np.unique(cluster).size
-    fit = sm.OLS(series.effort[use, 0], design).fit(
+    fit = OLS(series.effort[use, 0], design).fit(
         cov_type="cluster", cov_kwds={"groups": cluster, "use_correction": False}
     )
     assert found.gain == pytest.approx(fit.params[0], rel=1e-9)

@@ -18,14 +18,14 @@ def _fuzz(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 def test_kinds_are_read_and_audited_and_a_run_goes_on(tmp_path: Path) -> None:
     state = tmp_path / "state.jsonl"
-    done = _fuzz(10, 5, "--state", state)
+    done = _fuzz(4, 5, "--state", state)
     assert done.returncode == 0, done.stdout + done.stderr
     assert [line.split()[0] for line in done.stdout.splitlines()[:-1]] == KINDS.split(",")
-    assert done.stdout.splitlines()[-1] == "50 cases, 0 complaints"
+    assert done.stdout.splitlines()[-1] == "20 cases, 0 complaints"
     batches = [json.loads(line) for line in state.read_text().splitlines()]
     assert all(batch["seed"] == batch["first_seed"] == 5 for batch in batches)
     batches[-1]["complaints"] = ["audit-csv seed 5 number 3: a pass that says nothing"]
     state.write_text("\n".join(map(json.dumps, batches)) + '\n{"kind": "cs')
-    again = _fuzz(10, "--state", state)
+    again = _fuzz(4, "--state", state)
     assert again.returncode == 1, "an earlier complaint counts"
-    assert again.stdout.splitlines()[-1] == "50 cases, 1 complaints", "nothing was judged again"
+    assert again.stdout.splitlines()[-1] == "20 cases, 1 complaints", "nothing was judged again"

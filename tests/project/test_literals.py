@@ -5,20 +5,26 @@ from __future__ import annotations
 import ast
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[2]
-TREES = {
-    path.relative_to(TOP).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
-    for package in ("core", "reports", "fixtures", "cli")
-    for path in sorted((TOP / package).rglob("*.py"))
-}
+
+
+@cache  # when it is asked for, since every process of a test run imports this module
+def trees() -> dict[str, ast.Module]:
+    """Every module's place and content."""
+    return {
+        path.relative_to(TOP).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        for package in ("core", "reports", "fixtures", "cli")
+        for path in sorted((TOP / package).rglob("*.py"))
+    }
 
 
 def literals() -> dict[str, set[str]]:
     """Names of ``NAME = Literal["…", …]`` with three values or more, and the values."""
     out = {}
-    for tree in TREES.values():
+    for tree in trees().values():
         for node in tree.body:
             if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("Literal["):
                 values = {x.value for x in ast.walk(node.value) if isinstance(x, ast.Constant)}
@@ -30,7 +36,7 @@ def literals() -> dict[str, set[str]]:
 def values_of_names() -> dict[str, set[str]]:
     """Fields and arguments that are annotated with such a literal, and all values that one of their name may have."""
     known, out = literals(), defaultdict(set)
-    for tree in TREES.values():
+    for tree in trees().values():
         for node in ast.walk(tree):
             if isinstance(node, ast.AnnAssign | ast.arg) and node.annotation is not None:
                 name = node.arg if isinstance(node, ast.arg) else ast.unparse(node.target)
@@ -59,7 +65,7 @@ def test_no_else_stands_for_the_values_of_a_literal_that_are_left() -> None:
     known = values_of_names()
     wrong = [
         f"{place}:{line} asks {subject} for {values} only: use match, with assert_never"
-        for place, tree in TREES.items()
+        for place, tree in trees().items()
         for line, subject, values in chains(tree)
         if values and values <= known.get(subject.rpartition(".")[2], set())
     ]
@@ -69,7 +75,7 @@ def test_no_else_stands_for_the_values_of_a_literal_that_are_left() -> None:
 def test_what_is_left_of_a_match_is_never() -> None:
     """mypy then refuses a value that is added to the literal and not asked for."""
     wrong = []
-    for place, tree in TREES.items():
+    for place, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Match) and "assert_never(" not in ast.unparse(node.cases[-1]):
                 wrong.append(f"{place}:{node.lineno}")
@@ -98,7 +104,7 @@ def test_a_table_has_every_value_of_a_literal() -> None:
     known = literals()
     wrong = [
         f"{place}:{line} {name}"
-        for place, tree in TREES.items()
+        for place, tree in trees().items()
         if place not in BY_DESIGN
         for line, name in partial_tables(tree, known)
     ]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fits_once import share_fits
 
 from collaudit.cli.main import run
 
@@ -25,6 +26,12 @@ class Outcome:
 
 
 Command = Callable[..., Outcome]
+
+
+@pytest.fixture(autouse=True)
+def fits_are_shared(monkeypatch: pytest.MonkeyPatch, once: Callable[..., Any]) -> None:
+    """Several tests begin with the same commands on the same log."""
+    share_fits(monkeypatch, once)
 
 
 @pytest.fixture

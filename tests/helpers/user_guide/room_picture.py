@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 #: The rooms in the order in which data flows: a room imports rooms before it, never after.
@@ -42,6 +43,7 @@ ROOMS = (
 _EVERYWHERE = frozenset({"errors", "small_files", "findings", "numeric", "vendors", "data", "config", "provenance"})
 
 
+@cache
 def module_imports(top: Path, package: str) -> dict[str, set[str]]:
     """Modules below a folder to the modules of collaudit that they import, anywhere in their code.
 

@@ -81,11 +81,11 @@ def log_message(stamp_ns: int, level: int, name: str, text: str) -> bytes:
     return _serialised(LOG, _time("Time", stamp_ns), level, name, text, "", "", 0)
 
 
-def _serialised(kind: str, *fields: object) -> bytes:
+def _serialised(kind: str, *fields: Any) -> bytes:
     return bytes(_store().serialize_cdr(_made(kind, *fields), kind))
 
 
-def _made(kind: str, *fields: object) -> Any:
+def _made(kind: str, *fields: Any) -> Any:
     """A message of a type, its fields in their order."""
     return _store().types[kind](*fields)
 

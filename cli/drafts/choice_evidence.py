@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.cli.drafts.config_text import Section
 from collaudit.cli.drafts.trial import try_log
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.config_text import Section
-    from collaudit.core.api import LogFiles
-    from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.api import LogFiles
+from collaudit.core.prepare.prepared import Prepared
 
 #: Answers that are tried, each of which reads the log once more.
 _MOST = 6

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.drafts.catalogue import add_proposals
 from collaudit.cli.drafts.choice_evidence import add_choice_evidence
@@ -17,19 +16,15 @@ from collaudit.cli.drafts.draft_evidence import (
     add_rest_threshold,
 )
 from collaudit.cli.drafts.torque_constants import add_torque_constants
-from collaudit.cli.drafts.trial import try_again, try_log
+from collaudit.cli.drafts.trial import Trial, try_again, try_log
 from collaudit.cli.drafts.trial_words import missing
-from collaudit.core.config import parse_config
+from collaudit.core.api import LogFiles
+from collaudit.core.config import LoadedConfig, parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.trial import Trial
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.toml_lines import KeyPath
-    from collaudit.core.logs import LogSummary
-    from collaudit.core.logs.column_guess import ColumnGuess
-    from collaudit.core.robot.robot_description import Description
+from collaudit.core.config.toml_lines import KeyPath
+from collaudit.core.logs import LogSummary
+from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.robot.robot_description import Description
 
 
 @dataclass(frozen=True, slots=True)

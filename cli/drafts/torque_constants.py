@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from pathlib import Path
 
+from collaudit.cli.drafts.draft import Draft
 from collaudit.cli.drafts.trial import try_log
+from collaudit.core.api import LogFiles
 from collaudit.core.errors import CollauditError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from collaudit.cli.drafts.draft import Draft
-    from collaudit.core.api import LogFiles
 
 _SOURCE = "gravity and inertia of the robot's description"
 _TELLS = "motion that lifts what the joint carries, from a pose where gravity loads it, or a known load at the tool"

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from collaudit.cli.drafts.trial import Trial
 from collaudit.cli.obstacles import forbidding
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.signals import State
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from collaudit.cli.drafts.trial import Trial
-    from collaudit.core.data.audit_result import AuditResult
 
 _SHOWN = 6
 _FEW = 3

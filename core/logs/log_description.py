@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_summary import LogSummary
@@ -12,9 +12,6 @@ from collaudit.core.logs.message_description import describe_by_overview, descri
 from collaudit.core.logs.opening import check_there, data_files, log_name, misnamed, open_messages
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.table_description import describe_tables
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 
 def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogSummary:

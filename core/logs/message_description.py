@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_formats import format_of
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
@@ -21,9 +21,6 @@ from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
 from collaudit.core.logs.topics.topic_findings import skipped_findings
 from collaudit.core.numeric.arrays import IntArray
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
 OVERVIEW_FROM_BYTES = 128 << 20

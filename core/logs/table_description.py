@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.config.schema import LogConfig as Settings
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
@@ -17,13 +18,9 @@ from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
-
 
 def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSummary:
     """Columns, joints, rate and gaps of one log of tables; without joint signals, its columns."""
-    from collaudit.core.config.schema import LogConfig as Settings
 
     used = settings if settings is not None else Settings()
     readers = open_tables(paths, used.csv)

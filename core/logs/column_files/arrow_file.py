@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_reading import plausible_table
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 #: Bytes of a number, to tell how large columns become.
 _NUMBER = 8

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.config_table import ColumnPattern
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK
@@ -16,10 +17,6 @@ from collaudit.core.logs.tables.column_recognition import recognise
 from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.vendors.column_words import UNIT_WORDS
-
-if TYPE_CHECKING:
-    from collaudit.core.config.config_table import ColumnPattern
-    from collaudit.core.config.schema import CsvConfig
 
 #: Words that say the numbers are currents.
 CURRENT_WORDS = ("current", "i_act")

@@ -6,17 +6,14 @@ import fnmatch
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.config_table import ColumnPattern
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import Assignment, assign
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, match_pattern
 from collaudit.core.logs.tables.joint_name_columns import with_named_joints
-
-if TYPE_CHECKING:
-    from collaudit.core.config.config_table import ColumnPattern
-    from collaudit.core.config.schema import CsvConfig
 
 #: Words in the names of files that say which quantity all their columns hold.
 _WORDS = {

@@ -11,21 +11,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.config import LoadedConfig, load_config
+from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.scoring.truth_events import TruthFile
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
-    from collaudit.core.data.joint_log import JointLog
-    from collaudit.core.data.signals import Signals
     from collaudit.core.logs import LogSummary
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
     from collaudit.core.robot.robot_model import RobotModel
-    from collaudit.core.scoring.truth_events import TruthFile
 
 __all__ = [
     "Files",
@@ -329,8 +329,6 @@ def residuals(audit: Audit) -> pd.DataFrame:
     import numpy as np
     import pandas as pd
 
-    from collaudit.core.data.signals import State
-
     signals = audit.signals
     names = list(signals.joint_names)
     codes = pd.Index([state.code for state in State])
@@ -399,7 +397,6 @@ def disturbances(audit: Audit) -> pd.DataFrame:
 
 def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
     """Findings, one a row: code, severity, text, where, joint, start_s, end_s."""
-    from collaudit.core.data.audit_result import Audit
 
     found = of.result.findings if isinstance(of, Audit) else of.findings
     return _rows(found, ("code", "severity", "text", "where", "joint", "start_s", "end_s"))

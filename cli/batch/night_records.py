@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.data.audit_result import Audit
-    from collaudit.core.history.log_record import LogRecord, NightFrom
+from collaudit.core.api import LogFiles
+from collaudit.core.data.audit_result import Audit
+from collaudit.core.history.log_record import LogRecord, NightFrom
 
 #: In ``--robot``: the name of the folder that a log lies in.
 FOLDER = "{folder}"

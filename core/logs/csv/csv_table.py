@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
@@ -61,7 +62,6 @@ class CsvTable:
         Raises:
             LogError: naming line and column, for a ragged row or a cell that is not a number.
         """
-        import pyarrow as pa
 
         path, dialect = self.path, self.dialect
         columns = [index for group in groups.values() for index in group]
@@ -91,7 +91,6 @@ def _typed(
     Raises:
         ArrowInvalid: they fit none, or another cell or row is not as it should be.
     """
-    import pyarrow as pa
 
     *kinds, last = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
     for kind in kinds:
@@ -105,7 +104,6 @@ def _typed(
 
 def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
     """Whether one column alone can be read as a type."""
-    import pyarrow as pa
 
     try:
         parse_as([column], {f"c{column}": kind})
@@ -134,7 +132,6 @@ def _mended(
 
 def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
     """Columns one after the other in memory, strung together by Arrow in one go."""
-    import pyarrow as pa
 
     pieces = [piece for index in indices for piece in table.column(f"c{index}").chunks]
     values = numbers_of(pa.concat_arrays(pieces)) if pieces else np.empty(0)
@@ -142,7 +139,6 @@ def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
 
 
 def _time_types(first: str) -> list[Any]:
-    import pyarrow as pa
 
     text = first.strip()
     if is_iso(text):

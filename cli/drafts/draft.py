@@ -11,8 +11,8 @@ from collaudit.cli.drafts.given_keys import given_keys
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.findings import Finding
-from collaudit.core.logs import LogSummary, TopicInfo
 from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label

@@ -22,8 +22,8 @@ from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig, parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
 from collaudit.core.config.toml_lines import KeyPath
-from collaudit.core.logs import LogSummary
 from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.robot.robot_description import Description
 
 

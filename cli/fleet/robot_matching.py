@@ -12,7 +12,7 @@ from collaudit.core.api import LogFiles, describe
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.logs import LogSummary
+from collaudit.core.logs.log_summary import LogSummary
 
 
 def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:

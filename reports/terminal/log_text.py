@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 
-from collaudit.core.logs import LogSummary, TopicInfo
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.reports.terminal.column_text import columns_text
 from collaudit.reports.terminal.text_table import table_with_text
 

@@ -210,7 +210,9 @@ class PinocchioModel:
 
     def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
         """(3, 3) axes of a frame in the base at one position (j,)."""
-        return self.workspace().frame_rotation(q, self.frame_number(frame))
+        work = self.workspace()
+        work.update(q)
+        return np.array(work.pose(self.frame_number(frame))[0])
 
     def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
         """(k, 3) origins of frames in the base at one position (j,), m."""
@@ -286,20 +288,10 @@ class Workspace:
         """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
         self._model, self._data = model, model.createData()
 
-    def gravity_torque(self, q: FloatArray) -> FloatArray:
-        """(j,) torque G(q) that holds the arm against gravity."""
-        out: FloatArray = pin.computeGeneralizedGravity(self._model, self._data, q)
-        return out
-
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
         out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
         return out
-
-    def frame_rotation(self, q: FloatArray, frame: int) -> FloatArray:
-        """(3, 3) axes of a frame in the base."""
-        pin.forwardKinematics(self._model, self._data, q)
-        return np.array(pin.updateFramePlacement(self._model, self._data, frame).rotation)
 
     def update(self, q: FloatArray) -> None:
         """Compute joint Jacobians and frame poses at ``q`` for the two calls below."""

@@ -12,6 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.plots.joint_trace import Series
 from collaudit.reports.plots.svg_path import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
@@ -42,7 +43,7 @@ class Panel:
     def line(self, x: Series, y: Series, kind: str) -> None:
         """A curve, interrupted where ``y`` is not finite; a lone sample is a dot."""
         path = []
-        for a, b in _stretches(np.isfinite(y)):
+        for a, b in zip(*run_bounds(np.isfinite(y)), strict=True):
             xs, ys = self.px(x[a:b]), self.py(y[a:b])
             if b - a == 1:
                 xs, ys = np.array([xs[0] - 0.6, xs[0] + 0.6]), np.repeat(ys, 2)
@@ -52,7 +53,7 @@ class Panel:
     def area(self, x: Series, low: Series, high: Series, kind: str) -> None:
         """A band between two curves, interrupted where either is not finite."""
         path = []
-        for a, b in _stretches(np.isfinite(low) & np.isfinite(high)):
+        for a, b in zip(*run_bounds(np.isfinite(low) & np.isfinite(high)), strict=True):
             xs, up, down = self.px(x[a:b]), self.py(high[a:b]), self.py(low[a:b])
             path.append(polyline(np.concatenate([xs, xs[::-1]]), np.concatenate([up, down[::-1]])) + "z")
         self._path(path, kind)
@@ -155,9 +156,3 @@ def _open(limits: tuple[float, float]) -> tuple[float, float]:
     """Limits with something between them."""
     low, high = (float(x) for x in limits)
     return (low, high) if high > low else (low - 0.5, low + 0.5)
-
-
-def _stretches(known: np.ndarray) -> list[tuple[int, int]]:
-    """(first, after) of runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], known, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

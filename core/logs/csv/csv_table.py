@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,19 @@ import pyarrow as pa
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_fault import Fault, first_fault
 from collaudit.core.logs.csv.csv_parsing import parse, parse_rewritten
-from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
+from collaudit.core.logs.csv.csv_text import (
+    BLANKS,
+    NULLS,
+    Dialect,
+    dialect_of,
+    is_iso,
+    is_number,
+    open_bytes,
+    read_head,
+    rows_as_text,
+    split,
+)
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -23,6 +34,7 @@ from collaudit.core.numeric.arrays import FloatArray
 _FIRST_ROWS = 50
 _Parse = Callable[[Sequence[Any], dict[str, Any]], tuple[Any, str | None]]
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
+_PIECE = 1 << 20
 
 
 class CsvTable:
@@ -71,7 +83,7 @@ class CsvTable:
         try:
             table, damage = _typed(partial(parse, path, dialect), dialect, wanted, types, time)
         except pa.ArrowInvalid as failure:
-            fault = first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
+            fault = _first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
             try:
                 table, damage = _mended(path, dialect, wanted, types, time, fault)
             except pa.ArrowInvalid:
@@ -113,7 +125,7 @@ def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
 
 
 def _mended(
-    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: Fault | None
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: _Fault | None
 ) -> tuple[Any, str | None]:
     """The table without what is no row of it: comments with as many cells as it has columns, a last row cut short.
 
@@ -153,3 +165,70 @@ def _time_types(first: str) -> list[Any]:
 
 #: How the table of formats opens a file.
 open_csv: Callable[[Path, CsvConfig], TableReader] = CsvTable
+
+
+@dataclass(frozen=True, slots=True)
+class _Fault:
+    """What is wrong with a row.
+
+    Attributes:
+        error: what to tell the user, with line and column.
+        line: number of the line, from 1.
+        cut: whether it is the file's last line, not ended, and only its end is wrong: the file was cut inside it.
+    """
+
+    error: LogError
+    line: int
+    cut: bool
+
+
+def _first_fault(
+    path: Path, dialect: Dialect, wanted: Sequence[int], numeric: Sequence[int], time: int | None
+) -> _Fault | None:
+    """Find the first row that has too few or too many cells, or a cell that is no number.
+
+    Args:
+        path: the file.
+        dialect: how it is written.
+        wanted: indices of the columns that must be numbers.
+        numeric: those of them that may be empty.
+        time: index of the time column, which may hold ISO stamps; None without.
+
+    Raises:
+        LogError: as of :func:`~collaudit.core.logs.csv.csv_text.rows_as_text`.
+    """
+    width = len(dialect.names)
+    may_be_empty = set(numeric)
+    with open_bytes(path) as raw:
+        rows = rows_as_text(path, raw, dialect)
+        for line, cells in rows:
+            where = f"{path}, line {line}"
+            held = [(k, cells[k].strip(BLANKS)) for k in wanted if k < len(cells)]
+            bad = [k for k, cell in held if not _fine(cell, k, dialect, may_be_empty, time)]
+            if len(cells) == width and not bad:
+                continue
+            last = next(rows, None) is None and _lacks_its_end(path, dialect)
+            if len(cells) != width:
+                message = "the row has another number of cells than the columns"
+                error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
+                return _Fault(error, line, last and len(cells) < width and not set(bad) - {len(cells) - 1})
+            name = dialect.names[bad[0]] if dialect.header else f"number {bad[0] + 1}"
+            message = f"the cell in column {name!r} is not a number"
+            error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
+            return _Fault(error, line, last and bad == [width - 1])
+    return None
+
+
+def _fine(cell: str, index: int, dialect: Dialect, may_be_empty: set[int], time: int | None) -> bool:
+    if cell in NULLS and index in may_be_empty:
+        return True
+    return is_number(cell, dialect.decimal) or (index == time and is_iso(cell))
+
+
+def _lacks_its_end(path: Path, dialect: Dialect) -> bool:
+    """Whether the last line has no end; of UTF-16 that is not told."""
+    end = b"\n"
+    with open_bytes(path) as stream:
+        while piece := stream.read(_PIECE):
+            end = piece[-1:]
+    return end != b"\n" and dialect.encoding != "utf-16"

@@ -20,6 +20,8 @@ from collaudit.core.prepare.prepared import Prepared
 
 #: Longer logs are tried on a stretch of so many values of one channel (rows times joints): a few seconds of work.
 MOST_VALUES = 1_500_000
+#: Whether a log can be judged is seen from fewer samples and folds than its fit should have.
+_SAMPLES, _FOLDS = 2000, 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,8 +109,10 @@ def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance, repor
     from collaudit.core.fitting import fit_logs
 
     try:
-        others = bool(loaded.config.detect.compare)
-        fitted = fit_logs([prepared], loaded.config, origin, progress=report, detectors=others)
+        fit = loaded.config.fit
+        quick = fit.changed({"max_samples": min(fit.max_samples, _SAMPLES), "blocks": min(fit.blocks, _FOLDS)})
+        config, others = loaded.config.changed({"fit": quick}), bool(loaded.config.detect.compare)
+        fitted = fit_logs([prepared], config, origin, progress=report, detectors=others)
     except CollauditError:
         return None
     return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config, DetectConfig
-from collaudit.core.data.friction_result import FrictionCorrection
+from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
@@ -144,7 +144,8 @@ class _Filling:
         series = log.judged_series
         laws, _ = friction_models(whole.fits, series)
         own, _ = friction_models(rest.fits, series)
-        own = {joint: law for joint, law in own.items() if joint in laws and _covers(law, laws[joint])}
+        kept = {joint: _carries(rest.fits[joint], fit) for joint, fit in whole.fits.items() if joint in own}
+        own = {joint: law for joint, law in own.items() if joint in laws and kept[joint]}
         held = np.array([joint in own for joint in series.joint_names])
         laws = laws_at_temperature({**laws, **own}, beside.variation, series)[0]
         found = residual_by(log, laws, config.detect)
@@ -166,6 +167,12 @@ def residual_by(log: Prepared, laws: Mapping[str, FrictionModel], detect: Detect
     return detector_named(detect.detector).residual(log, inputs, detect)
 
 
-def _covers(law: FrictionModel, whole: FrictionModel) -> bool:
-    (low, high), (least, most) = law.speed_range, whole.speed_range
-    return high - low >= _LEAST_RANGE * (most - least)
+def _carries(rest: FrictionFit, whole: FrictionFit) -> bool:
+    """Whether a part of the points tells the law of all: over most of its speeds, and its rate where that is known.
+
+    Without slow points in one direction a rate has no end, and what fades with it is any number of N·m.
+    """
+    if rest.speed_range_rad_s is None or whole.speed_range_rad_s is None:
+        return False
+    (low, high), (least, most) = rest.speed_range_rad_s, whole.speed_range_rad_s
+    return high - low >= _LEAST_RANGE * (most - least) and rest.identifiable >= whole.identifiable

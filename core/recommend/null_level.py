@@ -143,10 +143,10 @@ def threshold_levels(
         lasting = null_tail(sustained[clean], contact_free=True)
         if lasting is None:
             continue
-        if out and sustained[clean].max() > lasting.ceiling(highest.size):
-            continue  # no law of the bulk holds here: the level of a shorter persistence serves
         # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
         level = sqrt(single.level(rate) * lasting.level(rate))
+        if out and float(np.mean(sustained[clean] > level)) > rate / lasting.per_hour:
+            continue  # the law of the bulk does not hold: the level of a shorter persistence serves
         seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
         over = float(np.mean(sustained > level))
         gamma = MARGIN * level * scale.usual_nm

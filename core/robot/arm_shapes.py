@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.pinocchio_model import frame_id
 from collaudit.core.robot.robot_model import RobotModel
 
 _WATER_KG_M3 = 1000.0
@@ -109,7 +110,7 @@ class ArmShapes:
             name, found = link.get("name", ""), link.findall("collision")
             if not found or not self._model.existFrame(name):
                 continue
-            frame = self._model.frames[self._model.getFrameId(name)]
+            frame = self._model.frames[frame_id(self._model, name)]
             shapes = [_shape(element, urdf.parent) for element in found]
             if any(shape is None for shape in shapes):
                 lacking.add(int(frame.parentJoint))
@@ -156,7 +157,7 @@ class ArmShapes:
         if not after:
             ends += [frame.placement.translation for frame in self._model.frames if frame.parentJoint == joint]
         if self._around.tip is not None:
-            frame = self._model.frames[self._model.getFrameId(self._around.tip[0])]
+            frame = self._model.frames[frame_id(self._model, self._around.tip[0])]
             ends += [frame.placement.act(np.array(self._around.tip[1]))] if frame.parentJoint == joint else []
         return np.array(max(ends, key=np.linalg.norm)) if ends else np.zeros(3)
 

@@ -32,6 +32,12 @@ def urdf_model(xml: str, where: str) -> PinocchioModel:
         raise RobotError("the robot description cannot be used", where=where, found=str(error)) from error
 
 
+def frame_id(model: Any, name: str) -> int:
+    """Number of a frame: of the link of that name, where a fixed joint has the same."""
+    link = model.existFrame(name, pin.FrameType.BODY)
+    return int(model.getFrameId(name, pin.FrameType.BODY) if link else model.getFrameId(name))
+
+
 def dh_model(rows: Sequence[DhRow], names: Sequence[str], convention: str) -> PinocchioModel:
     """Build from Denavit-Hartenberg rows.
 
@@ -176,7 +182,7 @@ class PinocchioModel:
         """
         if not self._model.existFrame(frame):
             raise RobotError("the model has no such frame", found=frame)
-        return int(self._model.getFrameId(frame))
+        return frame_id(self._model, frame)
 
     def frame_joint(self, frame: str) -> str | None:
         """The joint that moves a frame; None for the base."""
@@ -198,7 +204,7 @@ class PinocchioModel:
 
     def beyond(self, frame: str) -> tuple[float, FloatArray]:
         """Mass (kg) and first moments (3,) kg·m, in its joint, of the links that the description fixes to a frame."""
-        frames, own = self._model.frames, self._model.getFrameId(frame)
+        frames, own = self._model.frames, frame_id(self._model, frame)
         mass, first, outside = 0.0, np.zeros(3), {own}
         for number in range(own + 1, len(frames)):
             part = frames[number]
@@ -256,7 +262,7 @@ class PinocchioModel:
         return Workspace(self._model)
 
     def _frame(self, name: str) -> Any:
-        return self._model.frames[self._model.getFrameId(name)]
+        return self._model.frames[frame_id(self._model, name)]
 
     @cached_property  # nothing adds or moves a joint of a model that is there
     def _axes(self) -> list[FloatArray]:

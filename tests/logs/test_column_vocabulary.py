@@ -219,6 +219,18 @@ def test_columns_of_another_quantity_are_not_named_by_joints(columns: list[str])
     assert not any(choice.taken for choice in choices.values())
 
 
+@pytest.mark.parametrize("form", ["{}.{}", "{1}_{0}", "/joint_states/{}/{}"])
+def test_joints_with_names_of_which_some_have_a_number(form: str) -> None:
+    """The commonest arm: three of its six joints are numbered, and are no arm of their own."""
+    joints = ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", *(f"wrist_{k}_joint" for k in (1, 2, 3))]
+    columns = [form.format(joint, word) for word in ("position", "velocity", "effort") for joint in joints]
+    found, choices = recognise(["t", *columns], 0)
+    assert {quantity: list(of.joints) for quantity, of in found.items()} == dict.fromkeys(
+        ("position", "velocity", "effort"), joints
+    )
+    assert not any(choice.open for choice in choices.values())
+
+
 def test_theta_of_a_joint_is_no_motor(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,theta1,theta2,tau1,tau2")
     assert read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"]).position_rad[0].tolist() == [1, 2]

@@ -68,6 +68,15 @@ def test_a_gripper_at_the_end_is_no_part_of_the_count() -> None:
     assert not guess_joints(["q1", "q2"], ["rail", "a", "b"], ["rail"]).sure
 
 
+def test_a_gripper_beside_numbered_joints_is_no_part_of_the_count() -> None:
+    arm = [f"joint{i}" for i in range(1, 7)]
+    for robot in ([*arm, "jointGripper"], [f"z_{name}" for name in arm] + ["finger"]):
+        found = map_names(arm, {}, robot, "x.csv", numbered=True, columns=True)
+        assert (found.log, found.model) == (tuple(arm), tuple(robot[:6]))
+    two_arms = [f"{side}_joint{i}" for side in ("left", "right") for i in range(1, 7)]
+    assert not guess_joints(arm, two_arms, numbered=True).sure
+
+
 def test_names_without_numbers_are_guessed_by_order_and_marked() -> None:
     log = ["Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3"]
     guess = guess_joints(log, UR)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from synthetic import PERIOD, make_log
+from three_joints import arm, log_of, settings
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.friction_sign import FrictionSign, friction_sign_findings, friction_signs
+from collaudit.core.prepare.preparation import prepare
 
 
 def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> FrictionSign:
@@ -63,3 +65,17 @@ def test_what_is_stated_wins_and_gravity_is_heard() -> None:
     assert (other.code, other.severity) == ("friction-not-physical", "warning")
     said = EffortGain(joint, -1.0, (-1.1, -0.9), 0.9)
     assert friction_sign_findings((sign,), (said,), (joint,), (), "Nm") == []
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_tool_that_turns_the_torque_of_gravity_round_is_no_inverted_effort(sign: float) -> None:
+    """By the description the last link hangs to one side of its joint, with its tool it hangs to the other.
+
+    Friction takes power: the effort is upright. An effort that is inverted is noticed all the same.
+    """
+    behind, truth = ({"mass_kg": 2.0, "com_m": [x, 0.0, 0.0]} for x in (-0.6, 0.05))
+    config = settings(tool=behind)
+    log = log_of(arm(settings(tool=truth)), np.array([1.0, 1.0, sign]))
+    prepared = prepare(log, arm(config), config)
+    inverted = [f.joint for f in prepared.findings if f.code == "effort-sign-inverted"]
+    assert inverted == ([] if sign > 0 else ["joint3"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from collaudit.core.config.schema import RobotConfig
@@ -93,3 +94,13 @@ def test_a_fixed_joint_needs_no_axis(tmp_path: Path) -> None:
     )
     robot = load_robot(urdf(tmp_path, 2, ("</robot>", flange)), Path(), ["j0", "j1"])
     assert robot.joint_names == ("j0", "j1")
+
+
+def test_a_fixed_joint_may_have_the_name_of_its_link(tmp_path: Path) -> None:
+    """Links and joints have names of their own kind; as a frame the link is meant."""
+    fixed = '<joint name="hand" type="fixed"><parent link="l1"/><child link="hand"/><origin xyz="0 0 0.2"/></joint>'
+    config = urdf(tmp_path, 2, ("</robot>", f'<link name="hand"/>{fixed}</robot>'))
+    robot = load_robot(config, tmp_path, ["j0", "j1"])
+    assert robot.wrench_torque(np.zeros((1, 2)), np.array([[1.0, 0, 0, 0, 0, 0]]), "hand") == pytest.approx(
+        np.array([[0.5, 0.2]]), abs=1e-9
+    )

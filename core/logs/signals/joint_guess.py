@@ -99,9 +99,15 @@ def _open(problem: str, by_order: Mapping[str, str], other: Mapping[str, str], w
 
 
 def _arm_of(count: int, robot: Sequence[str], prismatic: Sequence[str]) -> Sequence[str] | None:
-    """The robot's joints that so many joints of a log can be: all, or all but a gripper's at the end."""
+    """The robot's joints that so many joints of a log can be: all, or all but a gripper's at the end.
+
+    A gripper's joints are prismatic, or are not among those that the robot numbers from its base on.
+    """
     if count == len(robot):
         return robot
+    numbered = [family for family in families(robot) if family.counts and len(family.places) == count]
+    if len(numbered) == 1 and sorted(numbered[0].places) == list(range(count)):
+        return robot[:count]
     arm = list(robot)
     while arm and arm[-1] in prismatic:
         arm.pop()

@@ -157,9 +157,13 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
         choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
     found: dict[str, Found] = {}
+    every = [name if index != time else "" for index, name in enumerate(names)]
     for quantity, choice in choices.items():
         named = _guess_named(unnumbered, quantity)
         numbered = _of_group(choice.taken) if choice.taken is not None else None
+        if numbered is not None and named is not None and len(named.columns) >= len(numbered.columns):
+            # as many joints have names without a number: those with one (wrist_1_joint) are named as well
+            named = _guess_named(every, quantity) or named
         if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
             found[quantity] = numbered
         elif named is not None and not choice.open:

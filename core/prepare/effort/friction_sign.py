@@ -52,6 +52,11 @@ class FrictionSign:
         """Whether friction clearly gives power."""
         return self.both_ways and self.level + self.half < 0 and self.explained >= _MIN_EXPLAINED
 
+    @property
+    def positive(self) -> bool:
+        """Whether friction clearly takes power."""
+        return self.both_ways and self.level - self.half > 0 and self.explained >= _MIN_EXPLAINED
+
 
 def friction_signs(
     series: UniformSeries, model_torque: FloatArray, contact_nm: FloatArray | None = None

@@ -1,0 +1,36 @@
+"""What a fit without a part of the data may judge that part by."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.friction.friction_fitting import fit_friction
+from collaudit.core.friction.law_candidates import FrictionUnits
+from collaudit.core.recommend.held_out_residual import _carries
+
+LAW = "asymmetric-lugre"
+UNITS = FrictionUnits("N·m", "rad/s", "nm", "rad")
+
+
+def points(slowest: dict[int, float], seed: int = 0) -> list[FrictionPoint]:
+    """Points of 0.25 + 0.1 exp(-12 v) + 0.18 v in both directions, each from its slowest speed to 1.2 rad/s."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for direction, slow in slowest.items():
+        for v in np.geomspace(slow, 1.2, 20):
+            friction = 0.25 + 0.1 * np.exp(-12.0 * v) + 0.18 * v + rng.normal(0.0, 0.004)
+            found.append(FrictionPoint(float(v), float(friction), 0.004, 0.004, "model", direction, False))
+    return sorted(found, key=lambda p: p.speed_rad_s)
+
+
+def test_a_part_without_slow_motion_one_way_keeps_the_law_of_the_whole() -> None:
+    """What fades with speed is not told by it forward: any number of N·m would do, and some 1e60 were taken."""
+    whole = fit_friction(points({1: 0.01, -1: 0.01}), UNITS, LAW)
+    assert whole.identifiable
+    alike = fit_friction(points({1: 0.012, -1: 0.01}, seed=1), UNITS, LAW)
+    assert _carries(alike, whole)
+    lost = [fit_friction(points({1: 0.5, -1: 0.2}, seed=seed), UNITS, LAW) for seed in range(5)]
+    assert not any(_carries(one, whole) for one in lost)
+    narrow = fit_friction(points({1: 0.01, -1: 0.01})[:30], UNITS, LAW)
+    assert not _carries(narrow, whole), "less than four fifths of the speeds"

@@ -13,7 +13,7 @@ from math import ceil, log, sqrt
 import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.runs import run_bounds, widened
 from collaudit.core.numeric.stats import median_of, quantile_of
 
@@ -223,7 +223,8 @@ def noisy_zero(
         return none
     load = np.zeros(effort.shape[1])
     load[known] = [_usual(column) for column in np.abs(rigid_nm[some][:, known]).T]
-    limit = np.maximum(_ERRORS * _noise(effort) / sqrt(width), _BIAS * load.max())
+    borne = _borne(effort, rigid_nm, some[~still[some]])
+    limit = np.maximum(_ERRORS * _noise(effort) / sqrt(width), _BIAS * load.max() * borne)
     out, bears = still.copy(), np.zeros(still.size, dtype=np.int64)
     for j in known[np.argsort(-load[known])]:
         size = np.abs(rigid_nm[:, j])
@@ -232,7 +233,7 @@ def noisy_zero(
             if not loaded.any() and not (out & (bears < _MANY)).any():
                 continue
             small = np.abs(_mean(effort[:, j], width)) <= np.where(
-                loaded, np.maximum(limit[j], _SHARE * size), limit[j]
+                loaded, np.maximum(limit[j], _SHARE * borne[j] * size), limit[j]
             )
         out &= small | ~(loaded | (bears < _MANY))
         bears += loaded
@@ -242,6 +243,15 @@ def noisy_zero(
     for a, b in zip(*run_bounds(out & (bears > 0)), strict=True):
         found[a:b] = b - a >= width and (exact is None or not np.mean(exact[a:b]) > _MOSTLY)
     return widened(found, width // 2 + ceil(_GRIP_S / period_s)) if found.any() else found
+
+
+def _borne(effort: FloatArray, rigid_nm: FloatArray, moving: IntArray) -> FloatArray:
+    """(j,) share of the load that is in the effort in motion, 1 at most: amperes that were taken for N·m bear less."""
+    if moving.size < _GLANCE:
+        return np.ones(effort.shape[1])
+    size, load = (np.array([_usual(column) for column in np.abs(x[moving]).T]) for x in (effort, rigid_nm))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(size < load, size / load, 1.0))
 
 
 def _mean(x: FloatArray, width: int) -> FloatArray:
@@ -270,6 +280,6 @@ def _noise(effort: FloatArray) -> FloatArray:
     return out
 
 
-def _every(x: FloatArray, most: int) -> np.ndarray:
+def _every(x: FloatArray, most: int) -> IntArray:
     """Indices of at most so many rows, evenly spread."""
     return np.arange(0, x.shape[0], max(1, x.shape[0] // most))

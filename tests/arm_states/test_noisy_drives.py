@@ -52,3 +52,17 @@ def test_nothing_is_told_in_motion_or_without_a_load() -> None:
     assert not noisy_zero(effort, np.tile(LOAD, (n, 1)), np.zeros(n, dtype=bool), PERIOD_S).any()
     assert not noisy_zero(effort, np.zeros((n, 4)), np.ones(n, dtype=bool), PERIOD_S).any()
     assert not noisy_zero(effort, None, np.ones(n, dtype=bool), PERIOD_S).any()
+
+
+def test_amperes_taken_for_torque_are_no_brake() -> None:
+    """An arm that moves for half of the time, and whose efforts are an eighth of its load: that is what they bear."""
+    n = 10_000
+    t = PERIOD_S * np.arange(n)
+    still = (t % 2.0) < 1.0
+    load = LOAD * np.where(still, 1.0, 1.0 + 0.3 * np.sin(2.0 * np.pi * t))[:, None]
+    noise = 0.005 * np.random.default_rng(2).standard_normal((n, 4))
+    effort = 0.125 * load + np.where(still[:, None], 0.0, 0.02) + noise
+    assert not noisy_zero(effort, load, still, PERIOD_S).any()
+    effort[4000:4500] = noise[4000:4500]
+    found = noisy_zero(effort, load, still, PERIOD_S)
+    assert found[4100:4400].all() and not found[:3800].any()

@@ -87,6 +87,11 @@ def _joint(
     seconds = sum(float(np.count_nonzero(r.judged[:, j])) * r.series.period_s for r, j in columns)
     if fit.model is None or seconds < FEWEST_BLOCKS * BLOCK_S:
         why = "its friction could not be fitted" if fit.model is None else _too_little(seconds)
+        if fit.effort_unit == "raw" and not seconds:
+            why = (
+                "its effort is in a unit of its own and the motion does not show its gain: state "
+                "[log.units] torque_constant_nm_per_a, or fit motion of this joint under a known load too"
+            )
         return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
     data = [NullEvidence.of(r.series, j, r.torque_nm, r.judged) for r, j in columns]
     x = np.concatenate([one.residual_nm[one.moving] for one in data])

@@ -35,11 +35,11 @@ QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
     "position": ("q", "position", "positions", "pos", "angle", "angles", "jpos", "theta"),
     "velocity": ("dq", "qd", "qdot", "velocity", "velocities", "vel", "speed", "speeds", "jvel", "omega", "dtheta"),
     "effort": ("tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "moments", "tor",
-               "current", "currents", "curr", "i"),
+               "current", "currents", "curr", "cur", "i"),
     "temperature": ("temperature", "temperatures", "temp", "temps"),
 }  # fmt: skip
 #: Words of ``effort`` that say the numbers are currents.
-CURRENTS = frozenset({"current", "currents", "curr", "i"})
+CURRENTS = frozenset({"current", "currents", "curr", "cur", "i"})
 #: Words of the motor's side: of any quantity, and of quantities that have another word on the joint's side.
 MOTOR = frozenset({"motor", "motors", "rotor", "rotors"})
 MOTOR_WORDS = frozenset({"theta", "dtheta"})

@@ -18,7 +18,7 @@ from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS
-from collaudit.core.recommend.fitted_thresholds import _too_little
+from collaudit.core.recommend.fitted_thresholds import _too_little, fitted_thresholds
 from collaudit.core.recommend.held_out_residual import fold_of_sample
 from collaudit.core.scoring.truth_events import read_truth
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -84,6 +84,15 @@ def test_a_joint_that_hardly_moves_is_an_exclusion_and_no_obstacle(hits: Path, f
     assert effects(still, "joint2") == {"joint2": "excludes"}
     assert effects(series.position_rad, "joint2") == {"joint2": "not-judged-joint"}
     assert set(effects(still, *series.joint_names).values()) == {"not-judged-joint"}, "nothing would be judged"
+
+
+def test_a_joint_without_a_gain_says_so(hits: Path, friction: FrictionFile) -> None:
+    """... and not that too little of its motion could be judged: none can, whatever its motion."""
+    config = load_config(hits.with_suffix(".toml"), {"detect.gamma_nm": "auto"}).config
+    raw = replace(friction.joints["joint1"], effort_unit="raw")
+    found = fitted_thresholds((), {"joint1": raw, "joint2": friction.joints["joint2"]}, config).joints
+    assert "torque_constant_nm_per_a" in (found["joint1"].reason or "")
+    assert "could be judged" in (found["joint2"].reason or "")
 
 
 def test_the_level_follows_the_rules_persistence(hits: Path, friction: FrictionFile) -> None:

@@ -26,7 +26,20 @@ from collaudit.core.logs.tables.column_patterns import (
 _WORDS = {
     "position": ("position", "positions", "pos", "q", "ang", "angle", "angles"),
     "velocity": ("velocity", "velocities", "vel", "dq", "qd", "qdot", "speed", "speeds"),
-    "effort": ("effort", "efforts", "eff", "tau", "torque", "torques", "trq", "moment", "current", "currents", "curr", "cur"),
+    "effort": (
+        "effort",
+        "efforts",
+        "eff",
+        "tau",
+        "torque",
+        "torques",
+        "trq",
+        "moment",
+        "current",
+        "currents",
+        "curr",
+        "cur",
+    ),
     "temperature": ("temperature", "temperatures", "temp"),
 }
 #: Names of files that hold the time of the others.

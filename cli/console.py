@@ -13,6 +13,7 @@ import click
 
 from collaudit.cli.progress_bar import above_progress
 from collaudit.core.findings import Finding
+from collaudit.reports.terminal.text_table import wrapped
 from collaudit.reports.values.visible_text import visible_json, visible_lines
 
 _COLOUR = re.compile(r"(\x1b\[[0-9;]*m)")
@@ -61,7 +62,6 @@ def say_document(text: str) -> None:
 
 def note(text: str) -> None:
     """Lines on stderr; on a terminal they are folded at words, under the text behind a label such as ``found:``."""
-    from collaudit.reports.terminal.text_table import wrapped
 
     width = shutil.get_terminal_size().columns if sys.stderr.isatty() else None
     say("\n".join(wrapped(line, width, _under(line)) for line in text.split("\n")), err=True)
@@ -84,7 +84,6 @@ def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool =
     ``brief``: of three and more joints that differ in numbers only, the numbers of the first.
     """
     from collaudit.reports.sections.finding_sections import finding_lines
-    from collaudit.reports.terminal.text_table import wrapped
 
     stream = sys.stderr if err else sys.stdout
     width = shutil.get_terminal_size().columns if stream.isatty() else None

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from collaudit.cli.settings import CommandFunction, free_option, labels_option
 from collaudit.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collaudit.core.scoring.truth_events import TruthFile
+from collaudit.core.scoring.truth_events import TruthFile, read_truth
 
 
 def contact_options(function: CommandFunction) -> CommandFunction:
@@ -33,7 +30,6 @@ def known_contact(files: Sequence[Path], inputs: int) -> list[TruthFile | None]:
     Raises:
         ConfigError: not one for each input. LogError: one cannot be read.
     """
-    from collaudit.core.scoring.truth_events import read_truth
 
     if files and len(files) != inputs:
         raise ConfigError(

@@ -7,15 +7,12 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.api import Progress
+from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.fixtures.compare import CurveCheck, EventCheck, check_events, check_friction, read_truth
+from collaudit.fixtures.simulation import SimulatedFiles, simulate_to
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
-
-if TYPE_CHECKING:
-    from collaudit.core.api import Progress
-    from collaudit.core.data.audit_result import Audit, FrictionFile
-    from collaudit.fixtures.compare import CurveCheck, EventCheck
-    from collaudit.fixtures.simulation import SimulatedFiles
 
 ROBOT = "paper6"
 WATCHED = "joint1"
@@ -77,7 +74,6 @@ def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
 
 def simulate_one(scenario: str, seed: int, path: Path) -> SimulatedFiles:
     """Simulate one scenario of the paper's arm (a worker's job)."""
-    from collaudit.fixtures.simulation import simulate_to
 
     return simulate_to(scenario, ROBOT, seed, "mcap", path)
 
@@ -93,7 +89,6 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     from collaudit.cli.log_arguments import audit_files
     from collaudit.core import api
     from collaudit.core.config import load_config
-    from collaudit.fixtures.compare import check_events, check_friction, read_truth
     from collaudit.reports.files.run_files import write_friction
     from collaudit.reports.files.run_folder import write_run
     from collaudit.reports.page.html import write_html

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from collaudit.core.data.audit_result import Verdict
 from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from collaudit.core.data.audit_result import Verdict
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.core.api import LogFiles, Progress, find_logs, log_name
+from collaudit.core.config import LoadedConfig
+from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.data.signals import Signals
 from collaudit.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.data.audit_result import Audit, FrictionFile
-    from collaudit.core.data.signals import Signals
 
 
 def one_log(arguments: Sequence[str], loaded: LoadedConfig) -> LogFiles:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import json
 import os
 import signal
 import sys
@@ -12,8 +13,7 @@ from contextlib import suppress
 
 import click
 
-from collaudit.cli.console import note, silence_library_warnings
-from collaudit.cli.error_json import say_error_json, wants_json
+from collaudit.cli.console import note, say_json, silence_library_warnings
 from collaudit.cli.group import CommandEntry, LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
 from collaudit.core.numeric.allocator import keep_freed_memory, memory_is_limited, one_thread_of_linear_algebra
@@ -44,6 +44,7 @@ _COMMANDS = (
     CommandEntry("selftest", "Prove this installation on logs whose truth is known."),
     CommandEntry("demo", "The whole chain on simulated runs; ends with a report."),
 )
+ERROR_SCHEMA = "collaudit/error/1"
 
 
 def _print_version(ctx: click.Context, _param: click.Parameter, wanted: bool) -> None:
@@ -157,9 +158,9 @@ def _answer(error: BaseException, args: list[str], debug: bool) -> int:
     except BrokenPipeError:
         sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
         code = _say_error(error, args, debug)
-    if wants_json(args):
+    if _wants_json(args):
         try:
-            say_error_json(error, code)
+            _say_error_json(error, code)
             sys.stdout.flush()
         except BrokenPipeError:
             _leave_stdout()
@@ -223,3 +224,35 @@ def _bug_text(error: BaseException, args: list[str]) -> str:
         "  This is a bug, and nothing was judged. Please report it with the output of\n"
         f"  collaudit --debug {' '.join(args[1:] if args[:1] == ['--debug'] else args)}"
     )
+
+
+def _wants_json(arguments: Sequence[str]) -> bool:
+    """Whether a command line asks for JSON; what follows ``--`` is no option."""
+    before = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    return "--json" in before
+
+
+def _say_error_json(error: BaseException, exit_code: int) -> None:
+    """Print an error as JSON on stdout.
+
+    Args:
+        error: what ended the command.
+        exit_code: of the command.
+    """
+    content: dict[str, object] = {"schema": ERROR_SCHEMA, "exit_code": exit_code, **_facts(error)}
+    say_json(json.dumps(content, ensure_ascii=True, indent=2, allow_nan=False) + "\n")
+
+
+def _facts(error: BaseException) -> dict[str, object]:
+    if isinstance(error, CollauditError):
+        names = ("message", "where", "found", "expected", "hint")
+        return {"kind": type(error).__name__, **{name: _plain(getattr(error, name)) for name in names}}
+    if isinstance(error, click.ClickException):
+        return {"kind": "UsageError", "message": error.format_message()}
+    if isinstance(error, OSError):
+        return {"kind": "OSError", "message": error.strerror or str(error), "where": _plain(error.filename)}
+    return {"kind": type(error).__name__, "message": str(error)}
+
+
+def _plain(value: object) -> str | None:
+    return None if value is None else str(value).encode("utf-8", "backslashreplace").decode("utf-8")

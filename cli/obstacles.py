@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from collaudit.cli.progress_bar import progress
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.findings import Finding
+from collaudit.core.api import LogFiles, prepare
+from collaudit.core.config import LoadedConfig
+from collaudit.core.findings import Finding
 
 
 def read_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
@@ -19,7 +16,6 @@ def read_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
     Raises:
         CollauditError: it cannot be read so.
     """
-    from collaudit.core.api import prepare
     from collaudit.core.verdict.asked_findings import asked_findings
 
     with progress("reading") as report:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from collaudit.cli.console import note, say, terminal_width
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.data.audit_result import Audit
+from collaudit.core.config import LoadedConfig
+from collaudit.core.data.audit_result import Audit
 
 #: Studies that are printed: what one log tells of its rule, others tell alike.
 _MOST = 2

@@ -11,21 +11,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.config import LoadedConfig, load_config
+from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.scoring.truth_events import TruthFile
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
-    from collaudit.core.data.joint_log import JointLog
-    from collaudit.core.data.signals import Signals
-    from collaudit.core.logs import LogSummary
+    from collaudit.core.logs.log_summary import LogSummary
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
     from collaudit.core.robot.robot_model import RobotModel
-    from collaudit.core.scoring.truth_events import TruthFile
 
 __all__ = [
     "Files",
@@ -63,7 +63,7 @@ def find_logs(arguments: Sequence[str], settings: LoadedConfig) -> list[LogFiles
     Raises:
         LogError: nothing was found.
     """
-    from collaudit.core.logs import expand_inputs, group_inputs
+    from collaudit.core.logs.inputs import expand_inputs, group_inputs
 
     return group_inputs(expand_inputs(arguments), settings.config.log)
 
@@ -85,7 +85,7 @@ def describe(files: Files, settings: LoadedConfig | None = None) -> LogSummary:
     Raises:
         LogError: it is no log.
     """
-    from collaudit.core.logs import describe as summary_of
+    from collaudit.core.logs.log_description import describe as summary_of
 
     return summary_of(_paths(files), (settings or load_config(None)).config.log)
 
@@ -105,7 +105,7 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
         LogError: it cannot be read, or holds no joint states. ConfigError, RobotError: the settings do not fit.
     """
     from collaudit.core.conditioning.motor_side import at_joints
-    from collaudit.core.logs import read_log
+    from collaudit.core.logs.log_reading import read_log
     from collaudit.core.robot.robot_description import describe_robot
 
     description = describe_robot(settings.config.robot, settings.base_dir)
@@ -329,8 +329,6 @@ def residuals(audit: Audit) -> pd.DataFrame:
     import numpy as np
     import pandas as pd
 
-    from collaudit.core.data.signals import State
-
     signals = audit.signals
     names = list(signals.joint_names)
     codes = pd.Index([state.code for state in State])
@@ -399,7 +397,6 @@ def disturbances(audit: Audit) -> pd.DataFrame:
 
 def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
     """Findings, one a row: code, severity, text, where, joint, start_s, end_s."""
-    from collaudit.core.data.audit_result import Audit
 
     found = of.result.findings if isinstance(of, Audit) else of.findings
     return _rows(found, ("code", "severity", "text", "where", "joint", "start_s", "end_s"))

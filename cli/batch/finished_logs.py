@@ -9,15 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome
+from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.batch.run_note import read_note, rests_on
+from collaudit.cli.fleet.remote_logs import Fetched, remote_stamp
 from collaudit.core.errors import CollauditError
-
-if TYPE_CHECKING:
-    from collaudit.cli.batch.log_jobs import LogJob
-    from collaudit.cli.fleet.remote_logs import Fetched
 
 
 def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
@@ -49,7 +46,6 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
 
 def _unchanged(job: LogJob, note: object) -> Fetched | None:
     """What was fetched of a remote log that is as it was, with settings as they were; None otherwise, or in doubt."""
-    from collaudit.cli.fleet.remote_logs import Fetched, remote_stamp
 
     origin = note.get("origin") if isinstance(note, dict) else None
     if not isinstance(note, dict) or not isinstance(origin, dict) or job.url is None or job.loaded.config.log.csv.also:

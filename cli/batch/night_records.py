@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.data.audit_result import Audit
-    from collaudit.core.history.log_record import LogRecord, NightFrom
+from collaudit.core.api import LogFiles
+from collaudit.core.data.audit_result import Audit
+from collaudit.core.history.log_record import LogRecord, NightFrom
+from collaudit.core.history.record_of_audit import record_of, unread_record
 
 #: In ``--robot``: the name of the folder that a log lies in.
 FOLDER = "{folder}"
@@ -30,7 +29,6 @@ class RecordWanted:
 
     def of_audit(self, audit: Audit, judged_h: float) -> LogRecord:
         """The record of an audit."""
-        from collaudit.core.history.record_of_audit import record_of
 
         night, source = self._night(audit.result.log.start)
         return record_of(audit, self.robot, night, source, judged_h)
@@ -39,7 +37,6 @@ class RecordWanted:
         """The record of a log that could not be audited, and why."""
         from importlib.metadata import version
 
-        from collaudit.core.history.record_of_audit import unread_record
         from collaudit.core.logs.log_hashing import sha256_of
 
         try:

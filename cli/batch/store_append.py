@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome
 from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.batch.night_records import FOLDER, RecordWanted
 from collaudit.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collaudit.core.history.log_record import LogRecord
-    from collaudit.reports.values.entries import IndexEntry
+from collaudit.core.history.log_record import LogRecord
+from collaudit.reports.values.entries import IndexEntry
 
 
 def with_records(jobs: Sequence[LogJob], store: str | None, robot: str | None, night: str | None) -> Sequence[LogJob]:

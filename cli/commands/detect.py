@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -21,9 +20,7 @@ from collaudit.cli.settings import (
     study_option,
 )
 from collaudit.cli.study_output import say_studies
-
-if TYPE_CHECKING:
-    from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.audit_result import AuditResult
 
 
 @example_command(

@@ -50,7 +50,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     from collaudit.cli.drafts.earlier_guesses import guesses_of
     from collaudit.cli.drafts.trial_words import next_step
     from collaudit.cli.log_arguments import one_log
-    from collaudit.core.logs import describe, guess_csv_columns
+    from collaudit.core.logs.column_guess import guess_csv_columns
+    from collaudit.core.logs.log_description import describe
     from collaudit.core.robot.robot_description import describe_robot
 
     if str(output) == "-":

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collaudit.core.api import LogFiles
     from collaudit.core.config import LoadedConfig
     from collaudit.core.findings import Finding
-    from collaudit.core.logs import LogSummary
+    from collaudit.core.logs.log_summary import LogSummary
 
 INSPECT_SCHEMA = "collaudit/inspect/1"
 
@@ -43,7 +43,7 @@ def command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
     Exit code 3 when something found here forbids judging.
     """
     from collaudit.core.api import find_logs
-    from collaudit.core.logs import describe
+    from collaudit.core.logs.log_description import describe
     from collaudit.reports.terminal.log_text import log_text
     from collaudit.reports.values.visible_text import visible
 

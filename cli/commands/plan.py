@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,11 +11,9 @@ from collaudit.cli.console import note, say, say_json, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings
-from collaudit.core.errors import EXIT_PASS
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.config import LoadedConfig
+from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.errors import EXIT_PASS, ConfigError
 
 
 def _names(_context: click.Context, _param: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -117,7 +114,6 @@ def _known(inputs: Sequence[str], loaded: LoadedConfig) -> tuple[FrictionFile | 
         ConfigError: inputs that give friction in two ways.
     """
     from collaudit.core import api
-    from collaudit.core.errors import ConfigError
     from collaudit.reports.files.run_files import AUDIT_NAME, FRICTION_NAME, read_friction, read_run
 
     files = [Path(text) for text in inputs if Path(text).suffix == ".json"]

@@ -15,12 +15,12 @@ from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.cli.study_output import say_studies
+from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
     from collaudit.cli.fleet.run_evidence import Judged
     from collaudit.core.data.audit_result import Audit
-    from collaudit.core.data.recommendation_result import PersistenceReason
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.

@@ -13,6 +13,8 @@ from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.run_files import open_run, read_run
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
 WRITTEN_SCHEMA = "collaudit/written/1"
@@ -77,8 +79,6 @@ def command(
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
     from collaudit.cli.formats import parse_formats, report_paths
-    from collaudit.reports.files.json_writer import json_text
-    from collaudit.reports.files.run_files import open_run, read_run
 
     page_alone = compare or limits is not None
     if page_alone and output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
@@ -132,8 +132,6 @@ def _when_and_where() -> str:
 
 def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
     """Print what differs between two runs."""
-    from collaudit.reports.files.json_writer import json_text
-    from collaudit.reports.files.run_files import read_run
     from collaudit.reports.terminal.comparison_text import comparison_text
     from collaudit.reports.values.comparison import compare
 
@@ -153,9 +151,7 @@ def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
 
 def _beside_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
     """Print the forces of contacts beside the user's limits."""
-    from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.files.limits_file import read_limits
-    from collaudit.reports.files.run_files import read_run
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
     from collaudit.reports.terminal.comparison_text import body_region_text
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.drafts.config_text import Section, document
+from collaudit.cli.drafts.drafted_log import Known
 from collaudit.core.config import load_config
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.arms_in_log import Arm, arms_of, same_arm
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.drafted_log import Known
 
 #: What chooses the signals of one arm: where it is stated, nothing is to be told apart.
 _CHOSEN_LOG, _CHOSEN_ROBOT = {"joint_states", "joint_names"}, {"joints"}

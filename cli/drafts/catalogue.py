@@ -13,10 +13,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.cli.drafts.draft import Draft
+from collaudit.cli.drafts.trial import Trial
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
@@ -24,10 +25,6 @@ from collaudit.core.logs.signals.joint_guess import guess_joints
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_description import Description, JointFacts, describe_robot
 from collaudit.core.small_files import read_small
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.draft import Draft
-    from collaudit.cli.drafts.trial import Trial
 
 MOST = 3
 #: Joints that a description may have beyond the log's where no name is shared.

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.drafts.config_text import Section, document
 from collaudit.cli.drafts.draft_settings import add_rule, add_units
 from collaudit.cli.drafts.given_keys import given_keys
+from collaudit.core.config import LoadedConfig
+from collaudit.core.config.toml_lines import KeyPath
+from collaudit.core.findings import Finding
+from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.toml_lines import KeyPath
-    from collaudit.core.findings import Finding
-    from collaudit.core.logs import LogSummary, TopicInfo
-    from collaudit.core.logs.column_guess import ColumnGuess
 
 _SECTIONS = (
     "robot", "robot.tool", "log", "log.joint_names", "log.csv", "log.units", "conditioning", "sections",

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.cli.drafts.config_text import Section
+from collaudit.cli.drafts.trial import Trial
 from collaudit.core.conditioning.measured.calm_stretches import bend_of, noise_of
+from collaudit.core.config.schema import Config
+from collaudit.core.data.identification_result import Bounds, ChannelFacts
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.reports.values.visible_text import visible
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.config_text import Section
-    from collaudit.cli.drafts.trial import Trial
-    from collaudit.core.config.schema import Config
-    from collaudit.core.data.identification_result import Bounds, ChannelFacts
-    from collaudit.core.data.joint_log import JointLog
-    from collaudit.core.prepare.prepared import Prepared
 
 #: Rows of which noise is told, and the fewest.
 _ROWS, _FEWEST = 100_000, 100

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.cli.drafts.trial import Trial
 from collaudit.reports.files.json_writer import json_text
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.trial import Trial
 
 INIT_SCHEMA = "collaudit/init/1"
 

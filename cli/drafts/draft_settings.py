@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+from collaudit.cli.drafts.config_text import Section
+from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_summary import TopicInfo
 from collaudit.core.logs.tables.column_findings import standard_unit
-
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.config_text import Section
-    from collaudit.core.logs import TopicInfo
-    from collaudit.core.logs.column_guess import ColumnGuess
 
 
 def add_units(units: Section, topic: TopicInfo | None, columns: ColumnGuess | None, *, table: bool) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from collaudit.cli.drafts.catalogue import add_proposals
-from collaudit.cli.drafts.choice_evidence import add_choice_evidence
+from collaudit.cli.drafts.config_text import Section
 from collaudit.cli.drafts.draft import Draft
 from collaudit.cli.drafts.draft_evidence import (
     add_channel_facts,
@@ -16,20 +17,22 @@ from collaudit.cli.drafts.draft_evidence import (
     add_measurements,
     add_rest_threshold,
 )
-from collaudit.cli.drafts.torque_constants import add_torque_constants
-from collaudit.cli.drafts.trial import try_again, try_log
+from collaudit.cli.drafts.trial import Trial, try_again, try_log
 from collaudit.cli.drafts.trial_words import missing
-from collaudit.core.config import parse_config
+from collaudit.core.api import LogFiles
+from collaudit.core.config import LoadedConfig, parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
+from collaudit.core.config.toml_lines import KeyPath
+from collaudit.core.errors import CollauditError
+from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_summary import LogSummary
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.robot.robot_description import Description
 
-if TYPE_CHECKING:
-    from collaudit.cli.drafts.trial import Trial
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.toml_lines import KeyPath
-    from collaudit.core.logs import LogSummary
-    from collaudit.core.logs.column_guess import ColumnGuess
-    from collaudit.core.robot.robot_description import Description
+_SOURCE = "gravity and inertia of the robot's description"
+_TELLS = "motion that lifts what the joint carries, from a pose where gravity loads it, or a known load at the tool"
+#: Answers that are tried, each of which reads the log once more.
+_MOST = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +92,14 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     if of_fleet:
         del draft.sections["policy"]
     place = output or Path("collaudit.toml")
-    add_torque_constants(draft, files, place)
+    _add_torque_constants(draft, files, place)
     trial = try_log(files, parse_config(draft.text(), place))
     if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
         raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may
     if trial.obstacle is not None and summary.csv_columns and not draft.problems:
         draft.sections["log.csv"].remarks.append("MISSING: " + " ".join(trial.obstacle.render().split()))
     if draft.problems and known.robot is not None:
-        add_choice_evidence(draft.sections, draft.text(), files, place)
+        _add_choice_evidence(draft.sections, draft.text(), files, place)
     if trial.prepared is not None and add_effort_kind(draft.sections, trial.prepared):
         trial = try_again(trial, parse_config(draft.text(), place))
     add_measurements(draft.sections, trial)
@@ -110,3 +113,107 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     text = draft.text()
     parse_config(text, output)
     return Drafted(text, trial, [*missing(trial, draft.problems, robot=known.robot is not None), *proposed])
+
+
+def _add_torque_constants(draft: Draft, files: LogFiles, place: Path) -> None:
+    """Constants for currents that have none; where a joint does not tell its own, the effort stays in its unit.
+
+    Args:
+        draft: whose ``[log.units]`` is completed.
+        files: the log.
+        place: of the configuration.
+    """
+    units = draft.sections["log.units"]
+    live = {line.key: line for line in units.lines if line.active}
+    if "effort" not in live or live["effort"].value != "A" or "torque_constant_nm_per_a" in live:
+        return
+    units.guess("effort", "raw", "currents without torque constants: collaudit fit identifies the gains that it can")
+    joints, gains = _gains(draft, files, place)
+    if not gains:
+        if not joints:
+            units.put(live["effort"])  # nothing could be tried: what is missing is said of that line
+        return
+    silent = [joint for joint in joints if joint not in gains]
+    spans = "; ".join(f"{joint} {_constant(*gains[joint])}" for joint in gains)
+    units.remarks.append(f"Torque constants by {_SOURCE}, N·m/A [95 %]: {spans}.")
+    if silent:
+        units.remarks.append(f"This motion does not tell those of {', '.join(silent)}. What would: {_TELLS}.")
+        return
+    units.put(live["effort"])
+    constants = {joint: float(f"{1.0 / abs(gain):.4g}") for joint, (gain, _, _) in gains.items()}
+    units.guess("torque_constant_nm_per_a", constants, f"by {_SOURCE}")
+    inverted = {joint: -1 for joint, (gain, _, _) in gains.items() if gain < 0.0}
+    if inverted and "effort_sign" not in live:
+        units.guess("effort_sign", inverted, "these run against the model")
+
+
+def _gains(
+    draft: Draft, files: LogFiles, place: Path
+) -> tuple[tuple[str, ...], Mapping[str, tuple[float, float, float]]]:
+    """Judged joints (none where the log could not be tried), and for those that tell it A per N·m with its interval."""
+    from collaudit.core.identification.estimate_choice import choose
+    from collaudit.core.identification.identification import identify
+
+    loaded = parse_config(draft.text(), place)
+    config = loaded.config.changed({"fit": loaded.config.fit.changed({"estimate": "auto"})})
+    prepared = try_log(files, loaded, audit=False).prepared
+    if prepared is None or not prepared.robot.has_inertials:
+        return (), {}
+    try:
+        found = identify([prepared], config, choose([prepared], config)[0])
+    except CollauditError:
+        found = None
+    told = {} if found is None else found.joints
+    constants = {}
+    for joint in (joint for joint in told if joint in prepared.judged):
+        gain, (low, high) = told[joint].gain, told[joint].gain_ci95 or (None, None)
+        if gain and low is not None and high is not None:
+            constants[joint] = (gain, low, high)
+    return tuple(prepared.judged), constants
+
+
+def _constant(gain: float, low: float, high: float) -> str:
+    """1/gain with its interval; open above where the gain may be nothing."""
+    least, most = sorted((abs(low), abs(high)))
+    above = "∞" if low <= 0.0 <= high else f"{1.0 / least:.3g}"
+    return f"{1.0 / abs(gain):.4g} [{1.0 / most:.3g} to {above}]"
+
+
+def _add_choice_evidence(sections: Mapping[str, Section], text: str, files: LogFiles, place: Path) -> None:
+    """Try each answer by itself and write beside it what the model says of the effort.
+
+    It decides nothing: a heavy tool or a strange scale may speak against the right answer.
+
+    Args:
+        sections: of the draft.
+        text: the draft as it stands.
+        files: of the log.
+        place: where the file will lie.
+    """
+    tried = 0
+    for name, section in sections.items():
+        for index, line in enumerate(section.lines):
+            if not line.choice or tried == _MOST:
+                continue
+            tried += 1
+            answer = {f"{name}.{line.key}": line.value}
+            trial = try_log(files, parse_config(text, place, answer), audit=False)
+            if trial.prepared is not None:
+                words = _evidence(trial.prepared)
+            else:
+                words = "not enough by itself" if trial.obstacle is None else f"then: {trial.obstacle.message}"
+            section.lines[index] = replace(line, why=f"{line.why}: {words}" if line.why else words)
+
+
+def _evidence(prepared: Prepared) -> str:
+    """How much of the effort's variance the model torque explains, and by which gains."""
+    gains = [gain for gain in prepared.gains if gain.joint in prepared.judged]
+    if not gains:
+        return "no evidence: the robot has no masses, or the log too little motion"
+    shares = [100 * gain.explained for gain in gains]
+    known = [gain.gain for gain in gains if gain.known]
+    size = f"effort per N·m of model torque {min(known):.2g} to {max(known):.2g}" if known else "no gain is shown"
+    return (
+        f"the model explains {np.median(shares):.0f} % of the effort (median of {len(gains)} joints, {min(shares):.0f} "
+        f"to {max(shares):.0f} %), {size}"
+    )

@@ -5,14 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.config import LoadedConfig
 from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.describe import all_keys
 from collaudit.core.config.relative_paths import located
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
 
 
 def given_keys(loaded: LoadedConfig, folder: Path, paths: Mapping[str, str]) -> Iterator[tuple[str, object]]:

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from collaudit.cli.progress_bar import progress
+from collaudit.core.api import LogFiles, load_robot, open_log
+from collaudit.core.config import LoadedConfig
+from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
 from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.errors import CollauditError
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stage_progress import Progress, stage
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
-    from collaudit.core.findings import Finding
-    from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.prepared import Prepared
 
 #: Longer logs are tried on a stretch of so many values of one channel (rows times joints): a few seconds of work.
 MOST_VALUES = 1_500_000
@@ -55,7 +52,6 @@ class Trial:
 
 def try_log(files: LogFiles, loaded: LoadedConfig, *, audit: bool = True) -> Trial:
     """Read a log with a configuration and audit it, or a stretch of it; or only prepare it."""
-    from collaudit.core.api import open_log
 
     try:
         with progress("reading") as report:
@@ -76,7 +72,6 @@ def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Tria
 
 
 def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, report: Progress) -> Trial:
-    from collaudit.core.api import load_robot
     from collaudit.core.audit import audit_log
     from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.preparation import calibrated, prepare

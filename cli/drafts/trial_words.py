@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from collaudit.cli.drafts.trial import Trial
 from collaudit.cli.obstacles import forbidding
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.signals import State
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from collaudit.cli.drafts.trial import Trial
-    from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.values.words import reason_text, verdict_word
 
 _SHOWN = 6
 _FEW = 3
@@ -27,7 +24,6 @@ def came_of_it(trial: Trial) -> str:
     result = trial.result
     if result is None:
         return ""
-    from collaudit.reports.values.words import verdict_word
 
     part = "" if trial.tried_s >= trial.whole_s else f"{trial.tried_s:.4g} s of the {trial.whole_s:.4g} s of "
     cover = result.coverage.joints
@@ -115,7 +111,6 @@ def _events(result: AuditResult) -> str:
 
 def _why(result: AuditResult, joint: str, modelled: bool) -> str:
     """Why a joint was not judged: a finding on it, else what most of its time was."""
-    from collaudit.reports.values.words import reason_text
 
     cover = result.coverage.joints[joint]
     if modelled:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
@@ -12,9 +12,6 @@ from collaudit.core.policy.baseline import Baseline, BaselineLog
 from collaudit.reports.files.json_reader import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME
 from collaudit.reports.values.contact_alarms import contacts_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: What makes a folder a store.
 STORE_NAME = "store.json"

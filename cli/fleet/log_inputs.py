@@ -8,20 +8,16 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.fleet.log_identities import log_identities, run_folders
 from collaudit.cli.fleet.log_settings import LogSettings
 from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
 from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robots_of
-from collaudit.core.api import find_logs
+from collaudit.core.api import LogFiles, find_logs
+from collaudit.core.config import LoadedConfig
+from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.schema import FleetRobot
 
 #: Stands for a list of logs on stdin.
 STDIN = "-"

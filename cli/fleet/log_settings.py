@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from collaudit.cli.fleet.name_patterns import matches
-from collaudit.core.config import config_sha256, load_config
-from collaudit.core.config.schema import FleetConfig, PolicyConfig
+from collaudit.core.config import LoadedConfig, config_sha256, load_config
+from collaudit.core.config.schema import FleetConfig, FleetRobot, PolicyConfig
 from collaudit.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.schema import FleetRobot
 
 _OVERRIDDEN = (
     "max_collisions",

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.cli.batch.audit_one import Outcome
+from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.fleet.night_policy import Decisions
+from collaudit.core.config import LoadedConfig
 from collaudit.core.config.relative_paths import located
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
@@ -19,12 +22,6 @@ from collaudit.reports.files.manifest_file import (
     file_entry,
     written_files,
 )
-
-if TYPE_CHECKING:
-    from collaudit.cli.batch.audit_one import Outcome
-    from collaudit.cli.batch.log_jobs import LogJob
-    from collaudit.cli.fleet.night_policy import Decisions
-    from collaudit.core.config import LoadedConfig
 
 
 def night_manifest(

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import UTC, date, datetime
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.cli.batch.audit_one import Outcome
+from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.fleet.name_patterns import matches
+from collaudit.core.config.schema import PolicyConfig
+from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.findings import findings_with_level
+from collaudit.core.policy.baseline import Baseline
 from collaudit.core.policy.decision import decide_log, decided
 from collaudit.core.policy.rule_outcomes import LogInQuestion, NightOfRobot
 from collaudit.core.policy.waiver_use import WaiverBook
-
-if TYPE_CHECKING:
-    from collaudit.cli.batch.audit_one import Outcome
-    from collaudit.cli.batch.log_jobs import LogJob
-    from collaudit.core.config.schema import PolicyConfig
-    from collaudit.core.data.audit_result import AuditResult, Verdict
-    from collaudit.core.policy.baseline import Baseline
-    from collaudit.reports.values.entries import IndexEntry
+from collaudit.reports.values.entries import IndexEntry
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +45,6 @@ class NightPolicy:
     def __init__(
         self, policy: PolicyConfig, baseline: Baseline | None, fail_on: Sequence[str] = (), as_of: date | None = None
     ) -> None:
-        from datetime import UTC, datetime
 
         self._policy = policy
         self._baseline = baseline

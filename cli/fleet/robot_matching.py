@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 from collaudit.cli.fleet.name_patterns import matches
 from collaudit.cli.fleet.stated_serials import stated_serials
+from collaudit.core.api import LogFiles, describe
+from collaudit.core.config import LoadedConfig, load_config
+from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import ConfigError, NotJudgedError
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.schema import FleetRobot
-    from collaudit.core.logs import LogSummary
+from collaudit.core.logs.log_summary import LogSummary
 
 
 def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
@@ -24,7 +21,6 @@ def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
     Raises:
         ConfigError: the file cannot be used, holds something else, or names a robot that the configuration has.
     """
-    from collaudit.core.config import load_config
 
     fleet = loaded.config.fleet
     if fleet.file is None:
@@ -55,7 +51,6 @@ class LogTraits:
 
     @cached_property
     def _summary(self) -> LogSummary:
-        from collaudit.core.api import describe
 
         return describe(list(self._files()), self._loaded)
 

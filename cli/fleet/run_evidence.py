@@ -12,6 +12,7 @@ from collaudit.cli.settings import load_settings
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_evidence import Times
+from collaudit.reports.files.run_files import AUDIT_NAME, read_run
 
 #: An audit, what is known of contact in its log, and whose it is.
 Judged = tuple[Audit, Times | None, str | None]
@@ -37,7 +38,6 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) 
     from collaudit.cli.study_output import with_study
     from collaudit.core.api import find_logs, open_log
     from collaudit.core.scoring.known_events import contact_times, label_times
-    from collaudit.reports.files.run_files import read_run
 
     runs, logs = _runs_and_logs(inputs)
     audits = []
@@ -67,7 +67,6 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) 
 
 def _runs_and_logs(inputs: Sequence[str]) -> tuple[list[Path], list[str]]:
     """Runs, those inside the folders of audits included, and whatever else is to be judged as a log."""
-    from collaudit.reports.files.run_files import AUDIT_NAME
 
     runs, logs = [], []
     for text in inputs:

@@ -8,12 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
+from collaudit.cli.batch.audit_one import Outcome
 from collaudit.core.errors import CollauditError
-
-if TYPE_CHECKING:
-    from collaudit.cli.batch.audit_one import Outcome
 
 SCHEMA = "collaudit/run-log/1"
 

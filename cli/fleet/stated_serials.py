@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.api import LogFiles
 from collaudit.core.small_files import read_small
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
 
 _HEAD_BYTES = 1 << 16
 _WORD = re.compile(r"[^\s,;:=\"'#]+")

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from collaudit.cli.console import say, say_json, terminal_width
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
-
-if TYPE_CHECKING:
-    from collaudit.core.history.stored_thresholds import StoredRecommendation
+from collaudit.core.history.stored_thresholds import StoredRecommendation, stored_recommendation
 
 STORED_SCHEMA = "collaudit/recommend-store/1"
 
@@ -26,7 +23,6 @@ def recommend_from_store(store: str, robot: str | None, per_hour: float, as_json
     Raises:
         ConfigError: the store holds several robots and none is named.
     """
-    from collaudit.core.history.stored_thresholds import stored_recommendation
     from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.store.result_store import ResultStore
 

@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import date, time
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from tomlkit.items import Key
 
 
 def to_toml(value: object) -> str:
@@ -37,13 +33,6 @@ def toml_key(name: str) -> str:
     """A key, quoted where TOML needs it."""
     bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
     return name if bare else f'"{_escaped(name)}"'
-
-
-def key_item(name: str) -> Key:
-    """A quoted key of a tomlkit document."""
-    from tomlkit.items import KeyType, SingleKey
-
-    return SingleKey(name, KeyType.Basic, original=f'"{_escaped(name)}"')
 
 
 def _escaped(text: str) -> str:

@@ -2,7 +2,7 @@
 
 A pure force F on the robot at the origin of the isolated link's frame gives residuals tau_e = -J_v(q)^T F (tau_e of
 eq. (5) is what the drives bring up against it). With k joints up to that link this is k equations for three
-unknowns (:mod:`force_fit`). Directions that no joint sees are named instead of guessed.
+unknowns. Directions whose singular value is small are seen by no joint: they are left out and named, not guessed.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.contacts.force_fit import Directions, ForceFit
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
 #: A contact is somewhere on its link, not at its origin (m, standard deviation of its lever arm about an axis): the
@@ -31,6 +30,8 @@ _CHI2 = 6.0
 #: Residual level assumed where the log has too little clean motion to measure it, N·m.
 _DEFAULT_NOISE_NM = 1.0
 _LEAST_CLEAN = 100
+#: Lever arms below this (m) see a force too faintly to say anything.
+_BLIND_M = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +118,7 @@ def estimate_force(
     torque = known.torque_nm(sample)
     there = np.isfinite(torque)  # an alarm may reach into time in which its joint's effort is missing
     usable = [j for j, joint in enumerate(judged) if there[j] and (state[j] == State.JUDGED or joint in names)]
-    fits: list[ForceFit] = []
+    fits: list[_ForceFit] = []
     for k, link in enumerate(at.links[outer:], outer):
         used = [j for j in usable if at.columns[j] <= k]
         fit = None if link is None else _at_link(at, link, used, torque[used], known.noise_nm[used], sample)
@@ -134,14 +135,14 @@ def estimate_force(
 
 def _at_link(
     at: LookedAt, frame: str, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
-) -> ForceFit | None:
+) -> _ForceFit | None:
     """As if the force acted on a link near its frame; None where no judged joint that counts sees any."""
     arm = np.ascontiguousarray(at.lever_arms(frame, sample)[:, [at.columns[j] for j in used]].T)
-    directions = Directions.of(arm)
+    directions = _Directions.of(arm)
     if directions is None:
         return None
-    size_n = ForceFit.of(frame, arm, directions, torque, noise).size_n
-    return ForceFit.of(frame, arm, directions, torque, np.hypot(noise, _OFF_ORIGIN_M * size_n))
+    size_n = _ForceFit.of(frame, arm, directions, torque, noise).size_n
+    return _ForceFit.of(frame, arm, directions, torque, np.hypot(noise, _OFF_ORIGIN_M * size_n))
 
 
 def _window(prepared: Prepared, sample: int) -> slice:
@@ -154,3 +155,95 @@ def _noise(run: DetectorRun, j: int, residual: Callable[[slice], FloatArray]) ->
     x = residual(slice(None))[judged]
     x = x[~np.isnan(x)]
     return robust_sd(x) if x.size >= _LEAST_CLEAN else _DEFAULT_NOISE_NM
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Directions:
+    """Directions of a force in a frame's axes: (k, 3) those that some joint sees, and (3 - k, 3) the others."""
+
+    seen: FloatArray
+    blind: FloatArray
+
+    @classmethod
+    def of(cls, arm: FloatArray) -> _Directions | None:
+        """Of lever arms (joints, 3); None where nothing is seen."""
+        if arm.size == 0:
+            return None
+        _, lengths, directions = np.linalg.svd(arm)
+        if lengths[0] < _BLIND_M:
+            return None
+        size = np.concatenate([lengths, np.zeros(3 - lengths.size)])
+        return cls(directions[size >= _BLIND_M], directions[size < _BLIND_M])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ForceFit:
+    """A force at a frame by weighted least squares of its torques, over the directions that are seen.
+
+    Attributes:
+        frame: of the link.
+        arm: (k, 3) lever arms of the joints that count.
+        directions: of the force.
+        torque: (k,) of the joints, N·m.
+        weight: (k,) 1 / N·m.
+        inverse: (d, k) pseudoinverse of the weighted lever arms along the directions that are seen.
+        amount: (d,) of the force along them, N.
+    """
+
+    frame: str
+    arm: FloatArray
+    directions: _Directions
+    torque: FloatArray
+    weight: FloatArray
+    inverse: FloatArray
+    amount: FloatArray
+
+    @classmethod
+    def of(
+        cls, frame: str, arm: FloatArray, directions: _Directions, torque: FloatArray, noise: FloatArray
+    ) -> _ForceFit:
+        """With the standard deviations (k,) of the torques, N·m."""
+        weight = 1.0 / np.maximum(noise, 1e-3)
+        inverse: FloatArray = np.asarray(np.linalg.pinv((arm @ directions.seen.T) * weight[:, None]), dtype=np.float64)
+        # tau_e is what the drives bring up: the force on the robot is its negative.
+        return cls(frame, arm, directions, torque, weight, inverse, -(inverse @ (torque * weight)))
+
+    @property
+    def force_n(self) -> FloatArray:
+        """(3,) in the frame's axes."""
+        return np.asarray(self.directions.seen.T @ self.amount)
+
+    @property
+    def size_n(self) -> float:
+        """Of the force."""
+        return float(np.linalg.norm(self.force_n))
+
+    @property
+    def misfit(self) -> float:
+        """Weighted, squared, of all joints."""
+        return float(np.sum(((self.torque + self.arm @ self.force_n) * self.weight) ** 2))
+
+    def described(self, rotation: FloatArray) -> ContactForce:
+        """The force with its uncertainty; ``rotation`` (3, 3) turns the frame's axes to those of the base."""
+        force, seen, amount = self.force_n, self.directions.seen, self.amount
+        misfit = self.torque + self.arm @ force
+        spare = self.torque.size - seen.shape[0]
+        inflate = max(1.0, float(np.sqrt(np.sum((misfit * self.weight) ** 2) / spare))) if spare > 0 else 1.0
+        covariance = inflate**2 * (self.inverse @ self.inverse.T)
+        in_base = rotation @ force
+        spread = rotation @ seen.T @ covariance @ seen @ rotation.T
+        blind = [rotation @ d for d in self.directions.blind]
+        total = self.size_n
+        along = amount / total if total > 0 else np.ones_like(amount) / np.sqrt(amount.size)
+        width = STANDARD_ERRORS_95 * float(np.sqrt(along @ covariance @ along))
+        hidden = [any(abs(b[axis]) > 0.5 for b in blind) for axis in range(3)]
+        half = [None if hidden[i] else STANDARD_ERRORS_95 * float(np.sqrt(spread[i, i])) for i in range(3)]
+        return ContactForce(
+            frame=self.frame,
+            force_n=(float(in_base[0]), float(in_base[1]), float(in_base[2])),
+            ci95_n=(half[0], half[1], half[2]),
+            size_n=total,
+            size_ci95_n=(max(0.0, total - width), total + width),
+            blind=tuple((float(b[0]), float(b[1]), float(b[2])) for b in blind),
+            misfit_nm=float(np.sqrt(np.mean(misfit**2))),
+        )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import floor, log10, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,12 +22,9 @@ from collaudit.core.history.log_record import (
     ParameterRecord,
 )
 from collaudit.core.history.residual_shares import ResidualShares, residual_shares
-from collaudit.core.recommend.arm_evidence import ArmEvidence, log_evidence
+from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence, log_evidence
 from collaudit.core.recommend.outlying_peaks import unsuspicious
 from collaudit.core.recommend.sustained_levels import LogPeaks, peaks_of_log
-
-if TYPE_CHECKING:
-    from collaudit.core.recommend.arm_evidence import LogEvidence
 
 #: The tail of the peaks is the highest tenth at most; a log of a bad night may hold more of it than its part.
 _KEPT_SHARE, _KEPT_LEAST = 0.25, 30

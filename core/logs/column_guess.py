@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
@@ -14,9 +14,6 @@ from collaudit.core.logs.tables.column_findings import stated_units
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found
 from collaudit.core.logs.tables.file_quantities import AssignedTable, as_stated, assign_columns, time_as_stated, written
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +46,6 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     Returns:
         None when no position columns are recognised.
     """
-    from collaudit.core.config.schema import CsvConfig
 
     if not all(path.is_file() and is_table(path) for path in paths):
         return None

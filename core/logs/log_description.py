@@ -2,19 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.log_formats import is_table
-from collaudit.core.logs.log_summary import LogSummary
-from collaudit.core.logs.message_description import describe_by_overview, describe_messages
-from collaudit.core.logs.opening import check_there, data_files, log_name, misnamed, open_messages
+from collaudit.core.findings import Finding, fact
+from collaudit.core.logs.log_formats import format_of, is_table
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
+from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
+from collaudit.core.logs.messages.profiles import CONFIGURED
+from collaudit.core.logs.opening import (
+    also_files,
+    check_there,
+    data_files,
+    log_name,
+    misnamed,
+    open_messages,
+    open_tables,
+)
+from collaudit.core.logs.signals.impossible_values import plausible_ns
+from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.table_description import describe_tables
+from collaudit.core.logs.storage.records import MessageReader, damage_findings
+from collaudit.core.logs.tables.column_roles import describe_columns
+from collaudit.core.logs.tables.file_quantities import assign_columns
+from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
+from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
+from collaudit.core.logs.topics.topic_findings import skipped_findings
+from collaudit.core.numeric.arrays import IntArray
 
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
+#: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
+_OVERVIEW_FROM_BYTES = 128 << 20
 
 
 def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogSummary:
@@ -30,7 +51,7 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
     check_there(paths)
     if all(is_table(path) for path in paths):
         try:
-            return describe_tables(paths, settings)
+            return _describe_tables(paths, settings)
         except LogError as error:
             raise misnamed(paths[0], error) from error
     summary = describe_by_overview(paths, settings)
@@ -40,6 +61,190 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
     bounds = ReadingBounds.of(files, log_name(paths), None if settings is None else settings.limits)
     reader = open_messages(paths, bounds)
     try:
-        return describe_messages(paths, reader, settings, bounds)
+        return _describe_messages(paths, reader, settings, bounds)
     finally:
         reader.close()
+
+
+def _describe_messages(
+    paths: Sequence[Path], reader: MessageReader, settings: LogConfig | None, bounds: ReadingBounds | None = None
+) -> LogSummary:
+    """Topics, joints, rates and gaps of a recording, all of which is read.
+
+    Args:
+        paths: its files, for names and sizes.
+        reader: of them.
+        settings: message definitions and fields of the configuration.
+        bounds: how much may be read.
+
+    Raises:
+        LogError: it holds more than that.
+    """
+    topics = topics_of(reader, settings, bounds)
+    times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
+    owner = {channel.key: topic for topic in topics for channel in topic.channels}
+    for batch in reader.batches():
+        topic = owner.get(batch.key)
+        if topic is None:
+            continue
+        times[topic.name].append(batch.log_ns)
+        if batch.key in topic.decoders:
+            topic.decoders[batch.key].add(batch)
+    whole = {name: plausible_ns(np.concatenate(parts), name) for name, parts in times.items() if parts}
+    stamps = {name: np.sort(good) for name, (good, _) in whole.items()}
+    counts = {name: sum(part.shape[0] for part in parts) for name, parts in times.items()}
+    first = min((int(values[0]) for values in stamps.values()), default=None)
+    last = max((int(values[-1]) for values in stamps.values()), default=None)
+    findings: list[Finding] = list(damage_findings(reader.damage, log_name(paths)))
+    findings += [found for _, garbage in whole.values() for found in garbage]
+    for topic in topics:
+        findings += skipped_findings(topic)
+    return LogSummary(
+        name=log_name(paths),
+        format=reader.format,
+        size_bytes=sum(file.stat().st_size for path in paths for file in data_files(path)),
+        start_ns=start_of(first) if first is not None else None,
+        duration_s=(last - first) / 1e9 if first is not None and last is not None else None,
+        topics=tuple(_from_stamps(topic, counts[topic.name], stamps.get(topic.name)) for topic in topics),
+        findings=tuple(findings),
+    )
+
+
+def describe_by_overview(
+    paths: Sequence[Path], settings: LogConfig | None = None, least_bytes: int = _OVERVIEW_FROM_BYTES
+) -> LogSummary | None:
+    """Topics, counts and mean rates as the summary of one huge file states them, joints by a few messages.
+
+    Args:
+        paths: the log's files.
+        settings: message definitions and fields of the configuration.
+        least_bytes: smaller files are read whole.
+
+    Returns:
+        None where the log must be read: it is small, several files, or has no usable summary.
+    """
+    if len(paths) != 1 or paths[0].is_dir() or paths[0].stat().st_size < least_bytes:
+        return None
+    known = format_of(paths[0])
+    overview = known.overview_of(paths[0]) if known is not None else None
+    if overview is None:
+        return None
+    try:
+        topics = topics_of(overview.reader, settings)
+        decode(overview.reader, [topic for topic in topics if topic.decoders])
+    finally:
+        overview.reader.close()
+    first, last = overview.span_ns
+    duration = (last - first) / 1e9 if last >= first else None
+    infos = []
+    for topic in topics:
+        count = sum(overview.counts.get(channel.key, 0) for channel in topic.channels)
+        infos.append(_info(topic, count, (count - 1) / duration if duration and count > 1 else None, None))
+    return LogSummary(
+        name=paths[0].name,
+        format=overview.reader.format,
+        size_bytes=paths[0].stat().st_size,
+        start_ns=start_of(first),
+        duration_s=duration,
+        topics=tuple(infos),
+        findings=(fact(overview.text, where=paths[0].name),),
+    )
+
+
+def _from_stamps(topic: Topic, count: int, log_ns: IntArray | None) -> TopicInfo:
+    elapsed = np.empty(0) if log_ns is None else (log_ns - log_ns[:1]).astype(np.float64) / 1e9
+    return _info(topic, count, *rate_and_gap(elapsed))
+
+
+def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float | None) -> TopicInfo:
+    """One topic with what its decoded messages show."""
+    role = topic.profile.role if topic.profile is not None else "other"
+    readable = bool(topic.decoders)
+    joints = role == "joint_states" and readable
+    return TopicInfo(
+        name=topic.name,
+        type=topic.type,
+        encoding=", ".join(dict.fromkeys(channel.encoding for channel in topic.channels)),
+        count=count,
+        rate_hz=rate_hz,
+        joints=all_names([topic.decoded]) if joints else (),
+        largest_gap_s=largest_gap_s,
+        has_velocity=_holds(topic.decoded, "velocity") if joints else None,
+        has_effort=_holds(topic.decoded, "effort") if joints else None,
+        role=role,
+        readable=readable,
+        note=_note(topic),
+    )
+
+
+def _note(topic: Topic) -> str:
+    if topic.problem:
+        return topic.problem
+    if topic.profile is None:
+        return "no profile reads this type; it is left alone"
+    if topic.profile.name == CONFIGURED:
+        return "read by the field paths of the configuration, [log.fields]"
+    return f"read by the profile {topic.profile.name}, by its type"
+
+
+def _holds(decoded: Decoded, quantity: str) -> bool:
+    """Whether any message has a finite number of a quantity."""
+    return any(group.holds(quantity) for group in decoded.groups.values())
+
+
+def _describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSummary:
+    """Columns, joints, rate and gaps of one log of tables; without joint signals, its columns."""
+    used = settings if settings is not None else LogConfig()
+    readers = open_tables(paths, used.csv)
+    files = assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
+    columns = describe_columns(files, used.csv)
+    findings: tuple[Finding, ...] = ()
+    name, layout = log_name(paths), readers[0].layout
+    start, duration = None, None
+    try:
+        table = join_tables([*readers, *open_tables(also_files(paths, used.csv), used.csv)], used)
+    except LogError as error:
+        topic = TopicInfo(
+            name,
+            "table",
+            layout,
+            count=0,
+            rate_hz=None,
+            readable=False,
+            note="; ".join(filter(None, (error.message, error.hint))),
+        )
+    else:
+        topic = _table_info(name, table, layout)
+        findings = tuple(table.findings)
+        start = start_of(table.start_ns) if table.start_ns is not None else None
+        finite = table.time_s[np.isfinite(table.time_s)]
+        duration = float(finite.max() - finite.min()) if finite.size else None
+    return LogSummary(
+        name=name,
+        format=readers[0].format,
+        size_bytes=sum(path.stat().st_size for path in paths),
+        start_ns=start,
+        duration_s=duration,
+        topics=(topic,),
+        csv_columns=tuple(column for reader in readers for column in reader.names),
+        findings=findings,
+        columns=columns,
+    )
+
+
+def _table_info(name: str, table: JointTable, layout: str) -> TopicInfo:
+    rate, gap = rate_and_gap(np.sort(table.time_s[np.isfinite(table.time_s)]))
+    holds = {q: bool(np.isfinite(values).any()) for q, values in table.columns.items()}
+    return TopicInfo(
+        name=name,
+        type="table",
+        encoding=layout,
+        count=int(table.time_s.shape[0]),
+        rate_hz=rate,
+        joints=table.names,
+        largest_gap_s=gap,
+        has_velocity=holds.get("velocity", False),
+        has_effort=holds.get("effort", False),
+        role="joint_states",
+        note="; ".join(f"{quantity} in {unit}" for quantity, unit in table.units.items()),
+    )

@@ -6,8 +6,9 @@ import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_head import (
     COMPRESSED_SUFFIXES,
@@ -18,12 +19,8 @@ from collaudit.core.logs.storage.file_head import (
     looks_like_text,
 )
 from collaudit.core.logs.storage.packed_file import inner_head, open_unpacked
-from collaudit.core.logs.storage.records import Damage
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
-    from collaudit.core.logs.storage.records import MessageReader, Overview
-    from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.records import Damage, MessageReader, Overview
+from collaudit.core.logs.storage.table_reader import TableReader
 
 _LOGS = "collaudit.core.logs"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
@@ -24,9 +24,6 @@ from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.logs.storage.partial_file import hash_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Progress
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 
 def read_log(

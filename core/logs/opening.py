@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_format
@@ -17,9 +17,6 @@ from collaudit.core.logs.storage.packed_file import inner_head
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 
 def log_name(paths: Sequence[Path]) -> str:

@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, holds_time_alone, quantity_of_file
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 
 def table_part(path: Path, settings: LogConfig) -> TablePart | None:

@@ -37,6 +37,13 @@ def closed(mask: BoolArray, dip: int) -> BoolArray:
     return mask | marked(starts[short], stops[short], mask.size)
 
 
+def lasting(mask: BoolArray, least: int) -> BoolArray:
+    """The mask without runs of fewer than ``least`` samples."""
+    starts, stops = run_bounds(mask)
+    long = stops - starts >= least
+    return marked(starts[long], stops[long], mask.size)
+
+
 def widened(mask: BoolArray, margin: int) -> BoolArray:
     """The mask with each run reaching ``margin`` samples further on both sides."""
     starts, stops = run_bounds(mask)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
+from typing import Any, Literal
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.config.schema_policy import RuleName
@@ -22,6 +22,7 @@ from collaudit.core.verdict.exclusions import seconds_text
 from collaudit.core.verdict.noticed_words import place_text
 
 _DAY_S = 86400.0
+_Level = Literal["warn", "error"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,15 +96,21 @@ class RuleBook:
 
     def outcomes(self) -> list[RuleOutcome]:
         """What every rule says that has a limit, and is not switched off."""
-        return [
-            *self._contacts(),
-            *self._near_misses(),
-            *self._residual(),
-            *self._friction(),
-            *self._observable(),
-            *self._age(),
-            *self._findings(),
-        ]
+        policy = self._policy
+        rules: tuple[tuple[RuleName, Any, Callable[[_Level, Any], Iterator[RuleOutcome]]], ...] = (
+            ("contacts", policy.max_collisions, self._contacts),
+            ("near_misses", policy.max_near_misses_per_hour, self._near_misses),
+            ("residual", policy.max_residual_rms_nm, self._residual),
+            ("friction_change", policy.max_friction_change, self._friction),
+            ("observable_time", policy.min_observable_s, self._observable),
+            ("fit_age", policy.max_fit_age_days, self._age),
+        )
+        found: list[RuleOutcome] = []
+        for name, limit, rule in rules:
+            level = policy.levels.get(name, "error")
+            if limit is not None and level != "off":
+                found += rule(level, limit)
+        return [*found, *self._findings()]
 
     def off(self) -> list[str]:
         """What rules say that are switched off and would be broken: a pass must not read as if nothing was found."""
@@ -116,15 +123,8 @@ class RuleBook:
             texts += near_miss_breach(night.near_misses, night.recorded_s, limit, self._log.where)
         return [f"Switched off by the policy: {text}" for text in texts]
 
-    def _level(self, rule: RuleName) -> Literal["warn", "error"] | None:
-        level = self._policy.levels.get(rule, "error")
-        return None if level == "off" else level
-
-    def _contacts(self) -> Iterator[RuleOutcome]:
-        result, level, most = self._result, self._level("contacts"), self._policy.max_collisions
-        if level is None:
-            return
-        found = result.contacts
+    def _contacts(self, level: _Level, most: int) -> Iterator[RuleOutcome]:
+        result, found = self._result, self._result.contacts
         text = contact_breach(found, most, result.findings)
         state: RuleState = "broken" if text else "kept"
         note, value = None, len(found)
@@ -138,10 +138,7 @@ class RuleBook:
         words = " ".join(text) or f"{counted(len(found), 'contact')} (policy: at most {most})."
         yield RuleOutcome("contacts", level, state, words, joints, value, most, note)
 
-    def _near_misses(self) -> Iterator[RuleOutcome]:
-        level, limit = self._level("near_misses"), self._policy.max_near_misses_per_hour
-        if level is None or limit is None:
-            return
+    def _near_misses(self, level: _Level, limit: float) -> Iterator[RuleOutcome]:
         night = self._log.in_the_night
         count, hours = night.near_misses, night.recorded_s / 3600.0
         joints = tuple(sorted({near.joint for near in self._result.near_misses}))
@@ -154,10 +151,7 @@ class RuleBook:
         words = near_miss_rate(count, night.recorded_s, limit, self._log.where)
         yield RuleOutcome("near_misses", level, state, words, joints, count / hours, limit, note)
 
-    def _residual(self) -> Iterator[RuleOutcome]:
-        level, limits = self._level("residual"), self._policy.max_residual_rms_nm
-        if level is None or limits is None:
-            return
+    def _residual(self, level: _Level, limits: float | dict[str, float]) -> Iterator[RuleOutcome]:
         for joint in self._result.rule.watch:
             limit = limits.get(joint) if isinstance(limits, dict) else limits
             if limit is None:
@@ -174,14 +168,11 @@ class RuleBook:
             state: RuleState = "kept" if not broken else "known" if note else "broken"
             yield RuleOutcome("residual", level, state, text, (joint,), value, limit, note)
 
-    def _friction(self) -> Iterator[RuleOutcome]:
-        level, limit = self._level("friction_change"), self._policy.max_friction_change
-        if level is None or limit is None:
-            return
+    def _friction(self, level: _Level, limit: float) -> Iterator[RuleOutcome]:
         for joint in self._result.rule.watch:
             yield self._change_of(joint, level, limit)
 
-    def _change_of(self, joint: str, level: Literal["warn", "error"], limit: float) -> RuleOutcome:
+    def _change_of(self, joint: str, level: _Level, limit: float) -> RuleOutcome:
         """A change beyond the limit with all of its interval is a breach; one within is none; else nobody can tell."""
         change = self._friction_change(joint)
         if isinstance(change, str):
@@ -211,10 +202,7 @@ class RuleBook:
             return "there is no baseline (--baseline)" if self._baseline is None else "the baseline has no fit of it"
         return friction_change(max(fits, key=lambda item: item[0])[1], now)
 
-    def _observable(self) -> Iterator[RuleOutcome]:
-        level, limit = self._level("observable_time"), self._policy.min_observable_s
-        if level is None or limit is None:
-            return
+    def _observable(self, level: _Level, limit: float) -> Iterator[RuleOutcome]:
         found = list(_noticed(self._result))
         if not found:
             text = "What would have alarmed is not known: neither a force nor a torque is asked for."
@@ -224,14 +212,12 @@ class RuleBook:
             state: RuleState = "kept" if time_s >= limit else "not_judged"
             yield RuleOutcome("observable_time", level, state, text, joints, time_s, limit)
 
-    def _age(self) -> Iterator[RuleOutcome]:
-        level, limit = self._level("fit_age"), self._policy.max_fit_age_days
-        if level is None or limit is None:
-            return
+    def _age(self, level: _Level, limit: float) -> Iterator[RuleOutcome]:
         if self._log.own_fit:
             yield RuleOutcome("fit_age", level, "kept", "Friction was fitted on the log itself.", (), 0.0, limit)
             return
-        log, fit = _moment(self._result.log.start), _moment(self._log.fitted_until)
+        stated = (self._result.log.start, self._log.fitted_until)
+        log, fit = (None if text is None else datetime.fromisoformat(text) for text in stated)
         if log is None or fit is None:
             lacking = "The log does" if log is None else "The logs that friction was fitted on do"
             text = f"Age of the friction fit is not known: {lacking} not say when it was recorded."
@@ -261,11 +247,3 @@ def _noticed(result: AuditResult) -> Iterator[tuple[str, tuple[str, ...], float]
         if s.asked is not None:
             unit = result.log.units.get(joint, "N·m")
             yield f"{s.asked.torque_nm:.3g} {unit} on joint '{joint}'", (joint,), s.asked.noticed_s
-
-
-def _moment(text: str | None) -> datetime | None:
-    """An ISO 8601 time; fractions of a microsecond are cut."""
-    if text is None:
-        return None
-    head, dot, rest = text.partition(".")
-    return datetime.fromisoformat(f"{head}.{rest.rstrip('Z')[:6]}+00:00" if dot else head.replace("Z", "+00:00"))

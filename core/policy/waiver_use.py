@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import date
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import Waiver
 from collaudit.core.data.policy_result import RuleOutcome
 from collaudit.core.findings import Finding
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import Waiver
 
 #: Whether a text (path, name) is meant by patterns.
 Matcher = Callable[[str, Sequence[str]], bool]

@@ -13,7 +13,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.usual_force import ExcessForce, excess_findings, meant_share
@@ -80,7 +80,8 @@ def _meant_torque(
         torque *= share[:, None]
     findings = [*findings, *excess_findings(excess, config.phases)]
     if np.any(phases != PHASES.index("free")):
-        torque[~_meant(phases, series.period_s)] = 0.0  # eq. (1): outside contact no force is meant
+        meant = widened(contact_mask(phases), round(_RELEASE_S / series.period_s))  # with building it up and letting go
+        torque[~meant] = 0.0  # eq. (1): outside contact no force is meant
     else:
         findings = [*findings, _always_meant()]
     return CommandedTorque(torque, tuple(findings), excess)
@@ -147,17 +148,6 @@ def _calibrated(sensor: SensorFacts) -> Finding:
         f"from {sensor.poses} poses at rest."
     )
     return Finding("log-wrench-bias", "info", text)
-
-
-def _meant(phases: NDArray[np.int8], period_s: float) -> BoolArray:
-    """Samples in which a tool force is meant: contact, and the moment in which it builds up and is let go."""
-    contact = np.asarray(phases == PHASES.index("contact"))
-    reach = round(_RELEASE_S / period_s)
-    starts, stops = run_bounds(contact)
-    meant = contact.copy()
-    for a, b in zip(starts, stops, strict=True):
-        meant[max(0, a - reach) : b + reach] = True
-    return meant
 
 
 def _always_meant() -> Finding:

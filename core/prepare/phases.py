@@ -12,7 +12,7 @@ from collaudit.core.data.audit_result import Phase, PhaseSpan
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import closed, lasting, run_bounds
 
 #: Force is smoothed over this before it is compared.
 _SMOOTH_S = 0.05
@@ -95,7 +95,8 @@ def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> N
     width = max(1, round(_SMOOTH_S / period_s))
     known = np.nan_to_num(force_n)
     smooth = np.convolve(known, np.ones(width) / width, mode="same")
-    touching = _without_short(smooth > config.contact_force_n, config.contact_min_s, period_s)
+    least = round(config.contact_min_s / period_s)
+    touching = lasting(closed(smooth > config.contact_force_n, least - 1), least)
     labels = np.zeros(force_n.size, dtype=np.int8)
     beside = round(_BESIDE_S / period_s)
     starts, stops = run_bounds(touching)
@@ -105,20 +106,6 @@ def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> N
         after[after == 0] = PHASES.index("retreat")
     labels[touching] = PHASES.index("contact")
     return labels
-
-
-def _without_short(mask: BoolArray, least_s: float, period_s: float) -> BoolArray:
-    """Close separations, then drop contacts, shorter than ``least_s``."""
-    least, out = round(least_s / period_s), mask.copy()
-    starts, stops = run_bounds(~out)
-    for a, b in zip(starts, stops, strict=True):
-        if b - a < least and a > 0 and b < out.size:
-            out[a:b] = True
-    starts, stops = run_bounds(out)
-    for a, b in zip(starts, stops, strict=True):
-        if b - a < least:
-            out[a:b] = False
-    return out
 
 
 def _outside(time_s: FloatArray, config: PhasesConfig) -> list[Finding]:

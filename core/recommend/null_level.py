@@ -132,7 +132,8 @@ def threshold_levels(
     def peaks(counts: Sequence[int]) -> FloatArray:
         return np.concatenate([_sustained(*each) for each in zip(evidence, ratios, counts, strict=True)])
 
-    highest, rate, out = peaks([1] * len(evidence)), ARM_PER_HOUR / joints, []
+    highest, rate = peaks([1] * len(evidence)), ARM_PER_HOUR / joints
+    out: list[ThresholdLevel] = []
     single = null_tail(highest)
     if single is None:
         return []

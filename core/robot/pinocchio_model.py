@@ -216,7 +216,9 @@ class PinocchioModel:
 
     def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
         """(3, 3) axes of a frame in the base at one position (j,)."""
-        return self.workspace().frame_rotation(q, self.frame_number(frame))
+        work = self.workspace()
+        work.update(q)
+        return np.array(work.pose(self.frame_number(frame))[0])
 
     def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
         """(k, 3) origins of frames in the base at one position (j,), m."""
@@ -259,10 +261,6 @@ class PinocchioModel:
         """Memory for the library's algorithms on this model; each thread needs its own."""
         return Workspace(self._model)
 
-    def forward(self) -> ForwardModel:
-        """Forward dynamics of this model, for simulation."""
-        return ForwardModel(self)
-
     def _frame(self, name: str) -> Any:
         return self._model.frames[frame_id(self._model, name)]
 
@@ -296,25 +294,10 @@ class Workspace:
         """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
         self._model, self._data = model, model.createData()
 
-    def forward_dynamics(self, q: FloatArray, v: FloatArray, torque: FloatArray) -> FloatArray:
-        """(j,) acceleration (articulated-body algorithm)."""
-        out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
-        return out
-
-    def gravity_torque(self, q: FloatArray) -> FloatArray:
-        """(j,) torque G(q) that holds the arm against gravity."""
-        out: FloatArray = pin.computeGeneralizedGravity(self._model, self._data, q)
-        return out
-
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
         out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
         return out
-
-    def frame_rotation(self, q: FloatArray, frame: int) -> FloatArray:
-        """(3, 3) axes of a frame in the base."""
-        pin.forwardKinematics(self._model, self._data, q)
-        return np.array(pin.updateFramePlacement(self._model, self._data, frame).rotation)
 
     def update(self, q: FloatArray) -> None:
         """Compute joint Jacobians and frame poses at ``q`` for the two calls below."""
@@ -333,31 +316,6 @@ class Workspace:
             arm = self._data.oMf[frame].rotation @ point_m
             out[:3] -= pin.skew(arm) @ out[3:]
         return out
-
-
-class ForwardModel(Workspace):
-    """Forward dynamics and kinematics one sample at a time, for simulation; a copy of the model is worked on."""
-
-    def __init__(self, model: PinocchioModel) -> None:
-        """``model``: the arm."""
-        self._arm, self._copy, self._rotor = model, model.copy(), model.armature
-        super().__init__(self._copy._model)
-
-    def acceleration(self, q: FloatArray, v: FloatArray, torque: FloatArray, extra: FloatArray) -> FloatArray:
-        """(j,) acceleration.
-
-        Args:
-            q, v, torque: position, velocity, joint torque.
-            extra: (j,) added to the mass matrix's diagonal for this call, kg·m²: what a linearly implicit
-                integrator needs.
-        """
-        self._copy.set_armature(self._rotor + extra)
-        return self.forward_dynamics(q, v, torque)
-
-    @property
-    def arm(self) -> PinocchioModel:
-        """The arm as it is: its constants and frames."""
-        return self._arm
 
 
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:

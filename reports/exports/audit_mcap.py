@@ -14,14 +14,17 @@ from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.exports.mcap_container import Channel, write_mcap
 from collaudit.reports.exports.ros_messages import (
-    DEFINITIONS,
+    DIAGNOSTICS,
     ERROR,
+    JOINT_STATE,
+    LOG,
     LOG_ERROR,
     LOG_INFO,
     LOG_WARN,
     OK,
     STALE,
     WARN,
+    definition,
     diagnostics,
     joint_states,
     log_message,
@@ -32,7 +35,6 @@ from collaudit.reports.values.contact_alarms import contacts_of, in_time
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, verdict_word
 
-_JOINTS, _STATES, _LOG = "sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log"
 _NANO = 1_000_000_000
 #: Seconds between two messages of what does not change.
 _CONSTANT_S = 1.0
@@ -98,7 +100,7 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
         values = np.asarray(columns)
         known = np.isfinite(values).any(axis=1) if name.startswith("friction_range") else np.ones(len(stamps), bool)
         at = stamps[known]
-        made.append(_channel(name, _JOINTS, at, joint_states(at, signals.joint_names, values[known].astype(float))))
+        made.append(_channel(name, JOINT_STATE, at, joint_states(at, signals.joint_names, values[known].astype(float))))
     return made
 
 
@@ -107,7 +109,7 @@ def _thresholds(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
     step = max(1, round(_CONSTANT_S / period))
     at = stamps[np.unique([*range(0, len(stamps), step), len(stamps) - 1])] if len(stamps) else stamps
     gamma = np.broadcast_to(signals.gamma_nm, (len(at), len(signals.joint_names)))
-    return _channel("gamma", _JOINTS, at, joint_states(at, signals.joint_names, gamma))
+    return _channel("gamma", JOINT_STATE, at, joint_states(at, signals.joint_names, gamma))
 
 
 def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
@@ -125,7 +127,7 @@ def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
         messages.append(
             diagnostics(int(stamps[k]), [(level, name, text, facts) for (level, text, facts), name in status])
         )
-    return _channel("state", _STATES, stamps[at], messages)
+    return _channel("state", DIAGNOSTICS, stamps[at], messages)
 
 
 def _level(state: State) -> int:
@@ -171,8 +173,8 @@ def _log(name: str, events: Sequence[tuple[float, int, str, str]], origin: int) 
         log_message(int(stamp), level, visible(about), visible(text))
         for stamp, (_, level, about, text) in zip(at, ordered, strict=True)
     ]
-    return _channel(name, _LOG, at, messages)
+    return _channel(name, LOG, at, messages)
 
 
 def _channel(name: str, kind: str, stamps: NDArray[np.int64], messages: NDArray[np.uint8] | Sequence[bytes]) -> Channel:
-    return Channel(f"/collaudit/{name}", kind, DEFINITIONS[kind], stamps, messages)
+    return Channel(f"/collaudit/{name}", kind, definition(kind), stamps, messages)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from collaudit.core.config.toml_text import key_item
+import tomlkit
+from tomlkit.items import KeyType, SingleKey, Table
+
+from collaudit.core.config.toml_text import to_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
-
-if TYPE_CHECKING:
-    from tomlkit.items import Table
+from collaudit.reports.terminal.recommendation_text import claim
 
 #: What :func:`snippet` makes.
 SNIPPETS = ("config", "franka", "ur")
@@ -37,7 +38,6 @@ def snippet(kind: str, found: ArmRecommendation) -> str:
         kind: one of :data:`SNIPPETS`.
         found: the recommendation.
     """
-    from collaudit.reports.terminal.recommendation_text import claim
 
     gammas = {joint: rule.gamma_nm for joint, rule in found.joints.items() if rule.gamma_nm is not None}
     if kind == "config":
@@ -51,9 +51,6 @@ def snippet(kind: str, found: ArmRecommendation) -> str:
 
 def _config(found: ArmRecommendation, gammas: dict[str, float]) -> str:
     """``[detect]`` with thresholds, persistence, and the range of the evidence of each joint."""
-    import tomlkit
-
-    from collaudit.reports.terminal.recommendation_text import claim
 
     detect = tomlkit.table()
     detect.add(tomlkit.comment(claim(found)))
@@ -79,7 +76,6 @@ def written_into(text: str, found: ArmRecommendation, robot: str | None = None) 
     Raises:
         ConfigError: the file has no table for this robot.
     """
-    import tomlkit
 
     document: Any = tomlkit.parse(text)
     gammas = {joint: rule.gamma_nm for joint, rule in found.joints.items() if rule.gamma_nm is not None}
@@ -123,16 +119,14 @@ def _set(table: Any, key: str, gammas: Mapping[str, float]) -> None:
 
 
 def _table(gammas: Mapping[str, float]) -> Table:
-    import tomlkit
 
     thresholds = tomlkit.table()
     for joint, gamma in gammas.items():
-        thresholds.append(key_item(joint), gamma)
+        thresholds.append(_key(joint), gamma)
     return thresholds
 
 
 def _evidence(found: ArmRecommendation) -> Table:
-    import tomlkit
 
     ranges = tomlkit.table(is_super_table=True)
     for joint, known in found.ranges.items():
@@ -147,5 +141,10 @@ def _evidence(found: ArmRecommendation) -> Table:
         if known.reversals_per_h is not None:
             table.append("reversals_per_h", float(f"{known.reversals_per_h:.3g}"))
         table.append("standing", known.standing > 0)
-        ranges.append(key_item(joint), table)
+        ranges.append(_key(joint), table)
     return ranges
+
+
+def _key(name: str) -> SingleKey:
+    """A quoted key, in which nothing can hide."""
+    return SingleKey(name, KeyType.Basic, original=to_toml(name))

@@ -5,15 +5,13 @@ from __future__ import annotations
 import hashlib
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.small_files import check_regular, read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.manifest_file import MANIFEST_NAME, SIGNATURE_NAME
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 
 def signing_key(path: Path, password: str | None) -> Any:

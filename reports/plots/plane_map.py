@@ -13,8 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
-from collaudit.core.numeric.arrays import IntArray
-from collaudit.reports.plots.region_outline import region_outline
+from collaudit.core.numeric.arrays import BoolArray, IntArray
 
 _WIDTH, _HEIGHT, _GAP, _LEFT, _TOP, _BOTTOM = 380.0, 210.0, 24.0, 46.0, 20.0, 34.0
 #: Shades from little to much, and the colour of what is not known.
@@ -24,6 +23,8 @@ _UNKNOWN = "#c9c9c9"
 #: Rows that thresholds are drawn in.
 _ROWS = 50
 _RATES = (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0)
+#: A corner of the grid: column and row of the line that it lies on.
+_Corner = tuple[int, int]
 
 
 def plane_map(plane: JointPlane, period_s: float, label: str, unit: str = "N·m") -> Markup:
@@ -154,3 +155,71 @@ def _torque_ranks(plane: JointPlane) -> IntArray:
     share = np.log(np.maximum(np.nan_to_num(torque, nan=low), low) / low) / (log(high / low) or 1.0)
     ranks = np.minimum(len(_TORQUE) - 1, (share * len(_TORQUE)).astype(np.int64))
     return np.where(np.isfinite(torque), ranks, -1)
+
+
+def region_outline(marked: BoolArray, x: Sequence[float], y: Sequence[float]) -> str:
+    """Closed outlines of a region, holes included, in whole pixels; to be filled by the even-odd rule.
+
+    Args:
+        marked: (rows, columns) cells of the region.
+        x: (columns + 1,) borders of the columns, pixels.
+        y: (rows + 1,) borders of the rows, pixels.
+
+    Returns:
+        Path data; empty where nothing is marked.
+    """
+    px, py = (np.rint(np.asarray(at, dtype=np.float64)).astype(int).tolist() for at in (x, y))
+    ahead = _borders(marked)
+    path, at = [], (0, 0)
+    while ahead:
+        corners = _loop(ahead)
+        start = (px[corners[0][0]], py[corners[0][1]])
+        steps = [(px[b[0]] - px[a[0]], py[b[1]] - py[a[1]]) for a, b in pairwise(corners)]
+        steps = [step for step in steps if step != (0, 0)]
+        if steps:
+            path.append(f"m{start[0] - at[0]} {start[1] - at[1]}" + "".join(_step(*step) for step in steps) + "z")
+            at = start
+    return "".join(path)
+
+
+def _step(across: int, down: int) -> str:
+    return f"h{across}" if down == 0 else f"v{down}"
+
+
+def _borders(marked: BoolArray) -> dict[_Corner, list[_Corner]]:
+    """From every corner the corners ahead of it, with marked cells always on the same side."""
+    cells = np.pad(marked.astype(np.int8), 1)
+    ahead: dict[_Corner, list[_Corner]] = {}
+    down, across = np.diff(cells, axis=0), np.diff(cells, axis=1)
+    for row, column in np.argwhere(down).tolist():
+        ends = [(column - 1, row), (column, row)]
+        _add(ahead, ends if down[row, column] > 0 else ends[::-1])
+    for row, column in np.argwhere(across).tolist():
+        ends = [(column, row - 1), (column, row)]
+        _add(ahead, ends[::-1] if across[row, column] > 0 else ends)
+    return ahead
+
+
+def _add(ahead: dict[_Corner, list[_Corner]], ends: Sequence[_Corner]) -> None:
+    ahead.setdefault(ends[0], []).append(ends[1])
+
+
+def _loop(ahead: dict[_Corner, list[_Corner]]) -> list[_Corner]:
+    """Take one closed outline out of what is ahead: its corners, those on a straight line left out."""
+    here = first = next(iter(ahead))
+    corners = [first]
+    while True:
+        there = ahead[here].pop()
+        if not ahead[here]:
+            del ahead[here]
+        if len(corners) > 1 and _straight(corners[-2], corners[-1], there):
+            corners[-1] = there
+        else:
+            corners.append(there)
+        if there == first:
+            return corners
+        here = there
+
+
+def _straight(a: _Corner, b: _Corner, c: _Corner) -> bool:
+    return (a[0] == b[0] == c[0]) or (a[1] == b[1] == c[1])

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Collision, NearMiss
-from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.reports.plots.downsample import column_shares
-from collaudit.reports.plots.extremes import column_extremes
-from collaudit.reports.plots.joint_trace import JointTrace
+from collaudit.reports.plots.joint_trace import JointTrace, Series
 from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH, _HEIGHT = 1000, 84
@@ -34,7 +34,7 @@ def draw_overview(
     """
     out = ~(trace.judged | trace.standing)
     kinds = ((out, "curve-out"), (trace.standing, "curve-standing"), (trace.judged, "curve"))
-    extremes = [column_extremes(trace.residual_nm, mask, _COLUMNS) for mask, _ in kinds]
+    extremes = [_column_extremes(trace.residual_nm, mask, _COLUMNS) for mask, _ in kinds]
     largest = [float(np.nanmax(np.abs(sides), initial=0.0)) for _, *sides in extremes]
     peaks = [a.peak_nm for a in alarms] + [m.peak_nm for m in near_misses]
     height, beyond = _height(trace, peaks, max(largest[1:]), largest[0])
@@ -87,3 +87,27 @@ def _edge_times(trace: JointTrace, samples: np.ndarray) -> np.ndarray:
     n = len(trace.time_s)
     inside = trace.time_s[np.minimum(samples, n - 1)] if n else np.empty(0)
     return inside + trace.period_s * (samples >= n)
+
+
+def _column_extremes(values: Series, mask: BoolArray, columns: int) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Extremes of the masked finite samples in each of ``columns`` equal stretches.
+
+    Args:
+        values: (n,).
+        mask: (n,) samples that count.
+        columns: how many stretches, at most n are made.
+
+    Returns:
+        First sample of each stretch (k + 1,), then least and greatest (k,); NaN where none counts.
+    """
+    n = len(values)
+    edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
+    if n == 0:
+        return edges, np.empty(0), np.empty(0)
+    low, high = np.full(len(edges) - 1, np.nan), np.full(len(edges) - 1, np.nan)
+    for k, (start, stop) in enumerate(pairwise(edges.tolist())):  # each stretch stays in the processor's cache
+        told = values[start:stop][mask[start:stop]]
+        told = told[np.isfinite(told)]
+        if told.size:
+            low[k], high[k] = told.min(), told.max()
+    return edges, low, high

@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.plots.joint_trace import Series
-from collaudit.reports.plots.svg_path import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
 
 Box = tuple[float, float, float, float]
@@ -42,7 +42,7 @@ class Panel:
     def line(self, x: Series, y: Series, kind: str) -> None:
         """A curve, interrupted where ``y`` is not finite; a lone sample is a dot."""
         path = []
-        for a, b in _stretches(np.isfinite(y)):
+        for a, b in zip(*run_bounds(np.isfinite(y)), strict=True):
             xs, ys = self.px(x[a:b]), self.py(y[a:b])
             if b - a == 1:
                 xs, ys = np.array([xs[0] - 0.6, xs[0] + 0.6]), np.repeat(ys, 2)
@@ -52,7 +52,7 @@ class Panel:
     def area(self, x: Series, low: Series, high: Series, kind: str) -> None:
         """A band between two curves, interrupted where either is not finite."""
         path = []
-        for a, b in _stretches(np.isfinite(low) & np.isfinite(high)):
+        for a, b in zip(*run_bounds(np.isfinite(low) & np.isfinite(high)), strict=True):
             xs, up, down = self.px(x[a:b]), self.py(high[a:b]), self.py(low[a:b])
             path.append(polyline(np.concatenate([xs, xs[::-1]]), np.concatenate([up, down[::-1]])) + "z")
         self._path(path, kind)
@@ -157,7 +157,40 @@ def _open(limits: tuple[float, float]) -> tuple[float, float]:
     return (low, high) if high > low else (low - 0.5, low + 0.5)
 
 
-def _stretches(known: np.ndarray) -> list[tuple[int, int]]:
-    """(first, after) of runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], known, [False])).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+def polyline(x: FloatArray, y: FloatArray) -> str:
+    """A line through points.
+
+    Args:
+        x, y: (n,) pixels, n ≥ 1; rounded to tenths before steps are formed, so that no error adds up.
+    """
+    u, v = _tenths(x), _tenths(y)
+    steps = np.stack([np.diff(u), np.diff(v)], axis=1).ravel().tolist()
+    return "M" + _joined((int(u[0]), int(v[0]))) + ("l" + _joined(steps) if steps else "")
+
+
+def strokes(x: FloatArray, y: FloatArray, end: FloatArray) -> str:
+    """Vertical strokes at each ``x`` from ``y`` to ``end``, pixels (n,)."""
+    u, v, w = _tenths(x), _tenths(y), _tenths(end)
+    if u.size == 0:
+        return ""
+    across = np.diff(u, prepend=0).tolist()
+    down = (v - np.concatenate(([0], w[:-1]))).tolist()
+    moves = zip(across, down, (w - v).tolist(), strict=True)
+    return "".join(f"m{_joined((a, b))}v{_number(c)}" for a, b, c in moves)
+
+
+def _tenths(pixels: FloatArray) -> np.ndarray:
+    return np.rint(10.0 * np.asarray(pixels, dtype=np.float64)).astype(np.int64)
+
+
+def _joined(tenths: Sequence[int]) -> str:
+    """Numbers with a blank between them where no sign divides them."""
+    parts = [_number(value) for value in tenths]
+    return parts[0] + "".join(part if part[0] == "-" else " " + part for part in parts[1:])
+
+
+def _number(tenths: int) -> str:
+    """Tenths as a decimal number, without a zero before the point."""
+    whole, part = divmod(abs(tenths), 10)
+    text = (str(whole) if whole or not part else "") + (f".{part}" if part else "")
+    return f"-{text}" if tenths < 0 else text

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from typing import Annotated
 
+from msgspec import Meta
+
+from collaudit.core.config.config_table import ConfigTable, Positive
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.reports.sections.event_sections import contact_section
@@ -20,21 +24,24 @@ CANNOT_BE_CONCLUDED = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class BodyRegion:
+class BodyRegion(ConfigTable, frozen=True, kw_only=True):
     """A region of the body with the forces somebody allows there, N; None where the file states none."""
 
     name: str
-    quasi_static_n: float | None
-    transient_n: float | None
+    quasi_static_n: Positive | None = None
+    transient_n: Positive | None = None
+
+    def __post_init__(self) -> None:
+        """A limit, at least."""
+        if self.quasi_static_n is None and self.transient_n is None:
+            raise ValueError("states no limit")
 
 
-@dataclass(frozen=True, slots=True)
-class BodyLimits:
+class BodyLimits(ConfigTable, frozen=True, kw_only=True):
     """Limits as the user's file states them, and where they are from."""
 
-    source: str
-    regions: tuple[BodyRegion, ...]
+    source: Annotated[str, Meta(pattern=r"\S")]
+    region: Annotated[tuple[BodyRegion, ...], Meta(min_length=1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +66,7 @@ def body_region_rows(result: AuditResult, limits: BodyLimits) -> list[BodyRegion
     """Every contact beside every limit of the file."""
     made = []
     for contact, record in zip(contacts_of(result), contact_section(result).records, strict=True):
-        for region in limits.regions:
+        for region in limits.region:
             for kind, limit in (("quasi-static", region.quasi_static_n), ("transient", region.transient_n)):
                 if limit is not None:
                     beside = _beside(contact.force, limit)

@@ -8,19 +8,22 @@ than once, is decided on reading: the latest batch.
 from __future__ import annotations
 
 import io
+import json
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
 from collaudit.core.small_files import check_regular
-
-if TYPE_CHECKING:
-    import pyarrow as pa
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.store.record_table import LIGHT_SCHEMA, SCHEMA, column_paths, record_table, records_of
 
 _FOLDER = f"v{STORE_SCHEMA}"
 _NAME = "store.json"
@@ -46,9 +49,6 @@ class ResultStore:
         Raises:
             CollauditError: the store cannot be written, or is of another version.
         """
-        import pyarrow.parquet as pq
-
-        from collaudit.reports.store.record_table import record_table
 
         if not records:
             return None
@@ -74,7 +74,6 @@ class ResultStore:
 
     def _begin(self) -> None:
         """Write the file that says what this is."""
-        import json
 
         text = {"schema": f"collaudit/store/{STORE_SCHEMA}", "note": "Results of collaudit audit --store. Append only."}
         self._write(_NAME, (json.dumps(text, indent=1, allow_nan=False) + "\n").encode())
@@ -85,10 +84,6 @@ class ResultStore:
         Args:
             light: without what only thresholds and questions need.
         """
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        from collaudit.reports.store.record_table import LIGHT_SCHEMA, SCHEMA, column_paths
 
         schema = LIGHT_SCHEMA if light else SCHEMA
         parts = []
@@ -113,7 +108,6 @@ class ResultStore:
         Args:
             evidence: with the peaks of the residual; without, they and the findings are not read.
         """
-        from collaudit.reports.store.record_table import records_of
 
         rows = self.table(light=not evidence).to_pylist()
         latest = {record.identity: record for record in records_of(rows)}
@@ -125,7 +119,6 @@ class ResultStore:
         Raises:
             CollauditError: it is not.
         """
-        import json
 
         content = self._read_if_there(_NAME)
         if content is None and not must_exist and not self._holds_other():
@@ -171,8 +164,6 @@ class ResultStore:
 
     def _write(self, name: str, content: bytes) -> None:
         if not self.is_remote:
-            from collaudit.reports.files.atomic import atomic_write
-
             atomic_write(Path(self.place) / name, content)
             return
         fs, root = self._remote()

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pyarrow as pa
 
 from collaudit.core.errors import CollauditError, ConfigError
-
-if TYPE_CHECKING:
-    import pyarrow as pa
-
-    from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.store.result_store import ResultStore
 
 #: Tables that a question may name, by what makes them. ``logs`` holds the latest record of every log of every robot.
 VIEWS = {
@@ -79,7 +77,6 @@ def query_store(store: ResultStore, sql: str) -> Answer:
 
 
 def _answer(found: pa.Table) -> Answer:
-    import pyarrow as pa
 
     kinds = pa.types
     numeric = [kinds.is_floating(t) or kinds.is_integer(t) or kinds.is_decimal(t) for t in found.schema.types]

@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING
 
+from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.reports.terminal.text_table import table
-
-if TYPE_CHECKING:
-    from collaudit.core.logs.log_summary import ColumnInfo
 
 
 def columns_text(columns: Sequence[ColumnInfo], width: int | None = None) -> str:

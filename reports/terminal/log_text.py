@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.reports.terminal.column_text import columns_text
 from collaudit.reports.terminal.text_table import table_with_text
-
-if TYPE_CHECKING:
-    from collaudit.core.logs import LogSummary, TopicInfo
 
 _LONGEST_LIST = 24
 _INDENT = "  "

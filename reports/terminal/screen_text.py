@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 
-from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.audit_result import AuditResult, RuleFacts
 from collaudit.core.findings import Finding
 from collaudit.reports.sections.detection_sections import delay_text, detection_sections, shortest_push_text
 from collaudit.reports.sections.event_sections import (
@@ -17,13 +17,12 @@ from collaudit.reports.sections.event_sections import (
 from collaudit.reports.sections.finding_sections import finding_lines, worst_first
 from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.section_text import section_text, sections_text
 from collaudit.reports.terminal.text_table import wrapped
 from collaudit.reports.values.contact_alarms import contacts_of, strongest
 from collaudit.reports.values.noticed import noticed_line
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import BRIEF_STATEMENT, STATEMENT, nothing_judged, plural, verdict_word
+from collaudit.reports.values.words import BRIEF_STATEMENT, STATEMENT, nothing_judged, plural, torque_unit, verdict_word
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
@@ -167,3 +166,29 @@ def _listed(texts: Sequence[str], most: int | None, width: int | None) -> list[s
     left = len(texts) - len(shown)
     more = [f"  - {plural(left, 'more line')}: -v lists all\n"] if left else []
     return [f"{wrapped(f'  - {visible(text)}', width, '    ')}\n" for text in shown] + more
+
+
+def rule_text(result: AuditResult) -> str:
+    """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
+    rule = result.rule
+    asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
+    units = {joint: torque_unit(result, joint) for joint in rule.gamma_nm if joint in rule.watch}
+    alike = len(set(units.values())) <= 1
+    heading = f"gamma in {next(iter(units.values()), 'N·m')}" if alike else "gamma"
+    return (
+        f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
+        f"{heading}: {_thresholds(rule, {} if alike else units)}"
+    )
+
+
+def _thresholds(rule: RuleFacts, units: Mapping[str, str]) -> str:
+    """Thresholds by joint, with their units where these differ."""
+    watched = {name: value for name, value in rule.gamma_nm.items() if name in rule.watch}
+    if not watched:
+        return "no joint is watched"
+    if len(watched) > 1 and not units and len(set(watched.values())) == 1:
+        return f"all {len(watched)} watched joints {next(iter(watched.values())):g}"
+    shared: dict[str, list[str]] = {}
+    for name, value in watched.items():
+        shared.setdefault(f"{value:g} {units.get(name, '')}".rstrip(), []).append(name)
+    return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())

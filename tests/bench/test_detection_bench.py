@@ -27,7 +27,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_models
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.numeric.allocator import keep_freed_memory
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared

@@ -23,7 +23,8 @@ from mcap.writer import CompressionType
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 sys.path.insert(0, str(Path(__file__).parent))
 import bench_logs_data as data
@@ -269,7 +270,7 @@ MEMORY = """
 import re, sys
 from pathlib import Path
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 def peak():  # of this program alone; ru_maxrss would begin with the parent's
     return int(re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text()).group(1)) * 1024
 settings = LogConfig(wrench="/ft_sensor/wrench")

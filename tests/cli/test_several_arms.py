@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from small_arm import arm_module
 
-from collaudit.core.logs import LogSummary
 from collaudit.core.logs.arms_in_log import arms_of
+from collaudit.core.logs.log_summary import LogSummary
 
 ROBOT = arm_module().CONFIG.partition("[log.csv]")[0]
 #: How much later the second arm's messages come than the first's, ns.

@@ -16,7 +16,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.joint_units import in_joint_units
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
-from collaudit.reports.terminal.rule_text import rule_text
+from collaudit.reports.terminal.screen_text import rule_text
 
 
 def test_findings_of_a_sliding_joint_speak_of_forces_and_ways() -> None:

@@ -70,7 +70,8 @@ def weight(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray,
     number, work = model.frame_number(frame), model.workspace()
 
     def sample(q: FloatArray) -> FloatArray:
-        weight_n = work.frame_rotation(q, number).T @ (mass_kg * np.asarray(gravity_m_s2))
+        work.update(q)
+        weight_n = work.pose(number)[0].T @ (mass_kg * np.asarray(gravity_m_s2))
         return np.concatenate([weight_n, np.cross(com_m, weight_n)])
 
     return sample

@@ -24,7 +24,8 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 SECONDS = 5
 MEGABYTES = 768

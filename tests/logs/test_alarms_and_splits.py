@@ -16,7 +16,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from collaudit.cli import main as entry
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 
 COUNT = 100
 PERIOD_S = w.PERIOD / 1e9

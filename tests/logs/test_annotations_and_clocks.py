@@ -16,7 +16,8 @@ from collaudit.core.conditioning.timebase import MAX_VOID_S, make_timebase
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 PERIOD_S = w.PERIOD / 1e9
 NAMES = ("joint1", "joint2")

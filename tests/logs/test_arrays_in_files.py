@@ -15,8 +15,10 @@ from scipy.io import savemat
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, guess_csv_columns, read_log
+from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import expand_inputs, group_inputs
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 TIME_S = 0.01 * np.arange(300)
 Q = np.stack([np.sin(TIME_S), np.cos(2 * TIME_S), 0.3 * np.sin(3 * TIME_S)], axis=1)

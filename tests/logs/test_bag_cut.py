@@ -8,7 +8,7 @@ from pathlib import Path
 import log_writers as w
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 
 
 def record_ends(data: bytes) -> list[int]:

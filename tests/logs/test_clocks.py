@@ -10,7 +10,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 
 SECOND = 10**9
 

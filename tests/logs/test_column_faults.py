@@ -11,7 +11,8 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.tables.wrench_columns import find_wrench
 
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.logs import LogSummary, describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
+from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.logs.tables.column_roles import _stated_unit
 from collaudit.reports.terminal.log_text import log_text
 

@@ -10,7 +10,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 
 ROWS = 50
 

@@ -13,9 +13,11 @@ from vocabularies import VOCABULARIES, header
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, guess_csv_columns, read_log
+from collaudit.core.logs.column_guess import guess_csv_columns
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
+from collaudit.core.logs.tables.column_assignment import recognise
 from collaudit.core.logs.tables.column_groups import choose, numbered_groups
-from collaudit.core.logs.tables.column_recognition import recognise
 
 RAW: dict[str, Any] = {"units": {"effort": "raw", "time": "s", "position": "rad", "velocity": "rad/s"}}
 

@@ -15,7 +15,10 @@ import zstandard
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs import describe, group_inputs, guess_csv_columns, read_log
+from collaudit.core.logs.column_guess import guess_csv_columns
+from collaudit.core.logs.inputs import group_inputs
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 ROWS = [(0.01 * k, 0.1 * k, -0.2 * k, 1.0 + k, 2.0 - k) for k in range(40)]
 PLAIN = "t,q1,q2,tau1,tau2"

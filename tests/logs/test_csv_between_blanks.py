@@ -10,7 +10,7 @@ import pytest
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 
 SETTINGS = LogConfig.of({"csv": {"time": "1", "position": "2", "effort": "3"}})
 #: What the last row but one says, and the text after the last.

@@ -14,8 +14,10 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs import describe, expand_inputs, log_hashing, read_log
-from collaudit.core.logs.message_description import describe_by_overview
+from collaudit.core.logs import log_hashing
+from collaudit.core.logs.inputs import expand_inputs
+from collaudit.core.logs.log_description import describe, describe_by_overview
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.opening import open_messages
 
 COUNT = 300

@@ -15,7 +15,8 @@ from log_writers import EPOCH, KINDS, Said, motion, write_any
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, LogConfig
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.signals.impossible_values import _beyond, garbage_ns, garbage_stamps
 
 COUNT = 300

@@ -14,7 +14,8 @@ from mcap.writer import Writer
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 COUNT = 60
 NAMES = ("joint1", "joint2")

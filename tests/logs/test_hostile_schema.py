@@ -11,7 +11,7 @@ from log_writers import motion, storage_file, write_folder
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import CollauditError
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 
 COMPUTED = """
 ALTER TABLE messages RENAME TO recorded;

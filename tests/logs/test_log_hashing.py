@@ -12,8 +12,8 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import read_log
 from collaudit.core.logs.log_hashing import Hashing, sha256_of
+from collaudit.core.logs.log_reading import read_log
 
 KINDS = ("mcap-zstd", "bag-none", "db3")
 

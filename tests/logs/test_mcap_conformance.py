@@ -20,7 +20,8 @@ from mcap.writer import IndexType, Writer
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.mcap import mcap_chunk, mcap_scan
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_summary import overview_of

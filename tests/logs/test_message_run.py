@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_records import MAGIC
-from collaudit.core.logs.mcap.mcap_run import LEAST_HEAD, MESSAGE, message_run
-from collaudit.core.logs.mcap.mcap_scan import scan
+from collaudit.core.logs.mcap.mcap_records import MAGIC, MESSAGE
+from collaudit.core.logs.mcap.mcap_scan import LEAST_HEAD, message_run, scan
 from collaudit.core.logs.storage.file_reading import RandomFile
 
 

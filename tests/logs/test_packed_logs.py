@@ -22,8 +22,10 @@ import zstandard
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, expand_inputs, group_inputs, read_log
 from collaudit.core.logs.csv.csv_text import read_head
+from collaudit.core.logs.inputs import expand_inputs, group_inputs
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 COUNT = 200
 COLUMNS = {"t": 0.01 * np.arange(COUNT), "q1": np.arange(COUNT) * 0.1, "q2": np.arange(COUNT) * 0.2}

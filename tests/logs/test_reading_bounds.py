@@ -15,7 +15,8 @@ from packed_bombs import packed_columns, packed_messages, packed_text, packed_ze
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 
 SECONDS, MEGABYTES = 10, 1000
@@ -28,7 +29,8 @@ import json, re, resource, sys, time
 from pathlib import Path
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 said = []
 start = time.process_time()
 for read in (lambda p: read_log((p,), LogConfig(), robot_joints=None), lambda p: describe((p,))):

@@ -12,7 +12,8 @@ from mcap.writer import Writer
 from collaudit.cli.main import main
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 RULE = "=" * 80
 IDL = f"""{RULE}

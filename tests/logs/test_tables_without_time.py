@@ -10,7 +10,10 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import describe, group_inputs, guess_csv_columns, read_log
+from collaudit.core.logs.column_guess import guess_csv_columns
+from collaudit.core.logs.inputs import group_inputs
+from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_reading import read_log
 
 ROWS = 100
 Q = np.column_stack([np.sin(0.05 * np.arange(ROWS)), np.cos(0.05 * np.arange(ROWS))])

@@ -10,7 +10,8 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import guess_csv_columns, read_log
+from collaudit.core.logs.column_guess import guess_csv_columns
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.tables.table_stamps import SCALES
 
 ROWS = 200

@@ -27,7 +27,7 @@ BELONGS = {
     "mcap": ("core/logs/mcap/", "fixtures/", "reports/exports/"),
     "mcap_ros1": (),
     "mcap_ros2": (),
-    "rosbags": ("core/logs/messages/", "fixtures/"),
+    "rosbags": ("core/logs/messages/", "fixtures/", "reports/exports/"),
     "sqlite3": ("core/logs/rosbag2/",),
     "lz4": ("core/logs/storage/",),
     "zstandard": ("core/logs/storage/", "core/logs/csv/", "reports/exports/"),

@@ -22,7 +22,7 @@ from collaudit.reports.page.comparison_page import body_regions_html, comparison
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
 from collaudit.reports.page.shared_assets import write_assets
-from collaudit.reports.sections.body_region_sections import BodyLimits, BodyRegion
+from collaudit.reports.sections.body_region_sections import BodyLimits
 from collaudit.reports.values.comparison import compare
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -262,7 +262,9 @@ def pages(tmp_path: Path) -> dict[str, Path]:
     write_index(tmp_path, [*dated, entry_of_error("b.bag", LogError("cut short"))])
     audit, other = samples.failed(3000), samples.passed(3000)
     (tmp_path / "compared.html").write_text(comparison_html(compare(audit, other)))
-    limits = BodyLimits("our own measurements", (BodyRegion("hand", 140.0, 280.0),))
+    limits = BodyLimits.of(
+        {"source": "our own measurements", "region": [{"name": "hand", "quasi_static_n": 140, "transient_n": 280}]}
+    )
     (tmp_path / "limits.html").write_text(body_regions_html([samples.busy(3).result, other.result], limits))
     return {name: tmp_path / f"{name}.html" for name in ("several", "index", "compared", "limits")}
 

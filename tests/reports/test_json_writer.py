@@ -15,7 +15,7 @@ from collaudit.reports.files.json_writer import json_text
 PROJECT = Path(__file__).resolve().parents[2]
 #: Who else may call json.dumps, since what they write is no result; all refuse NaN.
 OTHERS = {
-    "cli/error_json.py": "what went wrong, for scripts",
+    "cli/main.py": "what went wrong, for scripts",
     "cli/fleet/run_log.py": "events of the run, one a line",
     "fixtures/truth.py": "known truth",
     "reports/files/signals_file.py": "metadata inside Parquet",

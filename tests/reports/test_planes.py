@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from collaudit.reports.page.html import html_text
-from collaudit.reports.plots.plane_map import plane_map
-from collaudit.reports.plots.region_outline import region_outline
+from collaudit.reports.plots.plane_map import plane_map, region_outline
 from collaudit.reports.sections.study_sections import study_sections
 
 _SEGMENT = re.compile(r"([mhvz])(-?\d+)?(?: ?(-?\d+))?")

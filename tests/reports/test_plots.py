@@ -34,7 +34,7 @@ from collaudit.reports.plots.plot_friction import draw_friction
 from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
-from collaudit.reports.plots.svg_path import polyline, strokes
+from collaudit.reports.plots.svg import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
 from collaudit.reports.values.contact_alarms import contacts_of, strongest
 

@@ -12,7 +12,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.logs import read_log
+from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.messages.profiles import profile_of
 
 COUNT = 25

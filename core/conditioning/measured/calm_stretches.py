@@ -16,7 +16,7 @@ import numpy as np
 
 from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS, DetectConfig
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.runs import lasting, marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 
 #: Expected number of stretches as long by chance.
@@ -211,9 +211,8 @@ def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, channels: int = 
         return None
     with np.errstate(invalid="ignore"):
         out &= np.square(bend) <= loud  # a window may reach beyond what is quiet
-    starts, stops = run_bounds(out)
-    long = stops - starts >= least
-    return marked(starts[long], stops[long], bend.size) if long.any() else None
+    out = lasting(out, least)
+    return out if out.any() else None
 
 
 def _whole(mask: BoolArray) -> Callable[[IntArray, int], BoolArray]:

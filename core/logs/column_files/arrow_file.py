@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+from pyarrow import feather
+
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_reading import plausible_table
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 #: Bytes of a number, to tell how large columns become.
 _NUMBER = 8
@@ -30,8 +33,6 @@ def open_parquet(path: Path, settings: CsvConfig) -> NamedColumns:
     Raises:
         LogError: it cannot be read, or claims more rows than its size allows.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
 
     try:
         with pq.ParquetFile(path) as file:
@@ -56,8 +57,6 @@ def open_feather(path: Path, settings: CsvConfig) -> NamedColumns:
     Raises:
         LogError: it cannot be read.
     """
-    import pyarrow as pa
-    from pyarrow import feather
 
     try:
         table = feather.read_table(path)
@@ -72,7 +71,6 @@ def _unreadable(title: str, path: Path, error: Exception) -> LogError:
 
 
 def _table(path: Path, kind: str, title: str, table: Any) -> NamedColumns:
-    import pyarrow as pa
 
     while any(pa.types.is_struct(held) for held in table.schema.types):
         table = table.flatten()
@@ -92,22 +90,18 @@ def _table(path: Path, kind: str, title: str, table: Any) -> NamedColumns:
 
 def _index_name(name: str, kind: Any) -> str:
     """The time of a pandas index without a name of its own is called so."""
-    import pyarrow as pa
 
     times = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
     return "time" if times and name.startswith("__index_level_") else name
 
 
 def _is_list(kind: Any) -> bool:
-    import pyarrow as pa
 
     return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind))
 
 
 def _of_lists(name: str, column: Any) -> dict[str, Any]:
     """Columns ``name1``, ``name2`` … of lists that are all equally long; none where they are not."""
-    import pyarrow as pa
-    import pyarrow.compute as pc
 
     widths = pc.unique(pc.list_value_length(column)).to_pylist()
     if len(widths) != 1 or not widths[0]:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.array_columns import columns_of
 from collaudit.core.logs.column_files.matlab_elements import check_elements
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_head import head_of
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 _HDF5 = b"MATLAB 7.3"
 _HINT = (

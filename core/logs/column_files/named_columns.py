@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.table_reader import TableColumns, numbers_of
@@ -73,7 +74,6 @@ class NamedColumns:
         return np.asfortranarray(np.column_stack([self._numbers(index) for index in indices]))
 
     def _numbers(self, index: int) -> FloatArray:
-        import pyarrow as pa
 
         column = self._columns[index]
         whole = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
@@ -86,7 +86,6 @@ class NamedColumns:
 
     def _stamps(self, index: int) -> Any:
         """The time column as a reader hands it on: timestamps in ns, ISO texts as timestamps."""
-        import pyarrow as pa
 
         column = self._columns[index]
         kind = column.type

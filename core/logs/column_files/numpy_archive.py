@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.array_columns import columns_of
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_reading import plausible_table
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 
 def open_npz(path: Path, settings: CsvConfig) -> NamedColumns:

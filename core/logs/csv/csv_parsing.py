@@ -9,9 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+from pyarrow import csv as arrow_csv
+from pyarrow import enable_signal_handlers
+
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, damage_of, open_bytes, rows_as_text
-from collaudit.core.logs.storage.decompression import decompression_errors
+from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS
 from collaudit.core.logs.storage.file_head import compression_at
 
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
@@ -36,7 +40,6 @@ def parse(path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[st
     """
     if dialect.delimiter == " " or dialect.encoding == "utf-16":
         return parse_rewritten(path, dialect, wanted, types)
-    import pyarrow as pa
 
     _leave_signals_alone()
     encoding = dialect.encoding.removesuffix("-sig")
@@ -45,7 +48,7 @@ def parse(path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[st
         with open_bytes(path) as stream:
             try:
                 return reading.table(stream), damage_of(stream)
-            except decompression_errors() as error:
+            except DECOMPRESSION_ERRORS as error:
                 raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
     with pa.OSFile(str(path)) as source:
         return reading.table(source), None
@@ -73,7 +76,7 @@ def parse_rewritten(
                 else:
                     writer.writerow(cells)
             damage = damage_of(raw)
-    except decompression_errors() as error:
+    except DECOMPRESSION_ERRORS as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
     reading = _Reading(len(dialect.names), 0, ",", "utf-8", wanted, types, dialect.decimal)
     return reading.table(io.BytesIO(out.getvalue().encode("utf-8", "replace"))), damage
@@ -81,7 +84,6 @@ def parse_rewritten(
 
 def _leave_signals_alone() -> None:
     """Arrow's handler of Ctrl-C is a thread of its own."""
-    from pyarrow import enable_signal_handlers
 
     enable_signal_handlers(False)
 
@@ -103,7 +105,6 @@ class _Reading:
 
         Arrow's own threads go on after an error and can abort the process.
         """
-        from pyarrow import csv as arrow_csv
 
         return arrow_csv.read_csv(
             source,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.decompression import decompression_errors
+from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS
 from collaudit.core.logs.storage.file_reading import plausible_table
 from collaudit.core.logs.storage.packed_file import opened_packed
 
@@ -53,7 +53,7 @@ class BoundedStream(io.RawIOBase):
         """Decompress a piece and set its whole lines free."""
         try:
             data = self._inner.read1(_PIECE)
-        except decompression_errors() as error:
+        except DECOMPRESSION_ERRORS as error:
             if not self._given:
                 raise
             self.damage = f"it cannot be decompressed beyond {self._given} bytes of text ({error})"

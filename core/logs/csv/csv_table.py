@@ -4,26 +4,37 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_fault import Fault, first_fault
 from collaudit.core.logs.csv.csv_parsing import parse, parse_rewritten
-from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
+from collaudit.core.logs.csv.csv_text import (
+    BLANKS,
+    NULLS,
+    Dialect,
+    dialect_of,
+    is_iso,
+    is_number,
+    open_bytes,
+    read_head,
+    rows_as_text,
+    split,
+)
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 #: Rows whose cells are compared to tell whether tables were written from one recording.
 _FIRST_ROWS = 50
 _Parse = Callable[[Sequence[Any], dict[str, Any]], tuple[Any, str | None]]
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
+_PIECE = 1 << 20
 
 
 class CsvTable:
@@ -63,7 +74,6 @@ class CsvTable:
         Raises:
             LogError: naming line and column, for a ragged row or a cell that is not a number.
         """
-        import pyarrow as pa
 
         path, dialect = self.path, self.dialect
         columns = [index for group in groups.values() for index in group]
@@ -73,7 +83,7 @@ class CsvTable:
         try:
             table, damage = _typed(partial(parse, path, dialect), dialect, wanted, types, time)
         except pa.ArrowInvalid as failure:
-            fault = first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
+            fault = _first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
             try:
                 table, damage = _mended(path, dialect, wanted, types, time, fault)
             except pa.ArrowInvalid:
@@ -93,7 +103,6 @@ def _typed(
     Raises:
         ArrowInvalid: they fit none, or another cell or row is not as it should be.
     """
-    import pyarrow as pa
 
     *kinds, last = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
     for kind in kinds:
@@ -107,7 +116,6 @@ def _typed(
 
 def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
     """Whether one column alone can be read as a type."""
-    import pyarrow as pa
 
     try:
         parse_as([column], {f"c{column}": kind})
@@ -117,7 +125,7 @@ def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
 
 
 def _mended(
-    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: Fault | None
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: _Fault | None
 ) -> tuple[Any, str | None]:
     """The table without what is no row of it: comments with as many cells as it has columns, a last row cut short.
 
@@ -136,7 +144,6 @@ def _mended(
 
 def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
     """Columns one after the other in memory, strung together by Arrow in one go."""
-    import pyarrow as pa
 
     pieces = [piece for index in indices for piece in table.column(f"c{index}").chunks]
     values = numbers_of(pa.concat_arrays(pieces)) if pieces else np.empty(0)
@@ -144,7 +151,6 @@ def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
 
 
 def _time_types(first: str) -> list[Any]:
-    import pyarrow as pa
 
     text = first.strip()
     if is_iso(text):
@@ -159,3 +165,70 @@ def _time_types(first: str) -> list[Any]:
 
 #: How the table of formats opens a file.
 open_csv: Callable[[Path, CsvConfig], TableReader] = CsvTable
+
+
+@dataclass(frozen=True, slots=True)
+class _Fault:
+    """What is wrong with a row.
+
+    Attributes:
+        error: what to tell the user, with line and column.
+        line: number of the line, from 1.
+        cut: whether it is the file's last line, not ended, and only its end is wrong: the file was cut inside it.
+    """
+
+    error: LogError
+    line: int
+    cut: bool
+
+
+def _first_fault(
+    path: Path, dialect: Dialect, wanted: Sequence[int], numeric: Sequence[int], time: int | None
+) -> _Fault | None:
+    """Find the first row that has too few or too many cells, or a cell that is no number.
+
+    Args:
+        path: the file.
+        dialect: how it is written.
+        wanted: indices of the columns that must be numbers.
+        numeric: those of them that may be empty.
+        time: index of the time column, which may hold ISO stamps; None without.
+
+    Raises:
+        LogError: as of :func:`~collaudit.core.logs.csv.csv_text.rows_as_text`.
+    """
+    width = len(dialect.names)
+    may_be_empty = set(numeric)
+    with open_bytes(path) as raw:
+        rows = rows_as_text(path, raw, dialect)
+        for line, cells in rows:
+            where = f"{path}, line {line}"
+            held = [(k, cells[k].strip(BLANKS)) for k in wanted if k < len(cells)]
+            bad = [k for k, cell in held if not _fine(cell, k, dialect, may_be_empty, time)]
+            if len(cells) == width and not bad:
+                continue
+            last = next(rows, None) is None and _lacks_its_end(path, dialect)
+            if len(cells) != width:
+                message = "the row has another number of cells than the columns"
+                error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
+                return _Fault(error, line, last and len(cells) < width and not set(bad) - {len(cells) - 1})
+            name = dialect.names[bad[0]] if dialect.header else f"number {bad[0] + 1}"
+            message = f"the cell in column {name!r} is not a number"
+            error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
+            return _Fault(error, line, last and bad == [width - 1])
+    return None
+
+
+def _fine(cell: str, index: int, dialect: Dialect, may_be_empty: set[int], time: int | None) -> bool:
+    if cell in NULLS and index in may_be_empty:
+        return True
+    return is_number(cell, dialect.decimal) or (index == time and is_iso(cell))
+
+
+def _lacks_its_end(path: Path, dialect: Dialect) -> bool:
+    """Whether the last line has no end; of UTF-16 that is not told."""
+    end = b"\n"
+    with open_bytes(path) as stream:
+        while piece := stream.read(_PIECE):
+            end = piece[-1:]
+    return end != b"\n" and dialect.encoding != "utf-16"

@@ -9,15 +9,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_stream import BoundedStream
-from collaudit.core.logs.storage.decompression import decompression_errors
+from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS
 from collaudit.core.logs.storage.file_head import compression_at
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 HEAD_BYTES = 1 << 18
 _SAMPLE_LINES = 64
@@ -70,7 +68,7 @@ def read_head(path: Path, count: int = HEAD_BYTES) -> bytes:
     try:
         with open_bytes(path) as stream:
             return stream.read(count)
-    except decompression_errors() as error:
+    except DECOMPRESSION_ERRORS as error:
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
 
 

@@ -26,7 +26,6 @@ from collaudit.core.logs.mcap.mcap_records import (
     ChunkRef,
     McapIndex,
 )
-from collaudit.core.logs.mcap.mcap_run import message_run
 from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Damage
@@ -34,6 +33,9 @@ from collaudit.core.numeric.arrays import IntArray
 
 _WINDOW = 1 << 13
 _WIDE_WINDOW = 1 << 20
+#: Bytes from the start of a message record up to the end of its log time.
+LEAST_HEAD = 23
+_LENGTH = struct.Struct("<Q").unpack_from
 
 
 def scan(file: RandomFile) -> McapIndex:
@@ -185,3 +187,22 @@ class Scan:
             start, size = int(at[0]), self.end - int(at[0])
             self.index.chunks.append(ChunkRef(start, start, size, size, 0, "", loose=at - start))
             self.runs = []
+
+
+def message_run(window: bytes, at: int) -> tuple[IntArray, int]:
+    """The messages that follow each other from one place.
+
+    Args:
+        window: a part of the file.
+        at: where a record begins in it.
+
+    Returns:
+        (n,) offsets of the message records up to the first other record, or to one of which fewer than
+        ``LEAST_HEAD`` bytes lie in the window; and the offset after the last, which may lie beyond the window.
+    """
+    out: list[int] = []
+    last = len(window) - LEAST_HEAD
+    while at <= last and window[at] == MESSAGE:
+        out.append(at)
+        at += 9 + _LENGTH(window, at + 1)[0]
+    return np.array(out, dtype=np.int64), at

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError
 from collaudit.core.vendors.message_profiles import PROFILES, Profile
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 #: Name of the profiles that the configuration makes.
 CONFIGURED = "configured"

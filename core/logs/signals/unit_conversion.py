@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import pi
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.schema import UnitsConfig
 from collaudit.core.data.joint_log import EffortUnit
 from collaudit.core.errors import ConfigError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.numeric.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import UnitsConfig
 
 
 def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:

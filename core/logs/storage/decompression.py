@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import lzma
 import threading
+import zipfile
+import zlib
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Protocol, cast
+
+import lz4.frame
+import zstandard
 
 from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
 
@@ -14,6 +22,13 @@ _STEP = 1 << 16
 #: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
 _ZSTD_PIECE = 1 << 11
 _OF_CHUNKS = ("zstd", "lz4", "bz2")
+#: What opens a file that is compressed with a method; zstd has a reader of its own here.
+_OPENED: dict[str, Any] = {"gzip": gzip.open, "xz": lzma.open, "lz4": lz4.frame.open, "bz2": bz2.open}
+#: What the decompressors raise on damaged files.
+DECOMPRESSION_ERRORS = (
+    OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile
+)  # fmt: skip
+_ERRORS = (*DECOMPRESSION_ERRORS, ValueError, MemoryError)
 #: Of each thread: what keeps its memory from chunk to chunk.
 _OWN = threading.local()
 
@@ -44,7 +59,6 @@ class _Zstd:
         self._frame: Any = None
 
     def read1(self, size: int) -> bytes:
-        import zstandard
 
         while piece := self._file.read(_ZSTD_PIECE):
             parts = []
@@ -69,38 +83,8 @@ class _Zstd:
 
 def decompressor(source: Path | BytesIO, method: str) -> Source:
     """The decompressed bytes of a file: ``gzip``, ``xz``, ``lz4``, ``bz2`` or ``zstd``."""
-    if method == "gzip":
-        import gzip
-
-        return cast(Source, gzip.open(source, "rb"))
-    if method == "xz":
-        import lzma
-
-        return cast(Source, lzma.open(source, "rb"))
-    if method == "lz4":
-        import lz4.frame
-
-        return cast(Source, lz4.frame.open(source, "rb"))
-    if method == "bz2":
-        import bz2
-
-        return cast(Source, bz2.open(source, "rb"))
-    return _Zstd(source)
-
-
-def decompression_errors() -> tuple[type[Exception], ...]:
-    """What the decompressors raise on damaged files."""
-    import lzma
-    import zipfile
-    import zlib
-
-    import zstandard
-
-    return (OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile)
-
-
-def _errors() -> tuple[type[Exception], ...]:
-    return (*decompression_errors(), ValueError, MemoryError)
+    opened = _OPENED.get(method)
+    return _Zstd(source) if opened is None else cast(Source, opened(source, "rb"))
 
 
 def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Unpacked:
@@ -127,7 +111,7 @@ def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Un
         out, _ = _frame(kind, data, size)
         if len(out) == size:
             return Unpacked(out)
-    except _errors():
+    except _ERRORS:
         pass
     out = _salvage(kind, data, size)
     return Unpacked(out, f"only {len(out)} of its {size} bytes could be decompressed")
@@ -147,7 +131,7 @@ def bounded(kind: str, data: bytes, limit: int) -> Unpacked:
     try:
         out, ended = _frame(kind, data, limit)
         return Unpacked(out) if ended else Unpacked(b"", f"it ends early, or becomes more than {limit} bytes")
-    except _errors() as error:
+    except _ERRORS as error:
         return Unpacked(b"", str(error) or type(error).__name__)
 
 
@@ -155,21 +139,12 @@ def _frame(kind: str, data: bytes, limit: int) -> tuple[bytes, bool]:
     """The bytes of a frame, at most so many, and whether it ended with them."""
     stream: Any
     if kind == "zstd":
-        import zstandard
-
         if zstandard.frame_content_size(data) > limit:
             raise ValueError(f"it claims more than {limit} bytes")
         if not hasattr(_OWN, "zstd"):
             _OWN.zstd = zstandard.ZstdDecompressor()
         return _OWN.zstd.decompress(data, max_output_size=limit), True
-    if kind == "lz4":
-        import lz4.frame
-
-        stream = lz4.frame.LZ4FrameDecompressor()
-    else:
-        import bz2
-
-        stream = bz2.BZ2Decompressor()
+    stream = lz4.frame.LZ4FrameDecompressor() if kind == "lz4" else bz2.BZ2Decompressor()
     return bytes(stream.decompress(data, max_length=limit)), stream.eof
 
 
@@ -182,6 +157,6 @@ def _salvage(kind: str, data: bytes, size: int) -> bytes:
         while have < size and (part := stream.read1(min(_STEP, size - have))):
             parts.append(part)
             have += len(part)
-    except _errors():
+    except _ERRORS:
         pass
     return b"".join(parts)[:size]

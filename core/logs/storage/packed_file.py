@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.decompression import Source, decompression_errors, decompressor
+from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, Source, decompressor
 from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES
 from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
 
@@ -65,7 +65,7 @@ def _beside(name: str) -> bool:
 def inner_head(path: Path, method: str) -> bytes:
     """The first bytes of what a compressed file holds; none where they cannot be had."""
     head = b""
-    with suppress(LogError, *decompression_errors()), closing(opened_packed(path, method)) as source:
+    with suppress(LogError, *DECOMPRESSION_ERRORS), closing(opened_packed(path, method)) as source:
         while len(head) < _HEAD and (piece := source.read1(_HEAD)):
             head += piece
     return head[:_HEAD]
@@ -125,7 +125,7 @@ def _unpack(path: Path, method: str, into: Path) -> str | None:
                         hint="unpack it yourself, or set TMPDIR to a larger disk",
                     )
                 out.write(piece)
-        except decompression_errors() as error:
+        except DECOMPRESSION_ERRORS as error:
             if not given:
                 raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
             return f"it cannot be decompressed beyond {given} bytes ({error})"

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding
 from collaudit.core.logs.tables.column_assignment import CURRENT_WORDS
 from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import is_doubtful, named_unit
 from collaudit.core.numeric.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
-
 
 #: Quantity to the units that are converted, and how column names spell them.
 UNITS = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
@@ -21,9 +21,6 @@ from collaudit.core.logs.tables.table_stamps import guess_time_unit
 from collaudit.core.logs.tables.wrench_columns import find_wrench
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.vendors.column_words import CONVERTED, USABLE
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 #: Columns of larger files are named only.
 _MOST_BYTES = 512 << 20

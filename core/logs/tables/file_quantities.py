@@ -6,23 +6,40 @@ import fnmatch
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from collaudit.core.config.config_table import ColumnPattern
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
+from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import Assignment, assign
-from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, match_pattern
-from collaudit.core.logs.tables.joint_name_columns import with_named_joints
-
-if TYPE_CHECKING:
-    from collaudit.core.config.config_table import ColumnPattern
-    from collaudit.core.config.schema import CsvConfig
+from collaudit.core.logs.tables.column_patterns import (
+    MOTION,
+    QUANTITIES,
+    Found,
+    counts_message,
+    is_numbered,
+    match_pattern,
+)
 
 #: Words in the names of files that say which quantity all their columns hold.
 _WORDS = {
     "position": ("position", "positions", "pos", "q", "ang", "angle", "angles"),
     "velocity": ("velocity", "velocities", "vel", "dq", "qd", "qdot", "speed", "speeds"),
-    "effort": ("effort", "efforts", "eff", "tau", "torque", "torques", "trq", "moment", "current", "currents", "curr", "cur"),
+    "effort": (
+        "effort",
+        "efforts",
+        "eff",
+        "tau",
+        "torque",
+        "torques",
+        "trq",
+        "moment",
+        "current",
+        "currents",
+        "curr",
+        "cur",
+    ),
     "temperature": ("temperature", "temperatures", "temp"),
 }
 #: Names of files that hold the time of the others.
@@ -30,6 +47,7 @@ _TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "s
 #: Shorter words stand in too many names for a pattern of file names.
 _SHORTEST = 3
 _KEYS = (*QUANTITIES, "time")
+_QUANTITY = re.compile(r"(position|velocity|effort)(?=[\[._]?\{i)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +111,7 @@ def _time_in_first(readers: Sequence[TableReader]) -> int | None:
 
 def _assigned(reader: TableReader, settings: CsvConfig, first: int | None) -> Assignment:
     own = settings.changed(_of_this_file(reader, settings))
-    assignment = with_named_joints(reader, assign(reader.names, own, header=reader.named))
+    assignment = _with_named_joints(reader, assign(reader.names, own, header=reader.named))
     if assignment.quantities or any(getattr(settings, key) is not None for key in QUANTITIES):
         return assignment
     if assignment.time is None and settings.row_period_s is None:
@@ -168,3 +186,36 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
         if found is not None and len(found.columns) == len(names):
             return quantity, replace(found, pattern=f"{file}:{pattern}")
     return None
+
+
+def _with_named_joints(reader: TableReader, assignment: Assignment) -> Assignment:
+    """Numbered columns of a message under the names that the table holds beside them; else as they are.
+
+    Raises:
+        LogError: the names differ from row to row: several publishers take turns, and no column is one joint's.
+    """
+    quantities = dict(assignment.quantities)
+    for quantity in MOTION:
+        found = quantities.get(quantity)
+        if found is not None and counts_message(found.pattern) and is_numbered(found):
+            joints = _names_beside(reader, found)
+            if joints is not None:
+                quantities[quantity] = replace(found, joints=joints)
+    return replace(assignment, quantities=quantities)
+
+
+def _names_beside(reader: TableReader, found: Found) -> tuple[str, ...] | None:
+    """What the columns ``name`` of the same message say, where there are as many."""
+    columns = match_pattern(reader.names, _QUANTITY.sub("name", found.pattern))
+    if columns is None or len(columns.columns) != len(found.columns):
+        return None
+    held = [tuple(dict.fromkeys(reader.first_cells(index))) for index in columns.columns]
+    varying = [reader.names[index] for index, cells in zip(columns.columns, held, strict=True) if len(cells) > 1]
+    if varying:
+        raise LogError(
+            f"the joints' names change from row to row in {listed(varying)}: several publishers take turns",
+            found=listed([cell for cells in held for cell in cells]),
+            hint="export one publisher's messages; or read the bag itself, which keeps them apart",
+        )
+    names = tuple(cells[0] for cells in held if cells and cells[0])
+    return names if len(set(names)) == len(found.columns) else None

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.impossible_values import garbage_rows
@@ -25,9 +25,6 @@ from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.table_stamps import named_unit, seconds_of
 from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps
 from collaudit.core.numeric.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig, LogConfig
 
 #: Joint names and their (n, j) columns.
 Block = tuple[tuple[str, ...], FloatArray]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isnan
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import CsvConfig, LogConfig, UnitsConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
@@ -22,9 +22,6 @@ from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.mode_columns import mode_annotations
 from collaudit.core.numeric.arrays import FloatArray, frozen
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig, LogConfig, UnitsConfig
 
 #: What a cell says while an annotation does not hold, in lower case; a number says so by being zero or none.
 _NO = frozenset({"", "false", "no", "off", "none", "null", "-"})

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
@@ -13,9 +12,6 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_patterns import bare, column_index
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import CsvConfig
 
 #: Name of the group of columns that holds the number of the run.
 RUN = "run"

@@ -6,6 +6,8 @@ import re
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 
 from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.storage.table_reader import numbers_of
@@ -43,7 +45,6 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
         stamps: the time column as Arrow read it.
         unit: ``auto``, ``s``, ``ms``, ``us``, ``ns`` or ``iso``.
     """
-    import pyarrow as pa
 
     kind = stamps.type
     if len(stamps) == 0:
@@ -89,8 +90,6 @@ def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:
 
 def _seconds(stamps: Any, numbers: FloatArray, first: int, scale: float) -> tuple[FloatArray, int | None]:
     """Seconds from stamp number ``first``, and its absolute time in ns; integers and decimals lose nothing."""
-    import pyarrow as pa
-    import pyarrow.compute as pc
 
     kind, zero = stamps.type, stamps[first].as_py()
     exact = abs(float(zero)) * 1e9 / scale < _MOST_NS

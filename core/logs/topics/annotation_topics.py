@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
@@ -19,9 +19,6 @@ from collaudit.core.logs.topics.publishers import Publisher
 from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 #: The field of std_msgs types, taken where none is named.
 DEFAULT_FIELD = "data"

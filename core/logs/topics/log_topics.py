@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_definitions import read_definitions
@@ -14,9 +15,6 @@ from collaudit.core.logs.messages.profiles import configured, profile_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
 from collaudit.core.vendors.message_profiles import Profile
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 Definitions = Mapping[str, Any]
 ENCODINGS = ("cdr", "ros1", "json", "protobuf")

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
@@ -16,9 +15,6 @@ from collaudit.core.logs.topics.log_topics import Topic
 from collaudit.core.logs.topics.publishers import Publisher
 from collaudit.core.logs.topics.sample_order import Ordered, clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, frozen
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 
 def read_wrench(

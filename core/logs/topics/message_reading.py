@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
@@ -37,9 +37,6 @@ from collaudit.core.logs.topics.publisher_conflicts import alternation, disagree
 from collaudit.core.logs.topics.publishers import Publisher, publishers_of
 from collaudit.core.logs.topics.topic_findings import skipped_findings
 from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 
 def read_message_log(

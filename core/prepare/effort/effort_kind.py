@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.vendors.torque_sensors import TORQUE_SENSED
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
 
 EffortSource = Literal["motor", "joint"]
 

@@ -17,7 +17,7 @@ from collaudit.cli.commands.report import BODY_REGIONS_SCHEMA, WRITTEN_SCHEMA
 from collaudit.cli.commands.simulate import SIMULATED_SCHEMA
 from collaudit.cli.commands.verify import VERIFY_SCHEMA
 from collaudit.cli.drafts.draft_json import INIT_SCHEMA
-from collaudit.cli.error_json import ERROR_SCHEMA
+from collaudit.cli.main import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.recommendation_result import (

@@ -131,7 +131,7 @@ $(RUN)/.made $(TEST)/.made:
 	touch $@
 
 $(RUN)/.installed: $(RUN)/.made $(SETUP)
-	$(RUN)/bin/python -m pip install --quiet --editable .
+	$(RUN)/bin/python -m pip install --quiet --editable '.[simulate]'
 	$(COMPILED)
 	touch $@
 

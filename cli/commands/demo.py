@@ -35,10 +35,13 @@ def command(output: Path, seed: int, as_json: bool) -> int:
     Exit code 0 when every push was found and nothing else; 1 otherwise.
     """
     from collaudit.cli.demonstration import evaluate, level_checks, parameter_checks, push_checks, simulate_all
+    from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.terminal.demo_text import demo_text
 
     output.mkdir(parents=True, exist_ok=True)
+    if compiler_missing():
+        note(HINT)
     note("simulating the friction run and polishing runs A and B (about a minute) …")
     files = simulate_all(output, seed)
     with progress("auditing") as report:

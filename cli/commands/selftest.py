@@ -26,11 +26,14 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
 
     Exit code 0 when everything is as it should be, 1 otherwise.
     """
+    from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.installation_checks import run_selftest
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.terminal.checks_text import checks_text
 
+    if compiler_missing():
+        note(HINT)
     note("simulating and auditing known-truth logs (a minute or two) …")
     with TemporaryDirectory(prefix="collaudit-selftest-") as scratch, progress("selftest") as report:
         result = run_selftest(keep or Path(scratch), seed=seed, progress=report)

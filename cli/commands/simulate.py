@@ -86,9 +86,12 @@ def command(
     Beside LOG stand its configuration (.toml), its truth (.truth.json) and, for a URDF robot, its model
     (.urdf). A simulation's own files are replaced, others are not.
     """
+    from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.simulation import simulate_to
     from collaudit.reports.files.json_writer import json_text
 
+    if compiler_missing():
+        note(HINT)
     with progress("simulating") as report:
         files = simulate_to(
             scenario,

@@ -261,6 +261,10 @@ class PinocchioModel:
         """Memory for the library's algorithms on this model; each thread needs its own."""
         return Workspace(self._model)
 
+    def forward(self) -> ForwardModel:
+        """Forward dynamics of this model, for simulation."""
+        return ForwardModel(self)
+
     def _frame(self, name: str) -> Any:
         return self._model.frames[frame_id(self._model, name)]
 
@@ -294,6 +298,16 @@ class Workspace:
         """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
         self._model, self._data = model, model.createData()
 
+    def forward_dynamics(self, q: FloatArray, v: FloatArray, torque: FloatArray) -> FloatArray:
+        """(j,) acceleration (articulated-body algorithm)."""
+        out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
+        return out
+
+    def gravity_torque(self, q: FloatArray) -> FloatArray:
+        """(j,) torque G(q) that holds the arm against gravity."""
+        out: FloatArray = pin.computeGeneralizedGravity(self._model, self._data, q)
+        return out
+
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
         out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
@@ -316,6 +330,31 @@ class Workspace:
             arm = self._data.oMf[frame].rotation @ point_m
             out[:3] -= pin.skew(arm) @ out[3:]
         return out
+
+
+class ForwardModel(Workspace):
+    """Forward dynamics and kinematics one sample at a time, for simulation; a copy of the model is worked on."""
+
+    def __init__(self, model: PinocchioModel) -> None:
+        """``model``: the arm."""
+        self._arm, self._copy, self._rotor = model, model.copy(), model.armature
+        super().__init__(self._copy._model)
+
+    def acceleration(self, q: FloatArray, v: FloatArray, torque: FloatArray, extra: FloatArray) -> FloatArray:
+        """(j,) acceleration.
+
+        Args:
+            q, v, torque: position, velocity, joint torque.
+            extra: (j,) added to the mass matrix's diagonal for this call, kg·m²: what a linearly implicit
+                integrator needs.
+        """
+        self._copy.set_armature(self._rotor + extra)
+        return self.forward_dynamics(q, v, torque)
+
+    @property
+    def arm(self) -> PinocchioModel:
+        """The arm as it is: its constants and frames."""
+        return self._arm
 
 
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:

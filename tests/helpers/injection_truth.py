@@ -100,9 +100,9 @@ def _contact(prepared: Prepared, robot: str, push: Push, sample: int) -> Injecte
     frame, point = arm.links[push.link - 1]
     bodies = prepared.robot.bodies
     assert bodies is not None
-    forward = bodies.workspace()
+    forward = bodies.forward()
     forward.update(prepared.series.position_rad[sample])
-    rotation, origin = forward.pose(bodies.frame_number(frame))
+    rotation, origin = forward.pose(forward.arm.frame_number(frame))
     place = origin + rotation @ np.array(point)
     radius = np.array([place[0], place[1], 0.0]) / np.hypot(place[0], place[1])
     direction = {

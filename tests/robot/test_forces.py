@@ -88,11 +88,11 @@ def test_gravity_in_a_frame_matches_its_pose(data_dir: Path) -> None:
     robot = load_robot(config, data_dir, robot_joints(config, data_dir))
     q = np.random.default_rng(5).uniform(-2, 2, (10, 6))
     assert robot.bodies is not None
-    forward = robot.bodies.workspace()
+    forward = robot.bodies.forward()
     for k, wrench in enumerate(robot.tool_wrench(q, "ee_link")):
         forward.update(q[k])
-        sensor, origin = forward.pose(robot.bodies.frame_number("ee_link"))
-        tool, place = forward.pose(robot.bodies.frame_number("tool0"))
+        sensor, origin = forward.pose(forward.arm.frame_number("ee_link"))
+        tool, place = forward.pose(forward.arm.frame_number("tool0"))
         weight = 2.0 * robot.gravity_base_m_s2
         arm = place + tool @ np.array([0.01, 0.02, 0.1]) - origin
         np.testing.assert_allclose(wrench[:3], sensor.T @ weight, atol=1e-12)

@@ -162,6 +162,13 @@ def test_nothing_else_is_taken_for_smoothing(name: str) -> None:
         assert one.high_s < 0.1 or name == "a spring"  # a model that lacks so much bounds less
 
 
+def test_a_noisy_model_torque_is_no_smoothing() -> None:
+    """Acceleration from a coarse encoder: a window calms it, and so explains more of an effort that passed none."""
+    noise = np.random.default_rng(5).normal(0.0, 0.3 * RIGID.std(axis=0), RIGID.shape)
+    for one in told(RIGID + FRICTION, rigid=RIGID + noise).values():
+        assert not one.shown and one.high_s < 0.1
+
+
 def test_friction_that_turns_gradually_is_no_smoothing_where_nothing_moves_one_way() -> None:
     """Swings of a quarter of a second each way: bounded, and never said to be smoothed."""
     rate_hz = 1.8 + 1.2 * np.sin(0.4 * TIME_S)[:, None] ** 2 + [0.0, 0.3]

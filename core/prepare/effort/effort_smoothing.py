@@ -26,6 +26,9 @@ from collaudit.core.prepare.effort.channel_shift import all_known, basis_of, ste
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])
 #: Delays of the effort that are tried, s, and samples looked at in a second.
 _EARLIEST_S, _LATEST_S, _RATE_HZ = -0.04, 0.9, 50.0
+#: What both sides are smoothed by at first, s: acceleration is noisy, and a window that calms it would look like one
+#: that the effort has passed.
+_CALM_S = 0.1
 #: Time about a reversal in which friction is not yet sliding, s.
 _REVERSAL_S = 0.15
 #: Least time in such motion, s; most samples of it.
@@ -33,6 +36,8 @@ _LEAST_S, _MOST = 5.0, 6_000
 _BLOCKS = 20
 #: Share of the effort's power below which a difference of sums of squares is rounding.
 _ROUNDING = 1e-12
+#: Smoothing that leaves less than so many times less of the effort's power is any error of the model.
+_MATERIAL = 1.5
 #: A window of this standard deviation or more is said, s: at 0.05 s a push of 0.2 s keeps 95 % of its height.
 _SHOWN_S = 0.05
 
@@ -173,24 +178,25 @@ class _Grid:
         """
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
+        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), _CALM_S / self.step_s)
         known = all_known([parts, speed[:, None]])
         margin = 0 if reversals else round(_REVERSAL_S / self.step_s)
         use = self._reached(known & steady(np.nan_to_num(speed), MOVING_RAD_S, margin), effort)
         if use.size * self.step_s < _LEAST_S:
             return None
         use = use[:: -(-use.size // _MOST)]
-        measured = np.nan_to_num(effort)[use[:, None] + self.shifts]
+        measured = calm[:, 0][use[:, None] + self.shifts]
         if np.ptp(measured) == 0.0:
             return None
         block = np.searchsorted(np.linspace(0, self.rows.size, _BLOCKS + 1)[1:-1], use, side="right")
         starts = np.searchsorted(block, np.arange(_BLOCKS))
-        filled = np.nan_to_num(parts)
-        bases = tuple(self._basis(filled, window / self.step_s, use) for window in _WINDOWS_S)
+        bases = tuple(self._basis(calm[:, 1:], window / self.step_s, use) for window in _WINDOWS_S)
         return _Explained(measured, bases, starts)
 
     def _reached(self, mask: BoolArray, effort: FloatArray) -> IntArray:
         """Marked samples about which the effort is known at all delays, within one stretch."""
-        first, last = int(self.shifts[0]), int(self.shifts[-1])
+        reach = int(3.0 * _CALM_S / self.step_s)
+        first, last = int(self.shifts[0]) - reach, int(self.shifts[-1]) + reach
         rows = np.flatnonzero(mask)
         rows = rows[(rows + first >= 0) & (rows + last < mask.size)]
         holes = np.concatenate([[0], np.cumsum(~np.isfinite(effort))])
@@ -199,9 +205,12 @@ class _Grid:
 
     def _basis(self, parts: FloatArray, window: float, use: IntArray) -> FloatArray:
         """(k, c) orthonormal columns at some samples of parts (m, 2) smoothed by a window, in steps."""
+        return basis_of(np.column_stack([self._smoothed(parts, window)[use], np.ones(use.size)]))
+
+    def _smoothed(self, parts: FloatArray, window: float) -> FloatArray:
+        """(m, c) columns smoothed by a window, in steps, each stretch by itself."""
         pieces = [[gaussian_smoothed(column, window) for column in parts[s].T] for s in self.stretches]
-        smooth = np.concatenate([np.column_stack(piece) for piece in pieces])
-        return basis_of(np.column_stack([smooth[use], np.ones(use.size)]))
+        return np.concatenate([np.column_stack(piece) for piece in pieces])
 
 
 def _interval(told: Sequence[_Explained]) -> Smoothing:
@@ -226,7 +235,8 @@ def _interval(told: Sequence[_Explained]) -> Smoothing:
     below, above = worse[worse < best], worse[worse > best]
     between = np.sqrt(_WINDOWS_S[:-1] * _WINDOWS_S[1:])
     bounded = above.size > 0 and delay[best] < total.shape[1] - 1
-    low_s = float(between[below[-1]]) if below.size else 0.0
+    clear = below.size > 0 and more[0] > _MATERIAL * more[best]
+    low_s = float(between[below[-1]]) if clear else 0.0
     return Smoothing(float(_WINDOWS_S[best]), low_s, float(between[above[0] - 1]) if bounded else np.inf)
 
 

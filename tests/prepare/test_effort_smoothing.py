@@ -166,7 +166,7 @@ def test_a_noisy_model_torque_is_no_smoothing() -> None:
     """Acceleration from a coarse encoder: a window calms it, and so explains more of an effort that passed none."""
     noise = np.random.default_rng(5).normal(0.0, 0.3 * RIGID.std(axis=0), RIGID.shape)
     for one in told(RIGID + FRICTION, rigid=RIGID + noise).values():
-        assert not one.shown and one.high_s < 0.1
+        assert not one.shown and one.high_s < 0.2
 
 
 def test_friction_that_turns_gradually_is_no_smoothing_where_nothing_moves_one_way() -> None:

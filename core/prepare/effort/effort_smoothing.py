@@ -26,8 +26,8 @@ from collaudit.core.prepare.effort.channel_shift import all_known, basis_of, ste
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])
 #: Delays of the effort that are tried, s, and samples looked at in a second.
 _EARLIEST_S, _LATEST_S, _RATE_HZ = -0.04, 0.9, 50.0
-#: What both sides are smoothed by at first, s: acceleration is noisy, and a window that calms it would look like one
-#: that the effort has passed.
+#: What both sides are smoothed by before smoothing is said, s: acceleration is noisy, and a window that calms it would
+#: look like one that the effort has passed.
 _CALM_S = 0.1
 #: Time about a reversal in which friction is not yet sliding, s.
 _REVERSAL_S = 0.15
@@ -79,9 +79,10 @@ def effort_smoothing(
     """
     grid = _Grid.of(series)
 
-    def of_joints(reversals: bool) -> dict[int, Smoothing]:
+    def of_joints(reversals: bool, calm_s: float = 0.0) -> dict[int, Smoothing]:
         found = {
-            j: grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], law, reversals) for j, law in friction.items()
+            j: grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], law, reversals, calm_s)
+            for j, law in friction.items()
         }
         told = {j: one for j, one in found.items() if one is not None}
         return {} if not told else _of_each(told, friction)
@@ -89,7 +90,9 @@ def effort_smoothing(
     one_way, about_reversals = of_joints(reversals=False), of_joints(reversals=True)
     if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
         return {j: replace(one, low_s=0.0) for j, one in about_reversals.items()}
-    return {j: one.at_most(about_reversals[j].high_s) for j, one in one_way.items()}
+    calmed = of_joints(reversals=False, calm_s=_CALM_S)
+    shown_s = {j: calmed[j].low_s if j in calmed else 0.0 for j in one_way}
+    return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}
 
 
 def _of_each(told: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
@@ -170,18 +173,26 @@ class _Grid:
         return np.arange(round(_EARLIEST_S / self.step_s), round(_LATEST_S / self.step_s) + 1)
 
     def explained(
-        self, series: UniformSeries, j: int, drive: FloatArray, rigid: FloatArray, law: Friction, reversals: bool
+        self,
+        series: UniformSeries,
+        j: int,
+        drive: FloatArray,
+        rigid: FloatArray,
+        law: Friction,
+        reversals: bool,
+        calm_s: float,
     ) -> _Explained | None:
         """One joint's effort in motion; None without motion or effort.
 
-        ``reversals``: whether motion about a reversal counts, in which friction is not yet sliding.
+        ``reversals``: whether motion about a reversal counts, in which friction is not yet sliding. ``calm_s``: by what
+        effort, torque and friction are smoothed alike before they are compared, s.
         """
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
-        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), _CALM_S / self.step_s)
+        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), calm_s / self.step_s)
         known = all_known([parts, speed[:, None]])
         margin = 0 if reversals else round(_REVERSAL_S / self.step_s)
-        use = self._reached(known & steady(np.nan_to_num(speed), MOVING_RAD_S, margin), effort)
+        use = self._reached(known & steady(np.nan_to_num(speed), MOVING_RAD_S, margin), effort, calm_s)
         if use.size * self.step_s < _LEAST_S:
             return None
         use = use[:: -(-use.size // _MOST)]
@@ -193,9 +204,9 @@ class _Grid:
         bases = tuple(self._basis(calm[:, 1:], window / self.step_s, use) for window in _WINDOWS_S)
         return _Explained(measured, bases, starts)
 
-    def _reached(self, mask: BoolArray, effort: FloatArray) -> IntArray:
+    def _reached(self, mask: BoolArray, effort: FloatArray, calm_s: float) -> IntArray:
         """Marked samples about which the effort is known at all delays, within one stretch."""
-        reach = int(3.0 * _CALM_S / self.step_s)
+        reach = int(3.0 * calm_s / self.step_s)
         first, last = int(self.shifts[0]) - reach, int(self.shifts[-1]) + reach
         rows = np.flatnonzero(mask)
         rows = rows[(rows + first >= 0) & (rows + last < mask.size)]

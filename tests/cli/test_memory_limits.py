@@ -112,7 +112,7 @@ def test_what_a_file_that_ends_too_early_or_no_thread_says(
     def refused(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("collaudit.core.logs.describe", refused)
+    monkeypatch.setattr("collaudit.core.logs.log_description.describe", refused)
     done = collaudit("inspect", arm.pushed)
     assert done.code == code and said in done.err
     assert "interrupted" not in done.err

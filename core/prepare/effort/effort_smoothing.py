@@ -189,13 +189,13 @@ class _Grid:
         """
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
-        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), calm_s / self.step_s)
         known = all_known([parts, speed[:, None]])
         margin = 0 if reversals else round(_REVERSAL_S / self.step_s)
         use = self._reached(known & steady(np.nan_to_num(speed), MOVING_RAD_S, margin), effort, calm_s)
         if use.size * self.step_s < _LEAST_S:
             return None
         use = use[:: -(-use.size // _MOST)]
+        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), calm_s / self.step_s)
         measured = calm[:, 0][use[:, None] + self.shifts]
         if np.ptp(measured) == 0.0:
             return None

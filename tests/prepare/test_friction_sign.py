@@ -79,3 +79,12 @@ def test_a_tool_that_turns_the_torque_of_gravity_round_is_no_inverted_effort(sig
     prepared = prepare(log, arm(config), config)
     inverted = [f.joint for f in prepared.findings if f.code == "effort-sign-inverted"]
     assert inverted == ([] if sign > 0 else ["joint3"])
+
+
+def test_gravity_keeps_its_word_where_friction_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tool could turn any wrist round: that alone clears no sign."""
+    monkeypatch.setattr("three_joints.COULOMB", np.zeros(3))
+    monkeypatch.setattr("three_joints.VISCOUS", np.zeros(3))
+    config = settings()
+    prepared = prepare(log_of(arm(config), np.array([1.0, 1.0, -1.0])), arm(config), config)
+    assert [f.joint for f in prepared.findings if f.code == "effort-sign-inverted"] == ["joint3"]

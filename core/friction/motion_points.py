@@ -28,6 +28,8 @@ _DISTINCT = 1.1
 _ENOUGH = 5
 #: Pairs of directions are free of the model's errors: they are kept over any motion at this much less of the time.
 _GAIN, _GAIN_OVER_PAIRS = 0.1, 0.3
+#: Between speeds further apart than this ratio friction is not known: its fall from breakaway lies within one such step.
+_GAP = 3.0
 _MARGIN = 1.05  # friction is used a little beyond the speeds it was measured at
 
 
@@ -265,11 +267,15 @@ def moving_speeds(prepared: Sequence[Prepared], joint: str) -> FloatArray:
 
 
 def covered(points: Sequence[FrictionPoint], speeds: FloatArray) -> float:
-    """Share of the moving time whose speed lies within the range of the points."""
+    """Share of the moving time whose speed lies within the range of the points, and in no gap of it."""
     if not points or speeds.size == 0:
         return 0.0
-    measured = [p.speed_rad_s for p in points]
-    return float(np.mean((speeds >= min(measured) / _MARGIN) & (speeds <= max(measured) * _MARGIN)))
+    measured = np.unique([p.speed_rad_s for p in points])
+    known = (speeds >= measured[0] / _MARGIN) & (speeds <= measured[-1] * _MARGIN)
+    for below, above in pairwise(measured):
+        if above > _GAP * below:
+            known &= (speeds <= below * _MARGIN) | (speeds >= above / _MARGIN)
+    return float(np.mean(known))
 
 
 def any_motion_tells_more(

@@ -147,6 +147,16 @@ def test_many_points_at_one_speed_are_one_speed() -> None:
     assert covered(same, speeds) < 0.1
 
 
+def test_a_gap_between_sections_is_not_covered() -> None:
+    """One slow section and many fast ones say nothing of the fall from breakaway, which lies between them."""
+    speeds = np.geomspace(0.02, 1.2, 1000)
+    gap = points(np.r_[0.02, np.linspace(0.3, 1.2, 12)], lambda v: 4.0)
+    loose = points(np.geomspace(0.02, 1.2, 14), lambda v: 4.0)
+    assert covered(gap, speeds) == pytest.approx(np.log(1.2 / 0.3) / np.log(1.2 / 0.02), abs=0.05)
+    assert covered(loose, speeds) == 1.0
+    assert any_motion_tells_more(gap, loose, speeds)
+
+
 def test_sections_that_cover_the_motion_are_kept() -> None:
     sections = points(np.geomspace(0.02, 1.2, 8), lambda v: 4.0)
     loose = points(np.geomspace(0.05, 1.1, 14), lambda v: 4.0)

@@ -12,6 +12,7 @@ from collaudit.core.data.audit_result import (
     Provenance,
 )
 from collaudit.core.data.log_facts import log_facts
+from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units
 from collaudit.core.friction.arm_fit import fit_arm
@@ -91,6 +92,7 @@ def fit_logs(
     findings += identified_findings(arm.identified) + friction_findings(arm.fits, gains)
     findings += friction_variation_findings(settled.variation)
     findings += correction_findings(corrections)
+    findings += exceeded_findings(thresholds, arm.fits)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=dict(arm.fits),

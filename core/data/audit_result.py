@@ -129,7 +129,8 @@ class RuleFacts:
 
     ``follows`` by joint how the threshold goes with the motion: gamma_nm in usual motion, and in proportion to the
     scale elsewhere; joints that are absent have a constant one. ``at_rest_nm`` comes on top where friction is known
-    only as a range.
+    only as a range. ``lasting_nm`` by joint a lower threshold that alarms after ``lasting_n`` samples: what lasts has
+    less noise in it.
     """
 
     detector: str
@@ -143,6 +144,8 @@ class RuleFacts:
     near_miss_impulse: float = 0.4
     follows: dict[str, MotionScale] = field(default_factory=dict)
     at_rest_nm: dict[str, float] = field(default_factory=dict)
+    lasting_nm: dict[str, float] = field(default_factory=dict)
+    lasting_n: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -109,7 +109,9 @@ class FollowedMotion:
     Attributes:
         scales: of the residual.
         at_rest_nm: on top where friction is an interval.
+        lasting_nm: lower thresholds of what lasts.
     """
 
     scales: dict[str, MotionScale]
     at_rest_nm: dict[str, float]
+    lasting_nm: dict[str, float]

@@ -61,7 +61,7 @@ def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, na
     detector = detector_named(name or config.detect.detector)
     residual = detector.residual(prepared, inputs, config.detect)
     threshold = Threshold(series, residual, inputs.rule)
-    detected = detect_events(series, residual, threshold.of, inputs.rule, inputs.watch, prepared.phases, config)
+    detected = detect_events(series, residual, threshold, inputs.rule, inputs.watch, prepared.phases, config)
     return DetectorRun(detector, residual, threshold, detected)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,8 @@ from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, 
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.knocks import knock_width, knocks
-from collaudit.core.detection.rule import Event, apart, rule_events
+from collaudit.core.detection.rule import Event, apart, collisions, rule_events
+from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import each, ordered_map
@@ -38,7 +39,7 @@ class DetectedEvents:
 def detect_events(
     series: UniformSeries,
     residual: Residual,
-    threshold_nm: Callable[[int], FloatArray],
+    threshold: Threshold,
     rule: RuleFacts,
     watch: Mapping[str, Watch],
     phases: NDArray[np.int8],
@@ -48,7 +49,7 @@ def detect_events(
 
     Args:
         series, residual: of the judged joints.
-        threshold_nm: column to the (n,) level that counts: gamma, raised by what is uncertain.
+        threshold: the levels that count: gamma, raised by what is uncertain.
         rule: persistence and nominal thresholds.
         watch: which joints count.
         phases: (n,) labels.
@@ -64,7 +65,7 @@ def detect_events(
     width = knock_width(rule.n, residual.balance.kernel.settle_s, series.period_s)
 
     def events_of(j: int) -> _Found:
-        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm(j), rule, merge, width)
+        return _events(residual.torque_nm[:, j], state[:, j], threshold, j, merge, width)
 
     def joint_of(j: int, event: Event) -> str:
         return residual.isolation.joint_of(j, event.span.start)
@@ -72,6 +73,8 @@ def detect_events(
     for j, found in zip(columns, ordered_map(events_of, columns), strict=True):
         gamma = rule.gamma_nm[series.joint_names[j]]
         hits += [_collision(series, joint_of(j, e), e, gamma, phases) for e in found.fired]
+        lower = rule.lasting_nm.get(series.joint_names[j], gamma)
+        hits += [_collision(series, joint_of(j, e), e, lower, phases) for e in found.lasting]
         nearly: list[tuple[NearMissKind, Event, float]] = [("amplitude", e, abs(e.peak) / gamma) for e in found.low]
         nearly += [("persistence", e, e.longest / rule.n) for e in found.brief]
         nearly += [("impulse", e, ratio) for e, ratio in found.knocks]
@@ -85,25 +88,34 @@ def detect_events(
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """One joint's collisions, and near misses by amplitude, by persistence and, with its ratio each, by impulse."""
+    """One joint's collisions, those of the lower threshold of what lasts, and near misses.
+
+    These are by amplitude, by persistence and, with its ratio each, by impulse.
+    """
 
     fired: list[Event]
+    lasting: list[Event]
     low: list[Event]
     brief: list[Event]
     knocks: list[tuple[Event, float]]
 
 
 def _events(
-    torque_nm: FloatArray, state: NDArray[np.int8], level_nm: FloatArray, rule: RuleFacts, merge: int, width: int
+    torque_nm: FloatArray, state: NDArray[np.int8], threshold: Threshold, j: int, merge: int, width: int
 ) -> _Found:
+    rule = threshold.rule
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
-    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level_nm)
+    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(threshold.of(j))
     fired, low, brief = rule_events(
         x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
     )
+    lower = threshold.lasting(j)
+    longer = [] if lower is None else collisions(x, evidence, lower, rule.lasting_n, merge)
+    lasting = apart(longer, fired, merge)
+    low, brief = apart(low, lasting, merge), apart(brief, lasting, merge)
     ratios = dict(knocks(x, evidence, level, rule.n, width, rule.near_miss_impulse))
-    left = apart(list(ratios), [*fired, *low, *brief], max(merge, width))
-    return _Found(fired, low, brief, [(e, ratios[e]) for e in left])
+    left = apart(list(ratios), [*fired, *lasting, *low, *brief], max(merge, width))
+    return _Found(fired, lasting, low, brief, [(e, ratios[e]) for e in left])
 
 
 def _with_unwatched(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,8 @@ from collaudit.core.data.threshold_result import (
     detector_key,
 )
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule_settings import stated_persistence
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.rule_settings import LASTING_S, stated_persistence
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.stats import MARGIN
 from collaudit.core.prepare.prepared import Prepared
@@ -29,6 +30,8 @@ _HARDLY = 0.05
 #: Rounding of a persistence that is stated in ms and counted in samples.
 _SLACK = 1e-3
 _HOUR_S = 3600.0
+#: A joint's residual above its own threshold in the fitted logs is said from so much time on, s: more than one block.
+_EXCEEDED_S = 0.4
 #: Thresholds of two fits of one robot differ by less than this, unless something changed.
 _RISEN = 2.0
 
@@ -47,13 +50,15 @@ def with_fitted_thresholds(
         series: the judged joints.
     """
     if config.detect.gamma_nm != "auto":
-        return config, FollowedMotion({}, {}), []
+        return config, FollowedMotion({}, {}, {}), []
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
     n, _ = stated_persistence(config.detect, series.period_s)
-    follows = FollowedMotion({}, {})
+    long = persistence_samples(LASTING_S, series.period_s)
+    follows = FollowedMotion({}, {}, {})
     used: dict[str, ThresholdLevel] = {}
+    lower: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
         known = usable.joints.get(joint) if usable is not None else None
         level = level_at(known, n, n * series.period_s) if known is not None else None
@@ -61,6 +66,9 @@ def with_fitted_thresholds(
             gamma[joint], used[joint] = level.gamma_nm, level
             if known.scale is not None:
                 follows.scales[joint], follows.at_rest_nm[joint] = known.scale, known.rest_nm
+            lasting = level_at(known, long, long * series.period_s)
+            if lasting is not None and lasting.gamma_nm < level.gamma_nm:
+                lower[joint], follows.lasting_nm[joint] = lasting, lasting.gamma_nm
     missing = [joint for joint in series.joint_names if joint not in gamma]
     for joint in missing:
         known = usable.joints.get(joint) if usable is not None else None
@@ -73,7 +81,8 @@ def with_fitted_thresholds(
         text = f"Joint '{joint}' is not judged: gamma_nm = \"auto\", and {reason}."
         findings.append(Finding("gamma-missing", "error", text, joint=joint))
     if usable is not None and used:
-        findings.append(_source(usable, used, series.joint_names))
+        findings.append(_source(usable, used, lower, series.joint_names))
+        findings += exceeded_findings(usable, used)
     detect = config.detect.changed({"gamma_nm": gamma})
     return config.changed({"detect": detect}), follows, findings
 
@@ -118,18 +127,28 @@ def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel 
     return max(known.levels, key=lambda x: x.gamma_nm, default=None)
 
 
-def _source(thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], order: tuple[str, ...]) -> Finding:
-    """The evidence for the thresholds, in one sentence."""
+def _source(
+    thresholds: FittedThresholds,
+    used: Mapping[str, ThresholdLevel],
+    lower: Mapping[str, ThresholdLevel],
+    order: tuple[str, ...],
+) -> Finding:
+    """The evidence for the thresholds, and for the lower ones of what lasts."""
     known = [thresholds.joints[joint] for joint in used]
     held = min(joint.held_out for joint in known)
     in_sample = "" if held > 0.5 else " For a joint or more the fit was not held out, so they may be too low."
-    listed = ", ".join(f"{joint} {used[joint].gamma_nm:.3g}" for joint in order if joint in used)
-    rate = sum(level.false_alarms_per_hour for level in used.values())
-    low, high = (sum(level.false_alarms_ci95[k] for level in used.values()) for k in range(2))
+    listed, lasting = (
+        ", ".join(f"{joint} {levels[joint].gamma_nm:.3g}" for joint in order if joint in levels)
+        for levels in (used, lower)
+    )
+    every = [*used.values(), *lower.values()]
+    rate = sum(level.false_alarms_per_hour for level in every)
+    low, high = (sum(level.false_alarms_ci95[k] for level in every) for k in range(2))
+    also = f"; what lasts for {1e3 * LASTING_S:g} ms alarms from {lasting} on" if lasting else ""
     text = (
         f"Thresholds in usual motion (N·m), the best estimate from {_duration(min(one.hours for one in known))} of "
-        f"motion that the fit had not seen: {listed}. They follow speed and acceleration. False alarms of the arm "
-        f"expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
+        f"motion that the fit had not seen: {listed}{also}. They follow speed and acceleration. False alarms of the "
+        f"arm expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
     )
     return fact(text)
 
@@ -139,6 +158,22 @@ def _duration(hours: float) -> str:
     if seconds < 120.0:
         return f"{seconds:.3g} s"
     return f"{seconds / 60.0:.3g} min" if seconds < 2.0 * _HOUR_S and math.isfinite(seconds) else f"{hours:.3g} h"
+
+
+def exceeded_findings(thresholds: FittedThresholds, joints: Collection[str]) -> list[Finding]:
+    """That a joint's residual passes its own threshold in the motion of the fit, which nobody stated to be contact."""
+    out = []
+    for joint, known in thresholds.joints.items():
+        share = max((level.exceeded for level in known.levels), default=0.0)
+        seconds = _HOUR_S * known.hours * share
+        if joint in joints and seconds >= _EXCEEDED_S:
+            text = (
+                f"In {100.0 * share:.2g} % of its motion in the fitted logs ({seconds:.2g} s) the residual of joint "
+                f"'{joint}' passes the threshold that the rest of it tells: contact that was not recognised, or motion "
+                "that its friction law does not explain. If nothing touched the arm, other logs will alarm alike."
+            )
+            out.append(Finding("fit-exceeded", "warning", text, joint=joint))
+    return out
 
 
 def rise_findings(now: FittedThresholds | None, earlier: FittedThresholds | None) -> list[Finding]:

@@ -16,6 +16,10 @@ from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.phases import contact_mask
 
+#: What lasts for this long alarms at a lower threshold too, where thresholds are automatic, s: of noise little is left
+#: then, and a person who is hit or held pushes back for longer.
+LASTING_S = 0.1
+
 
 def make_rule(
     series: UniformSeries,
@@ -51,6 +55,8 @@ def make_rule(
         near_miss_impulse=config.near_miss.impulse,
         follows={} if follows is None else follows.scales,
         at_rest_nm={} if follows is None else follows.at_rest_nm,
+        lasting_nm={} if follows is None else follows.lasting_nm,
+        lasting_n=persistence_samples(LASTING_S, series.period_s),
     )
     return rule, watch, _findings(watch)
 

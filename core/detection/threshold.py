@@ -43,6 +43,18 @@ class Threshold:
             level = np.where(self.residual.state[:, j][part] == State.FRICTION_INTERVAL, level + extra, level)
         return level
 
+    def lasting(self, j: int) -> FloatArray | None:
+        """(n,) N·m of one joint for what lasts ``lasting_n`` samples; None without one.
+
+        In slow motion it is no lower than the other: friction errs there for as long as the joint is slow.
+        """
+        joint = self.series.joint_names[j]
+        if joint not in self.rule.lasting_nm:
+            return None
+        fast = np.abs(self.series.velocity_rad_s[:, j]) > _SLOW_RAD_S
+        lower = 1.0 - self.rule.lasting_nm[joint] / self.rule.gamma_nm[joint]
+        return np.asarray(self.of(j) - np.where(fast, lower * self._moving(j, joint), 0.0))
+
     def _moving(self, j: int, joint: str) -> FloatArray:
         """(n,) threshold of a joint that follows the motion, through the residual's kernel."""
         if j not in self._kept:

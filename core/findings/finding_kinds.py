@@ -502,6 +502,14 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes"},
         setting="fit.contact",
     ),
+    "fit-exceeded": Kind(
+        "In the fitted motion a residual passes its own threshold: contact that was not recognised, or motion that the "
+        "model does not explain.",
+        'Judge the fitted log, and look at what alarms. If nothing touched the arm, state [fit] contact = "none": the '
+        "thresholds then cover it; and fit more motion at the speeds concerned.",
+        _DOUBTS,
+        setting="fit.contact",
+    ),
     "fit-mostly-contact": Kind(
         "So much of a log is inconsistent with the rest that nothing was fitted on it.",
         "Record motion without contact, or label the contacts: --truth, --labels.",

@@ -28,7 +28,7 @@ _DISTINCT = 1.1
 _ENOUGH = 5
 #: Pairs of directions are free of the model's errors: they are kept over any motion at this much less of the time.
 _GAIN, _GAIN_OVER_PAIRS = 0.1, 0.3
-#: Between speeds further apart than this ratio friction is not known: its fall from breakaway lies within one such step.
+#: Between speeds further apart than this ratio friction is not known: its fall from breakaway lies within one.
 _GAP = 3.0
 _MARGIN = 1.05  # friction is used a little beyond the speeds it was measured at
 

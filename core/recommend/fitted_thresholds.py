@@ -102,7 +102,7 @@ def _joint(
     asked = config.detect.persistence_ms
     kept_ms = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
     counts = dict.fromkeys(tuple(persistence_samples(ms / 1e3, one.period_s) for one in data) for ms in kept_ms)
-    levels = [] if scale is None else threshold_levels(data, scale, counts, joints)
+    levels = [] if scale is None else threshold_levels(data, scale, counts, joints, config.fit.contact == "none")
     over = max((level.exceeded for level in levels), default=0.0)
     if over > _EXCEEDED and over * seconds > _EVENT_S:
         why = (

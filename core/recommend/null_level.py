@@ -116,7 +116,11 @@ def scale_of(evidence: Sequence[NullEvidence]) -> MotionScale | None:
 
 
 def threshold_levels(
-    evidence: Sequence[NullEvidence], scale: MotionScale, persistences: Iterable[Sequence[int]], joints: int
+    evidence: Sequence[NullEvidence],
+    scale: MotionScale,
+    persistences: Iterable[Sequence[int]],
+    joints: int,
+    contact_free: bool = False,
 ) -> list[ThresholdLevel]:
     """Best estimates of one joint's threshold: ``ARM_PER_HOUR`` over the joints, with ``MARGIN``; none without peaks.
 
@@ -128,6 +132,7 @@ def threshold_levels(
         scale: of it.
         persistences: to be answered for, each in samples of each log.
         joints: that share the arm's false alarms.
+        contact_free: nothing touched the arm, as its user states: no block alarms.
     """
     ratios = [_ratio(one, scale) for one in evidence]
 
@@ -136,10 +141,10 @@ def threshold_levels(
 
     highest, rate = peaks([1] * len(evidence)), ARM_PER_HOUR / joints
     out: list[ThresholdLevel] = []
-    single = null_tail(highest)
+    single = null_tail(highest, contact_free)
     if single is None:
         return []
-    clean = highest <= single.ceiling(highest.size)
+    clean = (highest <= single.ceiling(highest.size)) | contact_free
     for counts in persistences:
         sustained = peaks(counts)
         lasting = null_tail(sustained[clean], contact_free=True)
@@ -147,6 +152,8 @@ def threshold_levels(
             continue
         # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
         level = sqrt(single.level(rate) * lasting.level(rate))
+        if contact_free:
+            level = max(level, float(sustained.max()))  # what was seen without contact raises no alarm
         passed = float(np.mean(sustained[clean] > level)) > rate / lasting.per_hour
         if out and (passed or lasting.level(rate) < _LASTING * sqrt(single.start)):
             continue  # the bulk has no law of what lasts so long: the level of a shorter persistence serves

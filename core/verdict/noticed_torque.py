@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,7 +89,15 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
         push: the push.
         moments: of :meth:`Push.moments`.
     """
-    threshold, residual = run.threshold.of(j), run.residual.torque_nm[:, j]
+    noticed, lower = _exceeding(run, j, run.threshold.of(j), push, moments), run.threshold.lasting(j)
+    if lower is None:
+        return noticed
+    return np.minimum(noticed, _exceeding(run, j, lower, replace(push, n=run.threshold.rule.lasting_n), moments))
+
+
+def _exceeding(run: DetectorRun, j: int, threshold: FloatArray, push: Push, moments: IntArray) -> FloatArray:
+    """(k,) the same of one threshold (n,) and its persistence."""
+    residual = run.residual.torque_nm[:, j]
     out = np.empty(moments.size)
     for part in blocks(moments.size, max(1, _AT_ONCE // max(1, push.response.size))):
         rows = moments[part, None] + np.arange(-push.lead, push.response.size - push.lead)

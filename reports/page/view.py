@@ -153,10 +153,14 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Pr
         shortest_push="" if result.detection is None else shortest_push_text(result.detection.delay),
         findings=_findings(result),
         identified=() if result.identification is None else identified_sections(result.identification),
-        gammas=tuple(
-            (joint, f"{stated(gamma)} {torque_unit(result, joint)}") for joint, gamma in result.rule.gamma_nm.items()
-        ),
+        gammas=tuple((joint, _gamma_text(joint, gamma, result)) for joint, gamma in result.rule.gamma_nm.items()),
     )
+
+
+def _gamma_text(joint: str, gamma: float, result: AuditResult) -> str:
+    """A joint's threshold in its unit, and the lower one of what lasts."""
+    lower = result.rule.lasting_nm.get(joint)
+    return f"{stated(gamma)}{'' if lower is None else f' ({stated(lower)})'} {torque_unit(result, joint)}"
 
 
 def _findings(result: AuditResult) -> tuple[Section, ...]:

@@ -9,7 +9,15 @@ from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, R
 from collaudit.core.data.detection_result import Contact, ContactKind
 from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, contacts_of, force_text, height, in_time
+from collaudit.reports.values.contact_alarms import (
+    alarms_of,
+    contact_limits,
+    contacts_of,
+    force_text,
+    height,
+    in_time,
+    share_of_gamma,
+)
 from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import NONE, speed_unit, torque_unit
@@ -36,7 +44,8 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
     head = tuple(records[0]) if records else ("#",)
     windows = tuple(contact_limits(one, result.log.sample_period_s) for one in listed.values())
     rows = tuple(tuple(record.values()) for record in records)
-    note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more."
+    lower = f", or above its lower γ for {result.rule.lasting_n}" if result.rule.lasting_nm else ""
+    note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more{lower}."
     return Section("Contacts in order of time", head, rows, (note,) if rows else (), windows=windows)
 
 
@@ -74,7 +83,8 @@ def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
     fit = result.friction.get(alarm.joint)
     moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(fit) if fit is not None else 'rad/s')}"
     margin = apart([height(alarm), 1.0])[0]
-    return f"{alarm.joint} {_beside_gamma(alarm, result)[0]} (× {margin} γ), {duration(alarm.duration_s)}{moved}"
+    gamma = "lower γ" if share_of_gamma(alarm, result.rule) < 1.0 else "γ"
+    return f"{alarm.joint} {_beside_gamma(alarm, result)[0]} (× {margin} {gamma}), {duration(alarm.duration_s)}{moved}"
 
 
 def alarm_section(result: AuditResult) -> Section:

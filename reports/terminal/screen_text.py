@@ -177,13 +177,20 @@ def rule_text(result: AuditResult) -> str:
     heading = f"gamma in {next(iter(units.values()), 'N·m')}" if alike else "gamma"
     return (
         f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
-        f"{heading}: {_thresholds(rule, {} if alike else units)}"
+        f"{heading}: {_thresholds(rule, rule.gamma_nm, {} if alike else units)}{_lasting(rule, {} if alike else units)}"
     )
 
 
-def _thresholds(rule: RuleFacts, units: Mapping[str, str]) -> str:
+def _lasting(rule: RuleFacts, units: Mapping[str, str]) -> str:
+    """The lower thresholds of what lasts, if there are any."""
+    if not rule.lasting_nm:
+        return ""
+    return f"; for {plural(rule.lasting_n, 'sample')} also: {_thresholds(rule, rule.lasting_nm, units)}"
+
+
+def _thresholds(rule: RuleFacts, gamma: Mapping[str, float], units: Mapping[str, str]) -> str:
     """Thresholds by joint, with their units where these differ."""
-    watched = {name: value for name, value in rule.gamma_nm.items() if name in rule.watch}
+    watched = {name: value for name, value in gamma.items() if name in rule.watch}
     if not watched:
         return "no joint is watched"
     if len(watched) > 1 and not units and len(set(watched.values())) == 1:

@@ -180,6 +180,7 @@ def _facts(result: AuditResult) -> dict[str, str | None]:
         "near miss, share of γ": f"{rule.near_miss_amplitude:g}",
         "near miss, share of n": f"{rule.near_miss_persistence:g}",
         **{f"γ of {joint}, {units[joint]}": f"{gamma:.6g}" for joint, gamma in rule.gamma_nm.items()},
+        **{f"lasting γ of {joint}, {units[joint]}": f"{gamma:.6g}" for joint, gamma in rule.lasting_nm.items()},
         **_asked(result),
         **{f"{name} (hash)": None if value is None else value[:12] for name, value in hashes.items()},
         "collaudit": made.collaudit,

@@ -31,7 +31,8 @@ def threshold(**rule: object) -> Threshold:
         state=state,
         balance=SimpleNamespace(kernel=kernel, velocity_rad_s=velocity),
     )
-    facts = SimpleNamespace(gamma_nm={"a": 4.0, "b": 2.0}, **{"follows": {}, "at_rest_nm": {}, **rule})
+    none = {"follows": {}, "at_rest_nm": {}, "lasting_nm": {}}
+    facts = SimpleNamespace(gamma_nm={"a": 4.0, "b": 2.0}, **{**none, **rule})
     return Threshold(series, residual, facts)  # type: ignore[arg-type]
 
 
@@ -51,3 +52,18 @@ def test_where_friction_is_an_interval_it_is_higher() -> None:
     assert level[:, 0] == pytest.approx(np.full(N, 4.1))
     rows = np.array([0, N - 1])
     assert found.of(1, rows) == pytest.approx([2.1, 2.8]), "the same for a part of the samples"
+
+
+def test_the_lower_threshold_of_what_lasts_follows_the_motion_and_rests_higher_too() -> None:
+    found = threshold(follows={"a": SCALE, "b": SCALE}, at_rest_nm={"a": 0.7}, lasting_nm={"a": 3.0})
+    level, lower = found.of(0), found.lasting(0)
+    assert lower is not None
+    assert lower[0] == pytest.approx(0.1 + 3.0 * (0.2 + 0.5 * 0.4) / 0.4)
+    assert lower[-1] == pytest.approx(0.8 + 3.0 * (0.2 + 0.5 * 1.2) / 0.4)
+    assert (lower < level).all()
+    assert found.lasting(1) is None
+    found.series.velocity_rad_s[:10, 0] = 0.05
+    slow = found.lasting(0)
+    assert slow is not None
+    assert (slow[:10] == found.of(0)[:10]).all(), "friction errs for as long as a joint is slow"
+    assert (slow[10:] < found.of(0)[10:]).all()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from collaudit.core.data.threshold_result import ThresholdLevel
+from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
+from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.detection.threshold import motion_features, relative_scale, scale_over
 from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_levels
 
@@ -33,10 +34,10 @@ def evidence(residual: np.ndarray) -> NullEvidence:
     return NullEvidence(residual, np.abs(velocity[:, 0]) > 0.02, motion_features(velocity, 0, PERIOD), PERIOD)
 
 
-def level_of(one: NullEvidence, n: int = N) -> ThresholdLevel:
+def level_of(one: NullEvidence, n: int = N, contact_free: bool = False) -> ThresholdLevel:
     scale = scale_of([one])
     assert scale is not None
-    (found,) = threshold_levels([one], scale, [[n]], 6)
+    (found,) = threshold_levels([one], scale, [[n]], 6, contact_free)
     return found
 
 
@@ -58,6 +59,23 @@ def test_contact_in_the_evidence_hardly_raises_it() -> None:
     clean = coloured(120.0, 4)
     touched = clean + 40.0 * ((np.arange(clean.size) * PERIOD) % 6.0 < 0.6)
     assert level_of(evidence(touched)).gamma_nm < 1.4 * level_of(evidence(clean)).gamma_nm
+
+
+def test_what_passes_is_said_and_may_not_pass_where_nothing_touched_the_arm() -> None:
+    """A friction law that errs by twelve deviations for 0.3 s every 12 s."""
+    clean = coloured(120.0, 4)
+    wrong = clean + 12.0 * ((np.arange(clean.size) * PERIOD) % 12.0 < 0.3)
+    assert level_of(evidence(clean)).exceeded == 0.0
+    found, stated = level_of(evidence(wrong)), level_of(evidence(wrong), contact_free=True)
+    assert found.exceeded == pytest.approx(0.3 / 12.0, rel=0.8)
+    assert stated.exceeded == 0.0
+    assert stated.gamma_nm > 12.0 > found.gamma_nm
+    known = JointThreshold((found,), None, None, None, 120.0 / 3600.0, 1.0, None)
+    (said,) = exceeded_findings(FittedThresholds("direct", False, {"a": known, "b": known}), {"a"})
+    assert (said.code, said.joint) == ("fit-exceeded", "a")
+    assert said.doubts_alarms
+    silent = replace(known, levels=(stated,))
+    assert not exceeded_findings(FittedThresholds("direct", False, {"a": silent}), {"a"})
 
 
 def test_what_lasts_only_in_slow_motion_makes_no_law_of_its_own() -> None:

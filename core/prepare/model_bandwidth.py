@@ -3,7 +3,8 @@
 Inertia torque is computed from the second derivative of positions. On a slow log with coarse positions its upper bands
 are noise, and subtracting them makes the residual larger. In each band the effort tells: where the model's content is
 motion, the effort contains it too, and their regression is one; where it is noise, it is zero, and subtracting the band
-raises the residual's power as soon as it is below a half.
+raises the residual's power as soon as it is below a half. The median over short blocks of time tells it: a contact is
+large beside noise, and in few of them.
 """
 
 from __future__ import annotations
@@ -18,12 +19,17 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 from collaudit.core.numeric.tables import copied
 
 #: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
 _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
-#: The bands are judged in so many blocks of time, on so many samples at most.
-_BLOCKS, _MOST_SAMPLES = 20, 120_000
+#: The bands are judged in blocks of a period of the slowest, of which many hold no contact, on so many samples at most.
+_FEWEST, _MOST_SAMPLES = 1000, 120_000
+#: A block with less than this share of the mean power of the model tells nothing of it.
+_MOVES = 0.1
+#: Standard error of a median over that of a mean, of normal values.
+_MEDIAN_SE = 1.2533
 #: Subtracting a band raises the residual's power below this regression; a clearly negative one is no noise but a sign.
 _HALF, _SIGN = 0.5, -0.3
 #: Leaving bands out must lower the power of the residual above the slowest band by this share.
@@ -37,7 +43,8 @@ class ModelBandwidth:
     Attributes:
         joint: its name.
         bandwidth_hz: of the model torque, Hz.
-        before_nm, after_nm: RMS of effort less model torque above a quarter of the filters' bandwidth, N·m.
+        before_nm, after_nm: RMS of effort less model torque above a quarter of the filters' bandwidth, N·m, in the
+            median of blocks of time.
     """
 
     joint: str
@@ -100,13 +107,14 @@ def _bandwidth(
     both = np.column_stack([effort, rigid])
     levels = [low_pass(both, spans, series.period_s, ends[0])]
     use = np.isfinite(levels[0]).all(axis=1) & ~series.edge[: both.shape[0]]
-    if np.count_nonzero(use) < 50 * _BLOCKS:
+    if np.count_nonzero(use) < _FEWEST:
         return None
+    length = max(2, round(1.0 / (ends[-1] * series.period_s)))
     bands: list[FloatArray] = []
     for end in ends[1:]:  # most often the first band is motion, and the others need not be computed
         levels.append(low_pass(both, spans, series.period_s, end))
         band = (levels[-2] - levels[-1])[use]
-        if not _is_noise(band[:, 0], band[:, 1]):
+        if not _is_noise(band[:, 0], band[:, 1], length):
             break
         bands.append(band[:, 1])
     if not bands:
@@ -116,23 +124,28 @@ def _bandwidth(
     fast = (levels[0] - levels[-1])[use]
     before = fast[:, 0] - fast[:, 1]
     after = before + np.sum(bands, axis=0)
-    rms = [float(np.sqrt(np.mean(x**2))) for x in (before, after)]
-    if rms[1] ** 2 > (1.0 - _WORTH) * rms[0] ** 2:
+    power = [median_of(_by_block(x, x, length)) for x in (before, after)]
+    if power[1] > (1.0 - _WORTH) * power[0]:
         return None
-    return ModelBandwidth(series.joint_names[j], ends[len(bands)], rms[0], rms[1])
+    return ModelBandwidth(series.joint_names[j], ends[len(bands)], *(float(np.sqrt(p)) for p in power))
 
 
-def _is_noise(effort: FloatArray, model: FloatArray) -> bool:
-    """Whether a band of the model torque is clearly not in the effort, by blocks of time."""
-    starts = np.arange(_BLOCKS) * effort.size // _BLOCKS
-    power = np.add.reduceat(model * model, starts)
-    shared = np.add.reduceat(effort * model, starts)
-    total = float(power.sum())
-    if total <= 0.0:
+def _is_noise(effort: FloatArray, model: FloatArray, length: int) -> bool:
+    """Whether a band of the model torque is clearly not in the effort, in the median of blocks of so many samples."""
+    power, shared = _by_block(model, model, length), _by_block(effort, model, length)
+    moves = power > _MOVES * power.mean()
+    if not moves.any():
         return False
-    slope = float(shared.sum()) / total
-    error = float(np.sqrt(np.sum((shared - slope * power) ** 2))) / total
+    slopes = shared[moves] / power[moves]
+    slope = median_of(slopes)
+    error = _MEDIAN_SE * SD_PER_MAD * median_of(np.abs(slopes - slope)) / float(np.sqrt(slopes.size))
     return slope + 2.0 * error < _HALF and slope - 2.0 * error > _SIGN
+
+
+def _by_block(x: FloatArray, y: FloatArray, length: int) -> FloatArray:
+    """(blocks,) mean product of two signals (n,) in each block of so many samples."""
+    whole = x.size // length * length
+    return np.asarray((x * y)[:whole].reshape(-1, length).mean(axis=1))
 
 
 def bandwidth_findings(found: Sequence[ModelBandwidth], filters_hz: float) -> list[Finding]:

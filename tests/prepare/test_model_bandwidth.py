@@ -58,3 +58,19 @@ def test_what_the_effort_contains_is_kept_whatever_its_sign(made: Maker, sign: f
     out, said = quiet_model(replace(log.series, effort=np.asarray(log.rigid_nm)), noisy, None)
     assert all(one.bandwidth_hz < log.series.bandwidth_hz for one in said)
     assert np.nanstd(out - log.rigid_nm) < 0.8 * np.nanstd(noise)
+
+
+def test_contact_does_not_change_what_is_noise(made: Maker) -> None:
+    """Pushes of 20 N·m in a third of the time, where the upper bands are noise: at most one step of the bands.
+
+    A log at 30 Hz with eight pushes kept all bands of its model, and alarmed between the pushes.
+    """
+    log = prepared_of(made("free-clean", "paper6", duration_s=20.0, imperfections=("slow-currents",)))
+    motion = (log.series.position_rad, log.series.velocity_rad_s, log.series.acceleration_rad_s2)
+    noisy = log.robot.inverse_dynamics(*motion)
+    assert log.series.effort is not None
+    pushes = 20.0 * ((log.series.time_s % 3.0 < 0.25) | (log.series.time_s % 3.0 > 2.25))
+    touched = replace(log.series, effort=log.series.effort + pushes[:, None])
+    clean, found = ({b.joint: b.bandwidth_hz for b in quiet_model(x, noisy, None)[1]} for x in (log.series, touched))
+    assert clean
+    assert found == {joint: pytest.approx(hz, rel=0.5) for joint, hz in clean.items()}

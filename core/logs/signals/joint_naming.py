@@ -96,7 +96,7 @@ def _used(
         text = f"Numbered columns were taken as the robot's joints in its order: {order}."
         return (Finding("log-columns-guessed", "info", text, where=where),)
     text = f"The log numbers its joints; they were taken as the robot's in its order: {order}."
-    return (Finding("log-joints-numbered", "warning", text, where=where),)
+    return (Finding("log-columns-guessed", "warning", text, where=where),)
 
 
 def _joints_hint(guess: JointGuess) -> str:

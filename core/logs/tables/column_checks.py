@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_assignment import Assignment
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line
@@ -66,7 +66,7 @@ def column_findings(assignment: Assignment, where: str) -> list[Finding]:
         return []
     said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
     text = f"Columns that are not the measured quantity by their names were passed over: {said}."
-    return [Finding("log-columns-passed-over", "info", text, where=where)]
+    return [fact(text, where=where)]
 
 
 def motor_line(line: str) -> str:

@@ -76,7 +76,7 @@ def time_findings(file: AssignedTable, unit: str, time_s: FloatArray, settings: 
             'seconds, say so in [log.units]: time = "ms", "us" or "ns"; if they are, time = "s". If the column counts '
             "rows, state [log.csv] rate_hz instead."
         )
-        return [Finding("log-time-unit-suspect", "error", text, where=where)]
+        return [Finding("log-unit-suspect", "error", text, where=where)]
     text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
     return [Finding("log-units-guessed", "info", text, where=where)]
 

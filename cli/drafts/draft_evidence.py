@@ -41,8 +41,7 @@ def add_measurements(sections: Mapping[str, Section], trial: Trial) -> None:
     if series is not None and series.velocity_lag_s is not None and series.velocity_lag_s > 0:
         late = f"The logged velocity is {1e3 * series.velocity_lag_s:.1f} ms behind the positions"
         sections["conditioning"].remarks.append(
-            f'{late} (median of the joints; see log-velocity-late of inspect). velocity = "auto" takes that into '
-            "account."
+            f'{late} (median of the joints; see inspect -v). velocity = "auto" takes that into account.'
         )
 
 

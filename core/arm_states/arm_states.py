@@ -9,8 +9,7 @@ import numpy as np
 
 from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, drives_off
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding
-from collaudit.core.findings.finding_kinds import Severity
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
 from collaudit.core.numeric.tables import copied
 from collaudit.core.vendors.controller_modes import WORDS, state_of
@@ -79,10 +78,13 @@ def _flagged(series: UniformSeries, mask: BoolArray, true_events: Collection[str
             mask[first : span.stop] = True
             if first < span.start:
                 start = float(series.time_s[first])
-                findings.append(Finding("arm-braked", "warning", text + _braked(start), label.source, None, start, end))
-                continue
-            severity: Severity = "warning" if kind == "stopped" else "info"
-            findings.append(Finding(f"arm-{kind}", severity, text, label.source, None, start, end))
+                text += _braked(start)
+            if kind == "stopped" or first < span.start:
+                findings.append(Finding("arm-stopped", "warning", text, label.source, None, start, end))
+            elif kind == "guided":
+                findings.append(Finding("arm-guided", "info", text, label.source, None, start, end))
+            else:
+                findings.append(fact(text, label.source, None, start, end))
     return findings
 
 
@@ -95,8 +97,8 @@ def _finding(series: UniformSeries, found: DrivesOff) -> Finding:
         "measured; not judged there."
     )
     if found.braked:
-        return Finding("arm-braked", "warning", text + _braked(first), start_s=first, end_s=last)
-    return Finding("arm-off", "info", text, start_s=first, end_s=last)
+        return Finding("arm-stopped", "warning", text + _braked(first), start_s=first, end_s=last)
+    return fact(text, start_s=first, end_s=last)
 
 
 def _braked(since_s: float) -> str:

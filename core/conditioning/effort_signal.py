@@ -98,4 +98,4 @@ def _constant(effort: FloatArray, velocity: FloatArray, joint: str) -> list[Find
     if (known != first).any() or not np.nanmax(np.abs(velocity), initial=0.0) > MOVING_RAD_S:
         return []
     text = f"The effort of joint '{joint}' is {first:g} all the time although the joint moves."
-    return [Finding("log-effort-constant", "error", text, joint=joint)]
+    return [Finding("log-effort-missing", "error", text, joint=joint)]

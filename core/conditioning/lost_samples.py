@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.tables import table
 
@@ -83,7 +83,7 @@ def bridged_findings(count: int, holes: int, total: int, longest_s: float) -> li
         f"{count} lost samples ({100 * share:.2g} %) in {holes} holes of {1e3 * longest_s:.3g} ms at most were bridged "
         "by interpolation: they are short against the filter. What happened only inside a hole is not seen."
     )
-    return [Finding("time-bridged", "warning" if share > _MANY else "info", text)]
+    return [Finding("time-bridged", "warning", text) if share > _MANY else fact(text)]
 
 
 def picked_rows(order: IntArray) -> IntArray | slice:

@@ -17,7 +17,7 @@ from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import fact
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 _WORST_CONDITION = 1e6
@@ -166,7 +166,7 @@ def _reduced(log: JointLog, matrix: FloatArray, config: RobotConfig) -> JointLog
         velocity = _times(velocity, inverse)
     if effort is not None and "effort" in side:
         effort = _times(effort, matrix.T)
-    findings.append(Finding("log-motor-side", "info", _words(log.joint_names, matrix, config), where=log.source.name))
+    findings.append(fact(_words(log.joint_names, matrix, config), where=log.source.name))
     return replace(
         log,
         position_rad=position,

@@ -39,7 +39,7 @@ def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
     if finite.size < time_s.size:
         findings.append(
             Finding(
-                "time-not-finite",
+                "time-garbage",
                 "warning",
                 f"{time_s.size - finite.size} stamps are not numbers and were left out.",
             )

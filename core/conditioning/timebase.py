@@ -204,7 +204,7 @@ def _gap_findings(stamps: FloatArray, gaps: IntArray, spans: list[Span], limit: 
     if lost:
         findings.append(
             Finding(
-                "time-too-short",
+                "time-gap",
                 "warning",
                 f"{len(lost)} stretches between gaps have fewer than {MIN_SEGMENT_SAMPLES} samples "
                 f"({sum(len(s) for s in lost)} samples) and are not judged.",

@@ -11,7 +11,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
@@ -147,7 +147,7 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
             f"The logged velocity lags behind the positions, as a velocity filtered by the drive does: {named}. "
             f"For {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
         )
-        findings.append(Finding("log-velocity-late", "warning" if found is heavy else "info", text))
+        findings.append(Finding("log-velocity-derived", "warning", text) if found is heavy else fact(text))
     return findings
 
 

@@ -27,6 +27,15 @@ class Mark(NamedTuple):
     label: str | None = None
 
 
+def controller_alarms(
+    series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, config: DetectConfig, contacts: Sequence[Contact]
+) -> tuple[ControllerAlarmComparison, ...]:
+    """The controller's alarms and the labels of a log beside the contacts that were found in it."""
+    return compare_controller_alarms(
+        _marks(series, config), contacts, series.time_s, _alarm_possible(run, inputs, series.joint_names)
+    )
+
+
 def compare_controller_alarms(
     marks: Sequence[Mark], contacts: Sequence[Contact], time_s: FloatArray, telling: BoolArray
 ) -> tuple[ControllerAlarmComparison, ...]:
@@ -39,7 +48,7 @@ def compare_controller_alarms(
         marks: the controller's alarms and the log's labels.
         contacts: ours, in time order.
         time_s: (n,) of the log.
-        telling: (n,) whether an alarm was possible; see :func:`alarm_possible`.
+        telling: (n,) whether an alarm was possible.
     """
     if not marks:
         return ()
@@ -57,7 +66,7 @@ def compare_controller_alarms(
     return tuple(sorted(out, key=lambda f: f.flag_s if f.flag_s is not None else f.detected_s or 0.0))
 
 
-def alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[str]) -> BoolArray:
+def _alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[str]) -> BoolArray:
     """(n,) whether at least half of the watched joints were judged: above γ, or beyond the range of friction.
 
     Args:
@@ -79,7 +88,7 @@ def _alone(mark: Mark, time_s: FloatArray, telling: BoolArray) -> ControllerAlar
     return ControllerAlarmComparison(mark.time_s, None, "spurious" if told else "not-judged", None, mark.label)
 
 
-def controller_marks(series: UniformSeries, config: DetectConfig) -> list[Mark]:
+def _marks(series: UniformSeries, config: DetectConfig) -> list[Mark]:
     """When the controller raised an alarm, as configured, and where the log's other labels begin."""
     labelled = {
         Mark(start, label.name)

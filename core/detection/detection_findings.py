@@ -74,7 +74,7 @@ def _ripple_not_shown(residual: Residual) -> list[Finding]:
         return []
     listed = ", ".join(f"'{joint}' {nm:.2g} N·m" for joint, nm in residual.ripple_not_shown_nm.items())
     text = f"The log does not show the friction file's gear ripple at its place; thresholds are raised by it: {listed}."
-    return [Finding("ripple-not-shown", "info", text)]
+    return [Finding("friction-level", "info", text)]
 
 
 def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:

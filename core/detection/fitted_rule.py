@@ -243,7 +243,7 @@ def change_findings(
                 f"The threshold of joint '{joint}', {gamma_nm[joint]:.3g} N·m, is below {one.gamma_nm:.3g} N·m: what "
                 "its torque does by itself at rest, with a margin."
             )
-            findings.append(Finding("change-threshold", "warning", text, joint=joint))
+            findings.append(Finding("gamma-too-tight", "warning", text, joint=joint))
     return findings
 
 

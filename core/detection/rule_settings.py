@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +28,7 @@ def make_rule(
     phases: NDArray[np.int8],
     config: Config,
     follows: FollowedMotion | None = None,
-) -> tuple[RuleFacts, dict[str, Watch], list[Finding]]:
+) -> tuple[RuleFacts, dict[str, Watch]]:
     """Thresholds, persistence and watched joints for a log's judged joints.
 
     Args:
@@ -58,7 +60,7 @@ def make_rule(
         lasting_nm={} if follows is None else follows.lasting_nm,
         lasting_n=persistence_samples(LASTING_S, series.period_s),
     )
-    return rule, watch, _findings(watch)
+    return rule, watch
 
 
 def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, float | None]:
@@ -91,7 +93,8 @@ def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dic
     return {joint: float(configured[joint]) for joint in joints if joint in configured}
 
 
-def _findings(watch: dict[str, Watch]) -> list[Finding]:
+def watch_findings(watch: Mapping[str, Watch]) -> list[Finding]:
+    """Which joints are not judged, or not in contact, and why."""
     findings: list[Finding] = []
     for joint, choice in watch.items():
         if not (choice.watched and choice.in_contact):

@@ -71,28 +71,16 @@ KINDS: dict[str, Kind] = {
         "A fact about the log, or a choice that was made: it changes no verdict.",
         "Nothing. collaudit inspect -v and the report list facts.",
         _INFO,
+        of_format=True,
     ),
     "log-partial": Kind(
         "The file is damaged or still being written; only the part before the damage was read.",
         "Record again, or repair or reindex the file. What was read is judged; what is lost cannot be.",
         _PART,
     ),
-    "log-hash-of-parts": Kind(
-        "Of a remote log only the parts that are needed were fetched; its hash is of them, not of the whole file.",
-        "Nothing; or put its hash beside it (LOG.mcap.sha256, as sha256sum writes it), or fetch all of it by "
-        '[log] remote = "whole".',
-        _INFO,
-        setting="log.remote",
-        of_format=True,
-    ),
-    "log-time-source": Kind(
-        "Which clock was used as the time of a sample (header or log), and why.",
-        'Nothing, if the choice is right; [log] time = "header" or "log" overrides it.',
-        _EITHER,
-        of_format=True,
-    ),
     "clock-drift": Kind(
-        "The header's clock goes on otherwise than the recording's: it drifts, was set, or tells simulated time.",
+        "Two clocks of the log do not go alike: the header's drifts, was set or tells simulated time; or a signal has "
+        "no stamps of the clock that times the joints.",
         "Synchronise the clocks of the machines that stamp and record, or choose one by [log] time.",
         _EITHER,
     ),
@@ -113,16 +101,6 @@ KINDS: dict[str, Kind] = {
         "some samples of one stamp differ (warning), these alone are not judged.",
         {"warning": "not-judged-part", "error": "not-judged-log"},
     ),
-    "log-joints-numbered": Kind(
-        "Messages number the joints and do not name them; the robot's order was taken.",
-        "Compare the order with the robot's; record messages that name joints if it differs.",
-        _WARNING,
-    ),
-    "log-label": Kind(
-        "The robot's controller itself raised a flag (contact, collision) in this stretch.",
-        "Compare with the contacts found; [detect] true_events scores the detection against it.",
-        _INFO,
-    ),
     "log-label-missing": Kind(
         "A topic or column of labels or phases was configured and is not available.",
         "Correct the topic, field or column in [log], [log.csv] or [detect].",
@@ -134,8 +112,10 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "log-velocity-derived": Kind(
-        "The log has no usable velocity; it was derived from position.",
-        "Record the velocity. Derived velocities are noisier, and friction near rest is less certain.",
+        "The log has no usable velocity (none, none of a joint, or one that a filter of the drive makes late); it was "
+        "derived from position.",
+        "Record the drive's unfiltered velocity. Derived velocities are noisier, and friction near rest is less "
+        "certain.",
         _EITHER,
     ),
     "log-velocity-disagrees": Kind(
@@ -144,19 +124,10 @@ KINDS: dict[str, Kind] = {
         _WARNING,
         setting="log",
     ),
-    "log-velocity-late": Kind(
-        "The logged velocity lags behind the positions, as a velocity filtered by the drive does.",
-        "Nothing: it was shifted by its lag, or derived from position. Record the drive's unfiltered velocity, if any.",
-        _EITHER,
-    ),
     "log-effort-missing": Kind(
-        "The log has no usable effort for a joint.",
-        "Record the effort, or leave the joint out of [robot] joints or [detect] watch.",
-        _JOINT,
-    ),
-    "log-effort-constant": Kind(
-        "The effort of a moving joint never changes.",
-        "Find out why the drive reports no effort, or leave the joint out of [robot] joints or [detect] watch.",
+        "The log has no usable effort for a joint: no values, or one that never changes while the joint moves.",
+        "Record the effort, and find out why the drive reports none; or leave the joint out of [robot] joints or "
+        "[detect] watch.",
         _JOINT,
     ),
     "log-effort-saturated": Kind(
@@ -176,19 +147,10 @@ KINDS: dict[str, Kind] = {
         "Look at the encoder or the logger. No joint's torque is known then; the stretch counts as not judged.",
         _SPAN,
     ),
-    "arm-off": Kind(
-        "The drives were off or the brakes on: the efforts are zero under load, repeat exactly, or the log says so.",
-        "Nothing, if the drives were off on purpose. The stretch counts as not judged.",
-        _INFO,
-    ),
-    "arm-braked": Kind(
-        "The arm braked and its drives went off; nothing is judged from the braking on.",
-        "Find out what stopped the arm. Whether a contact stopped it cannot be seen in the log from there on.",
-        _SPAN,
-    ),
     "arm-stopped": Kind(
-        "The controller itself stopped the arm (protective, emergency or user stop); not judged while it says so.",
-        "Find out what stopped the arm; look for a contact just before.",
+        "The arm was stopped: its controller says so (protective, emergency or user stop), or it braked and its drives "
+        "went off. Nothing is judged from then on, until it runs again.",
+        "Find out what stopped the arm; look for a contact just before. None can be seen in the log while it stands.",
         _SPAN,
     ),
     "arm-guided": Kind(
@@ -215,8 +177,8 @@ KINDS: dict[str, Kind] = {
         _SPAN,
     ),
     "log-nan": Kind(
-        "Some values are not numbers; these samples are not judged.",
-        "Look for the signal's gaps at its source. These samples count as not judged.",
+        "Some values are missing: they are not numbers, or such as no arm can have.",
+        "Look for the signal's gaps at its source, and at what writes the values. These samples count as not judged.",
         _WARNING,
     ),
     "log-runs": Kind(
@@ -225,16 +187,10 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "log-columns-guessed": Kind(
-        "CSV columns were recognised by their names, not by the configuration.",
-        "Check the columns, and state them in [log.csv].",
+        "Columns were recognised by their names, or numbered joints by their order, not by the configuration.",
+        "Check the columns and the order of the joints; state them in [log.csv], or record the joints' names.",
         _EITHER,
         of_format=True,
-    ),
-    "log-columns-passed-over": Kind(
-        "Columns of desired, commanded, modelled or external values were not taken for measured ones.",
-        "Nothing, if the right columns were taken; else state them in [log.csv].",
-        _INFO,
-        setting="log.csv",
     ),
     "log-arrays-left-out": Kind(
         "A file of arrays holds some with another number of rows than most: no columns of the same table.",
@@ -244,29 +200,18 @@ KINDS: dict[str, Kind] = {
     "log-units-guessed": Kind(
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),
-    "log-time-unit-suspect": Kind(
-        "The steps of the time column are too long for seconds, and no unit is stated.",
-        'State the unit: [log.units] time = "s", "ms", "us" or "ns"; or the rate of a column that counts rows: '
-        "[log.csv] rate_hz.",
+    "log-unit-suspect": Kind(
+        "Positions look like degrees while radians were stated, or the reverse; or the steps of the time column are "
+        "too long for seconds, and no unit is stated.",
+        'State the unit in [log.units]: position = "deg" or "rad"; time = "s", "ms", "us" or "ns", or [log.csv] '
+        "rate_hz for a column that counts rows. What is stated is then used.",
         _UNIT,
         setting="log.units",
-    ),
-    "log-position-unit-suspect": Kind(
-        "Positions look like degrees while radians were stated, or the reverse.",
-        'State the unit of positions: [log.units] position = "deg" or "rad"; what is stated is then used.',
-        _UNIT,
-        setting="log.units",
-    ),
-    "log-motor-side": Kind(
-        "The log is of the motors' side; the stated reduction brought it to the joints.",
-        "Nothing, if the reduction is right: [robot] reduction, joint_offset_rad and motor_side.",
-        _INFO,
-        setting="robot.reduction",
     ),
     "friction-coupled": Kind(
-        "A motor turns with several joints; its friction was separated from theirs, or could not be.",
-        "Nothing where it was separated. Else let the joints of the wrist move at different speeds in the fitting run.",
-        _EITHER,
+        "A motor turns with several joints, and its friction could not be separated from theirs.",
+        "Let the joints of the wrist move at different speeds in the fitting run.",
+        _WARNING,
     ),
     "log-position-break": Kind(
         "A position goes on further than a joint can move in a step: rows are missing there whatever the stamps say, "
@@ -282,19 +227,17 @@ KINDS: dict[str, Kind] = {
         _SPAN,
     ),
     "log-wrench-missing": Kind(
-        "A wrench was configured and is not in the log.",
-        "Record the wrench, or correct [log] wrench or [log.csv] wrench.",
+        "A wrench was configured, or a contact phase that needs one, and the log has none for all or a part of its "
+        "time.",
+        "Record the wrench over the whole run, or correct [log] wrench or [log.csv] wrench. Time that lacks a part of "
+        "it counts as not judged.",
         _WARNING,
     ),
     "log-wrench-bias": Kind(
-        "The zero offset of the wrench sensor was taken from the log itself.",
-        'Check that nothing touched the tool then. [log] wrench_bias states it, or takes that of a fit: "calibrated".',
+        "The zero offset of the wrench sensor: taken from the log itself, or known from poses at rest, or drifting.",
+        'Check that nothing touched the tool then. [log] wrench_bias states it, or takes that of a fit: "calibrated". '
+        "Where it drifts, zero or warm up the sensor before recording.",
         _EITHER,
-    ),
-    "log-wrench-partial": Kind(
-        "The wrench does not cover the whole log.",
-        "Record the wrench over the whole run. Time without it counts as not judged.",
-        _WARNING,
     ),
     "time-duplicate": Kind(
         "Samples with the same stamp as another were left out: the same values again (note), or others, within noise "
@@ -302,40 +245,25 @@ KINDS: dict[str, Kind] = {
         "Look for a publisher or logger that writes samples twice, or for stamps that are coarser than the samples.",
         _EXCLUDES,
     ),
-    "time-jump-back": Kind(
-        "The clock was set back while recording; time goes on after a break.",
-        "Keep the clock from being set while recording.",
-        _WARNING,
-    ),
     "time-out-of-order": Kind(
-        "Stamps ran backwards; samples were sorted.",
-        "Look for messages that overtake one another; [log] time chooses the other clock.",
+        "Stamps ran backwards: samples were sorted, or go on after a break where the clock was set back.",
+        "Look for messages that overtake one another; keep the clock from being set while recording; [log] time "
+        "chooses the other clock.",
         _WARNING,
     ),
     "time-gap": Kind(
-        "The log has gaps; nothing is judged across them.",
+        "The log has gaps, across which nothing is judged, or stretches between gaps that are too short to be used.",
         "Look for lost samples at the recorder. Gaps count against [policy] min_coverage.",
         _WARNING,
     ),
     "time-bridged": Kind(
-        "Single lost samples were interpolated, short against the filter.",
+        "Many single lost samples were interpolated, short against the filter.",
         "Look for lost samples at the recorder; [conditioning] bridge_lost = false makes gaps of them.",
-        _EITHER,
+        _WARNING,
     ),
-    "time-not-finite": Kind("Stamps that are not numbers were left out.", "Check what writes the stamps.", _WARNING),
     "time-garbage": Kind(
-        "Stamps that cannot be times of the recording were left out with their rows or messages.",
-        "Check what writes the stamps. The rows named count as missing.",
-        _WARNING,
-    ),
-    "log-impossible": Kind(
-        "Values that no arm can have count as missing.",
-        "Check what writes the values. The samples named count as not judged.",
-        _WARNING,
-    ),
-    "time-too-short": Kind(
-        "A stretch between gaps is too short to be used.",
-        "Avoid the gaps on either side. The stretch counts as not judged.",
+        "Stamps that are not numbers, or no times of the recording, were left out with their rows or messages.",
+        "Check what writes the stamps. What was left out counts as missing.",
         _WARNING,
     ),
     "effort-sign-inverted": Kind(
@@ -365,12 +293,6 @@ KINDS: dict[str, Kind] = {
         _EITHER,
         setting="log.units",
     ),
-    "effort-source": Kind(
-        "Where the effort is measured was inferred from the arm's name: by torque sensors behind the gears.",
-        'Check it; [log] effort_kind = "motor-torque" or "joint-torque" states it.',
-        _INFO,
-        setting="log.effort_kind",
-    ),
     "effort-compensated": Kind(
         "The effort holds no gravity: the controller took it out, or it is an estimate of external torque.",
         'State [log] effort_kind = "gravity-compensated", and the model leaves gravity out. An estimate of external '
@@ -383,12 +305,6 @@ KINDS: dict[str, Kind] = {
         "Fit friction on a log in which the arm moves, and judge with it: constant loads are judged then, too.",
         _SPAN,
     ),
-    "change-threshold": Kind(
-        "The threshold of a still joint lies within its own torque noise.",
-        'Raise it, or leave it to the log: [detect] gamma_nm = "auto".',
-        _DOUBTS,
-        setting="detect.gamma_nm",
-    ),
     "effort-quantised": Kind(
         "The effort comes in steps that are coarse against its own noise.",
         "Record the effort with finer steps. A threshold of few steps is not reliable.",
@@ -399,14 +315,6 @@ KINDS: dict[str, Kind] = {
     ),
     "wrench-delay": Kind(
         "The wrench lags or leads the motion.", "State [log] wrench_delay_ms as the finding says.", _EITHER
-    ),
-    "wrench-calibration": Kind(
-        "Offset, tool weight and centre of mass of the wrist sensor from static poses.",
-        'Use it: [log] wrench_bias = "calibrated".',
-        _INFO,
-    ),
-    "wrench-drift": Kind(
-        "The zero of the wrist sensor drifts over the log.", "Zero or warm up the sensor before recording.", _WARNING
     ),
     "effort-sign-unknown": Kind(
         "The motion does not load this joint enough to check the sign of its effort.",
@@ -441,42 +349,17 @@ KINDS: dict[str, Kind] = {
         "Complete the robot's description if the torque matters.",
         _EITHER,
     ),
-    "identified-tool-changed": Kind(
-        "The tool's mass differs between the halves of the motion.",
-        "Fit on logs with one tool, or on each half by itself.",
+    "identified-doubtful": Kind(
+        "What was identified does not hold: held-out data are explained worse than by the robot's description, no body "
+        "can have the inertials, or the tool's mass differs between the halves of the motion.",
+        "Fit on longer or more varied motion with one tool; trust the description more by a smaller [fit] cad_sd; or "
+        "leave this out of [fit] estimate.",
         _WARNING,
-    ),
-    "identified-worse": Kind(
-        "What was identified explains held-out data worse than the robot's description does.",
-        "Fit on longer or more varied motion, or leave this out of [fit] estimate.",
-        _WARNING,
-    ),
-    "identified-not-possible": Kind(
-        "Identified inertials belong to no physically possible body.",
-        "Fit on more varied motion, or trust the description more: a smaller [fit] cad_sd.",
-        _WARNING,
-    ),
-    "friction-warm-up": Kind(
-        "Friction changes with running time.",
-        'Fit on a warm arm, and judge warm; [detect] friction_level = "followed" follows slow changes.',
-        _INFO,
-    ),
-    "friction-temperature": Kind(
-        "Friction changes with the joint's temperature.",
-        "Record the joint's temperature where the arm is judged too.",
-        _INFO,
     ),
     "friction-temperature-beyond": Kind(
         "A joint was colder or warmer than when its friction was fitted.",
         "Fit on a log at this temperature too.",
         _WARNING,
-    ),
-    "ripple-not-shown": Kind(
-        "The log does not show a gear ripple of the friction file where the file has it: it is not subtracted, and the "
-        "threshold is raised by its amplitude.",
-        "Fit friction again: the joint was opened, or counts from another zero. With the ripple in place the residual, "
-        "and so gamma, is lower.",
-        _INFO,
     ),
     "model-no-gain": Kind(
         "Subtracting model and friction does not make a joint's torque smaller; the likely cause is named.",
@@ -491,8 +374,10 @@ KINDS: dict[str, Kind] = {
         setting="detect.gamma_nm",
     ),
     "fit-left-out": Kind(
-        "Stretches of a log were left out of its fit: contact, a stop or a fault, found or labelled.",
-        'Nothing, if something did happen there. If the log is free of contact, state [fit] contact = "none".',
+        "Stretches of a log were left out of its fit: contact, a stop or a fault, found or labelled; or the whole log, "
+        "since most of it is inconsistent with the rest.",
+        'Nothing, if something did happen there. If the log is free of contact, state [fit] contact = "none". If '
+        "nothing was fitted on it, record motion without contact, or label the contacts: --truth, --labels.",
         _EITHER,
         setting="fit.contact",
     ),
@@ -510,21 +395,10 @@ KINDS: dict[str, Kind] = {
         _DOUBTS,
         setting="fit.contact",
     ),
-    "fit-mostly-contact": Kind(
-        "So much of a log is inconsistent with the rest that nothing was fitted on it.",
-        "Record motion without contact, or label the contacts: --truth, --labels.",
-        _WARNING,
-        setting="fit.contact",
-    ),
     "friction-not-physical": Kind(
         "The data fit best with physically impossible friction: it would generate power, or fall below a bound.",
         "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",
         _DOUBTS,
-    ),
-    "friction-not-fitted": Kind(
-        "A joint's friction could not be fitted.",
-        'Record this joint moving at several speeds both ways, or set [fit] motion = "any".',
-        _WARNING,
     ),
     "friction-same-log": Kind(
         "Friction, and thresholds with it, were fitted on the log that is judged: on it alone (error) or among others.",
@@ -544,8 +418,10 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes"},
     ),
     "friction-missing": Kind(
-        "A joint has no friction model; its residual is not judged.",
-        "Fit this joint's friction, or leave it out of [detect] watch. Its time counts as not judged.",
+        "A joint has no friction model: it could not be fitted, or the friction file lacks it. Its residual is not "
+        "judged.",
+        'Record this joint moving at several speeds both ways, or set [fit] motion = "any", and fit it; or leave it '
+        "out of [detect] watch.",
         _WARNING,
     ),
     "residual-level": Kind(
@@ -561,9 +437,10 @@ KINDS: dict[str, Kind] = {
         _LEVEL,
     ),
     "gamma-too-tight": Kind(
-        "A stated threshold is below what the fitted logs' residual reaches without contact: motion alone alarms.",
-        'State [detect] gamma_nm = "auto", which takes the thresholds of the fit; for lower ones, correct the model '
-        '(payload, springs, cables, [fit] estimate = ["friction", "inertials"]) and fit again.',
+        "A stated threshold is below what the residual reaches without contact: that of the fitted logs, or a still "
+        "joint's own torque noise.",
+        'State [detect] gamma_nm = "auto", which takes the thresholds of the fit or of the log; for lower ones, '
+        'correct the model (payload, springs, cables, [fit] estimate = ["friction", "inertials"]) and fit again.',
         _DOUBTS,
         setting="detect.gamma_nm",
     ),
@@ -613,8 +490,10 @@ KINDS: dict[str, Kind] = {
         setting="detect.evidence",
     ),
     "friction-level": Kind(
-        "Friction differed from its calibration; its level was followed, or could not be.",
-        "Fit the friction anew when it is far off its calibration.",
+        "Friction differed from its calibration, in its level or in the place of its gear ripple; it was followed, or "
+        "could not be. A ripple that is not in place raises the threshold.",
+        "Fit the friction anew when it is far off its calibration, or the joint was opened or counts from another "
+        "zero.",
         _LEVEL,
     ),
     "detector-slow": Kind(
@@ -638,22 +517,14 @@ KINDS: dict[str, Kind] = {
         'State phases in [phases] or [log] phase_topic, or set [phases] find = "wrench".',
         _EXCLUDES,
     ),
-    "phases-found": Kind(
-        "Phases were found from the wrench or in the log, not configured.",
-        "Check them against the motion; [phases] overrides them.",
-        _INFO,
-    ),
     "phases-outside": Kind(
-        "Configured phases lie outside the log.", "Correct [phases]: times count from the log's first sample.", _WARNING
+        "Configured phases do not fit the log: they lie outside it, or force was commanded outside the contact phase.",
+        "Correct [phases]: times count from the log's first sample, and force_control lies in the contact phase.",
+        _WARNING,
     ),
     "tool-force-unusual": Kind(
         "The tool's force exceeded what was usual or allowed in contact; the excess was judged.",
         "Look at what the tool met; [phases] force_limit_n states what is allowed.",
-        _WARNING,
-    ),
-    "force-outside-contact": Kind(
-        "Force was commanded outside the contact phase.",
-        "Correct [phases] force_control, or extend the contact phase.",
         _WARNING,
     ),
     "waiver-expired": Kind(

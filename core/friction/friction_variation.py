@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.identification_result import FrictionVariation, RippleFacts, Trend, TrendFit
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -114,18 +114,17 @@ def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionV
     return out
 
 
-#: Load and ripple are said where they are shown well enough to be used: core/friction/gear/correction_fit.py.
-_CODES = {"time": "friction-warm-up", "temperature": "friction-temperature"}
-
-
 def friction_variation_findings(joints: Mapping[str, FrictionVariation]) -> list[Finding]:
-    """Findings on trends with time and temperature whose interval excludes zero."""
+    """Trends with time and temperature whose interval excludes zero.
+
+    Load and ripple are said where they are shown well enough to be used: core/friction/gear/correction_fit.py.
+    """
     findings = []
     for joint, found in joints.items():
         for trend in found.trends:
-            if trend.shown and trend.against in _CODES:
+            if trend.shown and trend.against in ("time", "temperature"):
                 text = f"The friction of joint '{joint}' {trend_words(trend)}."
-                findings.append(Finding(_CODES[trend.against], "info", text, joint=joint))
+                findings.append(fact(text, joint=joint))
     return findings
 
 

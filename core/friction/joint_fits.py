@@ -200,7 +200,7 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             text = f"The friction of joint '{joint}' could not be fitted: {fit.reason or _UNSTATED}."
             if lost:
                 text += f" Stretches rejected: {lost}."
-            findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))
+            findings.append(Finding("friction-missing", "warning", text, joint=joint))
             continue
         findings += _physics_findings(joint, fit, [gain for gain in gains if gain.joint == joint and gain.known])
         apart = direction_words(fit)
@@ -278,15 +278,17 @@ def friction_models(
     for joint in series.joint_names:
         fit = fits.get(joint)
         law = None if fit is None else FrictionModel.of(fit)
-        if fit is not None and fit.effort_unit == "raw" and law is not None:
+        if fit is None:
+            why = "is not in the friction file"
+        elif law is None:  # friction_findings says why
+            continue
+        elif fit.effort_unit == "raw":
             why = "was fitted in the log's own unit, not in N·m"
-        elif fit is not None and law is not None and fit.effort_unit not in ("N·m", "N"):
+        elif fit.effort_unit not in ("N·m", "N"):
             why = f"is in {fit.effort_unit!r}, not in N·m"
-        elif law is not None:
+        else:
             laws[joint] = law
             continue
-        else:
-            why = "is not in the friction file" if fit is None else "could not be fitted"
         findings.append(
             Finding(
                 "friction-missing",

@@ -16,7 +16,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.coupled_friction import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect
 from collaudit.core.identification.problem.nuisance import friction_columns
 from collaudit.core.identification.problem.standard_errors import clustered_covariance, scaled_inverse
@@ -193,4 +193,4 @@ def _said(coupling: Coupling, fit: CoupledFriction) -> Finding:
         f"The axis {coupling.words} has friction of its own: {fit.coulomb_nm:.3g} N·m (95 %: {low:.3g} to {high:.3g}) "
         f"and {fit.viscous_nm_s_per_rad:.3g} N·m·s/rad ({slow:.3g} to {fast:.3g}). It is subtracted from the effort."
     )
-    return Finding("friction-coupled", "info", text, joint=coupling.joint)
+    return fact(text, joint=coupling.joint)

@@ -110,7 +110,7 @@ def _findings(name: str, facts: LeftOut, suspected: Sequence[LeftOutSpan]) -> li
             f"{100 * facts.share_seen:.0f} % of the motion in {name} is inconsistent with the rest: mostly contact, "
             "stops or faults. Nothing of this log was fitted."
         )
-        out.append(Finding("fit-mostly-contact", "warning", text, where=name))
+        out.append(Finding("fit-left-out", "warning", text, where=name))
     elif facts.by != "stated" and facts.spans:
         why = "labelled as contact" if facts.by == "labels" else "as it looks like contact, a stop or a fault"
         text = (

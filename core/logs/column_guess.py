@@ -11,8 +11,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.tables.column_findings import stated_units
-from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found
-from collaudit.core.logs.tables.file_quantities import AssignedTable, as_stated, assign_columns, time_as_stated, written
+from collaudit.core.logs.tables.column_patterns import QUANTITIES
+from collaudit.core.logs.tables.file_quantities import as_stated, assign_columns, parts_of, time_as_stated, written
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 
@@ -53,7 +53,7 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
         tables = assign_columns(open_tables(paths, CsvConfig()), CsvConfig())
     except LogError:
         return None
-    found = {q: parts for q in QUANTITIES if (parts := _parts(tables, q))}
+    found = {q: parts for q in QUANTITIES if (parts := parts_of(tables, q))}
     undecided = {q: patterns for table in tables for q, patterns in table.assignment.open.items()}
     if "position" not in found and "position" not in undecided:
         return None
@@ -63,7 +63,3 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
     wrench = next(filter(None, (find_wrench(table.reader.names) for table in tables if table.reader.named)), None)
     return ColumnGuess(CsvConfig.of(stated), joints, stated_units(tables), passed, undecided, wrench)
-
-
-def _parts(tables: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:
-    return [(t, t.assignment.quantities[quantity]) for t in tables if quantity in t.assignment.quantities]

@@ -52,7 +52,7 @@ def logged_phases(
         for start, end in label.intervals_s:
             labels[(time_s >= start) & (time_s <= end)] = PHASES.index(phase)
     text = "Phases were taken from the log: " + ", ".join(f"'{k}' is {v}" for k, v in meaning.items()) + "."
-    findings = [Finding("phases-found", "info", text, where=stated[0].source)] if meaning else []
+    findings = [fact(text, where=stated[0].source)] if meaning else []
     if unknown:
         text = (
             f"The log states phases that are not known: {', '.join(unknown)}; they were taken as free motion. "
@@ -144,7 +144,7 @@ def phase_findings(
                 f"{count} contact phase{'' if count == 1 else 's'} found where the tool's force exceeds "
                 f"{config.contact_force_n:g} N; approach and retreat are the {_BESIDE_S:g} s before and after."
             )
-            findings.append(Finding("phases-found", "info", text))
+            findings.append(fact(text))
     if not labels.any():
         return findings
     for start, end in config.force_control:
@@ -155,5 +155,5 @@ def phase_findings(
                 f"Force was commanded from {start:.6g} to {end:.6g} s; from {first:.6g} to {last:.6g} s of that the "
                 "tool was not in its contact phase."
             )
-            findings.append(Finding("force-outside-contact", "warning", text, start_s=first, end_s=last))
+            findings.append(Finding("phases-outside", "warning", text, start_s=first, end_s=last))
     return findings

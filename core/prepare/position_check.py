@@ -93,7 +93,7 @@ def _beyond(joint: str, reach: float, speed: float, limit: float | None, degrees
         )
     else:
         text = f"{seen}: it kept turning, at a speed that is possible in radians only, and was taken as radians."
-    return Finding("log-position-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
+    return Finding("log-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
 
 
 def _too_small(position: FloatArray, stated: bool) -> list[Finding]:
@@ -107,6 +107,6 @@ def _too_small(position: FloatArray, stated: bool) -> list[Finding]:
     )
     if stated:
         text = f'{seen} They were taken as degrees, as [log.units] position = "deg" states.'
-        return [Finding("log-position-unit-suspect", "warning", text)]
+        return [Finding("log-unit-suspect", "warning", text)]
     text = f'{seen} If they are radians, say so in [log.units]: position = "rad". Nothing is judged.'
-    return [Finding("log-position-unit-suspect", "error", text)]
+    return [Finding("log-unit-suspect", "error", text)]

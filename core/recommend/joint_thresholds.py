@@ -219,7 +219,7 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
     if apart > LOOSE:
         missing.append(
             f"logs that are alike: the median level of the residual differs between them by a factor of {apart:.2g} "
-            "(their findings may tell why: ripple-not-shown, friction-level, log-velocity-late)"
+            "(their findings may tell why: friction-level, log-velocity-derived)"
         )
     if tail.drift is not None:
         missing.append(

@@ -30,9 +30,9 @@ STRONGEST: tuple[Role, ...] = (
     "derivative", "error", "external", "model", "desired", "commanded", "side", "filtered", "measured"
 )  # fmt: skip
 
-#: Words of each quantity, the usual first.
+#: Words of each quantity in the names of columns, and of files that hold one quantity, the usual first.
 QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
-    "position": ("q", "position", "positions", "pos", "angle", "angles", "jpos", "theta"),
+    "position": ("q", "position", "positions", "pos", "angle", "angles", "ang", "jpos", "theta"),
     "velocity": ("dq", "qd", "qdot", "velocity", "velocities", "vel", "speed", "speeds", "jvel", "omega", "dtheta"),
     "effort": ("tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "moments", "tor",
                "current", "currents", "curr", "cur", "i"),

@@ -294,7 +294,7 @@ def test_degrees_taken_for_radians_are_not_judged(friction: FrictionFile) -> Non
     found = audit(log, config(), friction).result
     assert found.verdict == "not_judged"
     assert found.collisions == ()
-    assert "log-position-unit-suspect" in {f.code for f in found.findings}
+    assert "log-unit-suspect" in {f.code for f in found.findings}
 
 
 def test_motion_beyond_the_evidence_of_a_threshold_is_said(friction: FrictionFile) -> None:

@@ -108,7 +108,7 @@ def test_the_level_follows_slow_drift() -> None:
 
 def test_what_is_stated_wins_and_a_threshold_inside_the_spread_is_said() -> None:
     assert audit(resting(every_s=2.0), gamma_nm=5.0).result.collisions == ()
-    assert "change-threshold" in codes(audit(resting(every_s=2.0), gamma_nm=0.1))
+    assert "gamma-too-tight" in codes(audit(resting(every_s=2.0), gamma_nm=0.1))
 
 
 def test_an_arm_that_moves_has_no_quiet_level() -> None:

@@ -122,7 +122,7 @@ def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None)
     prepared = prepare((log,), loaded)
     series = prepared.judged_series
     laws, _ = friction_models(friction.joints, series)
-    rule, watched, _ = make_rule(series, prepared.phases, loaded.config)
+    rule, watched = make_rule(series, prepared.phases, loaded.config)
     not_judged = joints_not_judged(prepared.findings, prepared.judged)
     return Bench(
         prepared, DetectionInputs(laws, not_judged, rule, watched), loaded.config, log.with_suffix(".truth.json")

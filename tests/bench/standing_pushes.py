@@ -156,7 +156,7 @@ def _events(
     config = Config.of({"detect": {"gamma_nm": GAMMA_NM}})
     prepared = prepare(log, arm.model(), config)
     laws, _ = friction_models(friction.joints, prepared.judged_series)
-    rule, watch, _ = make_rule(prepared.judged_series, prepared.phases, config)
+    rule, watch = make_rule(prepared.judged_series, prepared.phases, config)
     inputs = DetectionInputs(laws, frozenset(), rule, watch)
     run = run_detector(prepared, inputs, config)
     contacts = find_contacts(prepared, run, config)

@@ -53,7 +53,7 @@ def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, flo
     marks.append(time.perf_counter())
     series = prepared.judged_series
     laws, _ = friction_models(read_friction(path.with_suffix(".friction.json")).joints, series)
-    rule, watch, _ = make_rule(series, prepared.phases, loaded.config)
+    rule, watch = make_rule(series, prepared.phases, loaded.config)
     found = run_detector(prepared, DetectionInputs(laws, frozenset(), rule, watch), loaded.config)
     marks.append(time.perf_counter())
     stages = ("read", "condition, dynamics, wrench", "observer, friction, rule")

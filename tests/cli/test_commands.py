@@ -298,7 +298,7 @@ def test_an_error_of_a_joint_that_nobody_asked_for_forbids_nothing(arm, collaudi
     judged = ("-c", arm.config, "--set", left_out)
     shown = collaudit("inspect", log, *judged)
     assert shown.code == 0, shown.err
-    assert "log-effort-constant" in shown.out
+    assert "log-effort-missing" in shown.out
     assert collaudit("init", log, *judged, "-o", tmp_path / "c.toml").code == 0
     audited = collaudit("detect", log, *judged, "--friction", arm.friction)
     assert audited.code == 0, audited.out

@@ -151,5 +151,5 @@ def test_phases_are_found_from_the_force() -> None:
     assert np.ptp(np.diff(contact)) < 1e-9, "one phase"
     assert t[labels == PHASES.index("approach")].min() == pytest.approx(8.0, abs=0.1)
     assert t[labels == PHASES.index("retreat")].max() == pytest.approx(27.0, abs=0.1)
-    outside = [f for f in phase_findings(t, labels, config) if f.code == "force-outside-contact"]
+    outside = [f for f in phase_findings(t, labels, config) if f.code == "phases-outside"]
     assert [(f.start_s, f.end_s) for f in outside] == [pytest.approx((9.0, 10.0), abs=0.05)]

@@ -32,7 +32,7 @@ def test_force_controlled_joints_are_lumped_and_a_neighbour_watches(polishing: P
     assert result.detection.control["joint2"]["approach"].mode == "position"
     said = [f for f in result.findings if f.code == "joint-not-watched" and f.joint == "joint2"]
     assert len(said) == 1
-    early = [f for f in result.findings if f.code == "force-outside-contact"]
+    early = [f for f in result.findings if f.code == "phases-outside"]
     assert [(f.start_s, f.end_s) for f in early] == [pytest.approx((24.0, 25.0), abs=0.01)]
     assert {c.joint for c in result.collisions} == {"joint1"}
 

@@ -56,7 +56,7 @@ def simulated_outcomes(
 def judged_run(prepared: Prepared, config: Config, friction: FrictionFile) -> tuple[DetectorRun, DetectionInputs]:
     """What the detector makes of a log, as an audit computes it."""
     applied = applied_friction(prepared, friction, config)
-    rule, watch, _ = make_rule(prepared.judged_series, prepared.phases, config)
+    rule, watch = make_rule(prepared.judged_series, prepared.phases, config)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     return run_detector(prepared, inputs, config), inputs

@@ -230,7 +230,7 @@ def busy(count: int = 30) -> Audit:
         )
     codes = (
         "effort-gain",
-        "friction-warm-up",
+        "effort-sign-unknown",
         "residual-position",
         "friction-scatter",
         "friction-level",
@@ -357,10 +357,10 @@ def _result(signals: Signals) -> AuditResult:
         recommended=_recommended(),
         friction=_friction(),
         findings=(
-            Finding("friction-not-fitted", "warning", "wrist_3 never moved at constant speed", joint="wrist_3"),
+            Finding("friction-missing", "warning", "wrist_3 never moved at constant speed", joint="wrist_3"),
             Finding("time-gap", "warning", "a gap of 4.0 s", start_s=0.31 * recorded, end_s=0.33 * recorded),
-            Finding("log-time-source", "info", "the header stamp is the steadier clock", where="/joint_states"),
-            Finding("log-effort-constant", "error", "effort is 56.0 N·m all the time", joint="elbow"),
+            Finding("clock-drift", "info", "the header stamp is the steadier clock", where="/joint_states"),
+            Finding("log-effort-missing", "error", "effort is 56.0 N·m all the time", joint="elbow"),
         ),
         coverage=_coverage(signals, judged, recorded),
         provenance=_provenance(),

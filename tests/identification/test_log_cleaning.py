@@ -121,7 +121,7 @@ def test_a_log_that_is_mostly_contact_is_refused(free: Any) -> None:
     with pytest.raises(NotJudgedError, match="most of the motion"):
         api.fit([log], settings)
     both = cleaned([clean, log], settings.config)
-    assert [f.code for f in both.findings] == ["fit-mostly-contact"]
+    assert [f.code for f in both.findings] == ["fit-left-out"]
     assert both.logs[1].series.effort is not None
     assert np.isnan(both.logs[1].series.effort).all()
 

@@ -12,7 +12,7 @@ import pytest
 from vocabularies import VOCABULARIES, header
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.errors import LogError
+from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
@@ -44,7 +44,7 @@ def test_measured_columns_are_found_in_the_order_of_their_numbers(
             else:
                 assert values is not None
                 np.testing.assert_allclose(values, np.array(rows)[:, truth], atol=1e-6)
-        passed = " ".join(finding.text for finding in log.findings if finding.code == "log-columns-passed-over")
+        passed = " ".join(finding.text for finding in log.findings if "passed over" in finding.text)
         assert "desired" in passed or not any(re.search("_d(es)?[_#[]", other) for other in VOCABULARIES[name][2])
 
 
@@ -199,7 +199,21 @@ def test_a_velocity_of_the_motors_side_is_none_of_the_joints(tmp_path: Path) -> 
     path = _write(tmp_path / "x.csv", "t,q0,q1,motor_dq0,motor_dq1,tau0,tau1")
     log = read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"])
     assert log.velocity_rad_s is None
-    assert any("motor_dq{i0}" in finding.text for finding in log.findings if finding.code == "log-columns-passed-over")
+    assert any("motor_dq{i0}" in finding.text for finding in log.findings if "passed over" in finding.text)
+
+
+@pytest.mark.parametrize("word", ["tau", "measured_torque", "trq"])
+def test_columns_named_by_joints_are_known_by_the_words_of_numbered_ones(tmp_path: Path, word: str) -> None:
+    path = _write(tmp_path / "x.csv", f"t,left_q,right_q,left_{word},right_{word},left_{word}_cmd,right_{word}_cmd")
+    log = read_log((path,), LogConfig(), robot_joints=["left", "right"])
+    assert log.effort is not None
+    assert log.effort[0].tolist() == [3.0, 4.0]
+
+
+def test_a_word_for_currents_makes_named_columns_currents(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,left_q,right_q,left_curr,right_curr")
+    with pytest.raises(ConfigError, match="the efforts are currents"):
+        read_log((path,), LogConfig(), robot_joints=["left", "right"])
 
 
 @pytest.mark.parametrize(

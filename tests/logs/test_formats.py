@@ -47,7 +47,7 @@ def test_round_trip(kind: str, tmp_path: Path, reference: dict[str, np.ndarray[A
     assert log.wrench is not None
     np.testing.assert_allclose(log.wrench.time_s, log.time_s + 1e-3, atol=1e-12)
     np.testing.assert_array_equal(log.wrench.wrench[:, 0], np.arange(COUNT) * w.PERIOD / 1e9)
-    assert [finding.code for finding in log.findings] == ["log-time-source"]
+    assert [finding.code for finding in log.findings] == ["fact"]
     assert not log.position_rad.flags.writeable
 
 

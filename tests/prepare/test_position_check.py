@@ -33,7 +33,7 @@ def arm(wrist: np.ndarray) -> np.ndarray:
 
 
 def severities(findings: list[Finding]) -> list[tuple[str, str | None]]:
-    assert {f.code for f in findings} <= {"log-position-unit-suspect"}
+    assert {f.code for f in findings} <= {"log-unit-suspect"}
     return [(f.severity, f.joint) for f in findings]
 
 

@@ -115,7 +115,7 @@ def test_the_text_of_an_audit_has_its_numbers() -> None:
         "peak, N·m",
         " 3.9996  ",
         "99.99 % of γ",
-        "log-effort-constant",
+        "log-effort-missing",
         "no safety function",
     ):
         assert words in text

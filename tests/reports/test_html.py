@@ -98,7 +98,7 @@ def test_it_says_what_a_reader_needs(page: Page, failed: Audit) -> None:
         "A + B",
         "no constant-velocity section",
         "at least 3 h without collisions",
-        "Nothing, if the choice is right",
+        "Synchronise the clocks",
         "gap in the log",
         "force-controlled in this phase",
         failed.result.log.sha256,
@@ -115,12 +115,12 @@ def test_findings_are_grouped_by_kind_and_sorted_by_severity(page: Page, failed:
     found = re.findall(r"✕ error|△ warning|i info", page.text)
     assert found == ["✕ error", "△ warning", "△ warning", "i info"]
     again = tuple(
-        Finding("friction-not-fitted", "warning", "not at constant speed", joint=j) for j in ("elbow", "wrist_1")
+        Finding("friction-missing", "warning", "not at constant speed", joint=j) for j in ("elbow", "wrist_1")
     )
     more = replace(failed.result, findings=(*failed.result.findings, *again))
     text = Page(html_text([replace(failed, result=more)])).text
     assert "wrist_3 never moved at constant speed 1 more elbow, wrist_1: not at constant speed" in text
-    assert text.count("friction-not-fitted") == 1
+    assert text.count("friction-missing") == 1
 
 
 def test_every_contact_and_near_miss_has_a_stable_place(page: Page) -> None:

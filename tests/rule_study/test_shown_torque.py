@@ -79,7 +79,7 @@ def friction() -> FrictionFile:
 def judged(friction: FrictionFile, external: np.ndarray | float = 0.0, **sections: Any) -> tuple[Any, ...]:
     settings = config(**sections)
     prepared = prepare(log_of(way(), external), load_robot(settings.robot, Path(), NAMES), settings)
-    rule, watch, _ = make_rule(prepared.judged_series, prepared.phases, settings)
+    rule, watch = make_rule(prepared.judged_series, prepared.phases, settings)
     inputs = DetectionInputs(applied_friction(prepared, friction, settings).laws, frozenset(), rule, watch)
     return prepared, run_detector(prepared, inputs, settings), inputs
 

@@ -122,10 +122,10 @@ def test_phases_from_the_log() -> None:
     ]
     labels, findings = logged_phases(t, stated, PhasesConfig(values={"2": "contact"}))
     assert [PHASES[k] for k in labels[[0, 30, 80]]] == ["approach", "contact", "free"]
-    assert [f.code for f in findings] == ["phases-found", "phases-unknown"]
+    assert [f.code for f in findings] == ["fact", "phases-unknown"]
     assert "away" in findings[1].text
     outside = PhasesConfig(force_control=[(1.0, 4.0)])
-    early = [f for f in phase_findings(t, labels, outside, stated=True) if f.code == "force-outside-contact"]
+    early = [f for f in phase_findings(t, labels, outside, stated=True) if f.code == "phases-outside"]
     assert [(f.start_s, f.end_s) for f in early] == [(1.0, pytest.approx(1.9))]
 
 

@@ -213,10 +213,10 @@ def test_an_error_of_a_joint_that_nobody_asked_for_is_a_warning(
 
 
 def test_only_errors_of_single_joints_are_lowered() -> None:
-    pose = Finding("log-position-unit-suspect", "error", "", joint="joint2")
+    pose = Finding("log-unit-suspect", "error", "", joint="joint2")
     absent = Finding("judged-joint-missing", "error", "", joint="joint2")
     part = Finding("event-cut", "warning", "", joint="joint2")
-    dead = Finding("log-effort-constant", "error", "", joint="joint2")
+    dead = Finding("log-effort-missing", "error", "", joint="joint2")
     lowered = without_errors_of((pose, absent, part, dead), {"joint2"})
     assert lowered == (pose, absent, part, replace(dead, severity="warning"))
     assert without_errors_of((dead,), {"joint1"}) == (dead,)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: Annotations that come and go more often than this are counted, not listed.
@@ -61,8 +61,8 @@ def annotation_findings(annotations: Sequence[Annotation]) -> list[Finding]:
         of = f" of {annotation.joint}" if annotation.joint else ""
         for first, last in annotation.intervals_s:
             text = f"The log itself says {annotation.name}{of} from {first:.4g} s to {last:.4g} s."
-            findings.append(Finding("log-label", "info", text, annotation.source, annotation.joint, first, last))
+            findings.append(fact(text, annotation.source, annotation.joint, first, last))
     if len(findings) > LISTED:
         text = f"Flags are raised {len(findings) - LISTED} more times."
-        findings = [*findings[:LISTED], Finding("log-label", "info", text)]
+        findings = [*findings[:LISTED], fact(text)]
     return findings

@@ -139,4 +139,4 @@ def _finding(bad: BoolArray, values: FloatArray, signal: str, what: str) -> Find
         f"{np.count_nonzero(bad)} values of the {signal} are beyond what an arm can have and count as missing; the "
         f"first is {worst:.3g} in {what} {first + 1}."
     )
-    return Finding("log-impossible", "warning", text)
+    return Finding("log-nan", "warning", text)

@@ -25,16 +25,11 @@ class NameMap:
     findings: tuple[Finding, ...]
 
 
-def model_name(name: str, mapping: Mapping[str, str]) -> str:
-    """The robot's name of a log joint."""
-    return mapping.get(name, name)
-
-
 def matches(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[str] | None) -> int:
     """How many of the robot's joints a set of log names has; all of them when no robot is given."""
     if robot is None:
         return len(names)
-    return len({model_name(name, mapping) for name in names} & set(robot))
+    return len({mapping.get(name, name) for name in names} & set(robot))
 
 
 def map_names(
@@ -96,7 +91,7 @@ def _used(
         text = f"Numbered columns were taken as the robot's joints in its order: {order}."
         return (Finding("log-columns-guessed", "info", text, where=where),)
     text = f"The log numbers its joints; they were taken as the robot's in its order: {order}."
-    return (Finding("log-joints-numbered", "warning", text, where=where),)
+    return (Finding("log-columns-guessed", "warning", text, where=where),)
 
 
 def _joints_hint(guess: JointGuess) -> str:
@@ -114,7 +109,7 @@ def _kept(
 ) -> NameMap:
     mapped: dict[str, str] = {}
     for name in names:
-        target = model_name(name, mapping)
+        target = mapping.get(name, name)
         if target in mapped and mapped[target] != name:
             raise ConfigError(
                 f"the log's joints {mapped[target]!r} and {name!r} are both the robot's {target!r}",

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.stats import quantile_of
 
@@ -95,7 +95,7 @@ def choose_clock(
 
 
 def _clock_finding(text: str, where: str) -> Finding:
-    return Finding("log-time-source", "info", f"Samples are timed by {text}.", where=where)
+    return fact(f"Samples are timed by {text}.", where=where)
 
 
 def start_of(first_ns: int) -> int | None:

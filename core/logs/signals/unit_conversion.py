@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import pi
 
 from collaudit.core.config.schema import UnitsConfig
 from collaudit.core.data.joint_log import EffortUnit
 from collaudit.core.errors import ConfigError
-from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.joint_naming import NameMap, listed
 from collaudit.core.numeric.arrays import FloatArray
 
 
@@ -66,39 +66,35 @@ def angle_factor(unit: str) -> float:
     return pi / 180.0 if unit.startswith("deg") else 1.0
 
 
-def to_radians(values: FloatArray | None, unit: str, linear: Sequence[bool]) -> None:
-    """Scale revolute columns to rad or rad/s in place.
-
-    Args:
-        values: (n, j), or None.
-        unit: ``rad``, ``deg``, ``rad/s`` or ``deg/s``.
-        linear: True for prismatic columns, which are in metres already.
-    """
-    factor = angle_factor(unit)
-    if values is not None and factor != 1.0:
-        values *= [1.0 if prismatic else factor for prismatic in linear]
-
-
-def scale_effort(
-    effort: FloatArray | None, model: Sequence[str], log: Sequence[str], settings: UnitsConfig, where: str
+def to_si(
+    columns: Mapping[str, FloatArray], names: NameMap, settings: UnitsConfig, prismatic: Collection[str], where: str
 ) -> EffortUnit:
-    """Apply torque constants and signs in place, and tell the unit that results.
+    """Scale a log's columns to rad, rad/s and N·m in place, and tell the unit of the effort that results.
 
     Args:
-        effort: (n, j), or None.
-        model: j names in the robot model.
-        log: j names in the log.
+        columns: quantity to (n, j).
+        names: of the joints, in the order of the columns.
         settings: the units.
+        prismatic: joints whose positions and velocities are in metres already.
         where: file and topic, for messages.
 
     Raises:
         ConfigError: efforts are currents and a joint has no torque constant.
     """
-    joints = list(zip(model, log, strict=True))
+    for quantity, unit in (("position", settings.position), ("velocity", settings.velocity or settings.position)):
+        if quantity in columns and (factor := angle_factor(unit)) != 1.0:
+            values = columns[quantity]
+            values *= [1.0 if joint in prismatic else factor for joint in names.model]
+    return _scale_effort(columns.get("effort"), names, settings, where)
+
+
+def _scale_effort(effort: FloatArray | None, names: NameMap, settings: UnitsConfig, where: str) -> EffortUnit:
+    """Apply torque constants and signs in place."""
+    joints = list(zip(names.model, names.log, strict=True))
     factors = [float(_for(settings.effort_sign, name, alias) or 1) for name, alias in joints]
     if settings.effort == "A" and effort is not None:
         constants = [_for(settings.torque_constant_nm_per_a, name, alias) for name, alias in joints]
-        missing = [name for name, constant in zip(model, constants, strict=True) if constant is None]
+        missing = [name for name, constant in zip(names.model, constants, strict=True) if constant is None]
         if missing:
             raise ConfigError(
                 f"effort is in A, and there is no torque constant of {', '.join(map(repr, missing))}",

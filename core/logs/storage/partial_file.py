@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 
 #: Bytes from a place on; fewer than asked for is an error of the file's store.
 Fetch = Callable[[int, int], bytes]
@@ -169,7 +169,7 @@ def hash_findings(path: Path) -> list[Finding]:
         f"{file.fetched / 1e6:.3g} of {file.size / 1e6:.3g} MB were fetched: the summary and the chunks that hold "
         "what was read. The log's hash is of these parts, not of the whole file."
     )
-    return [Finding("log-hash-of-parts", "info", text, where=path.name)]
+    return [fact(text, where=path.name)]
 
 
 def stream_sha256(stream: BufferedIOBase | RawIOBase) -> str:

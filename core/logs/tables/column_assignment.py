@@ -11,7 +11,15 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK
-from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups, with_unknown
+from collaudit.core.logs.tables.column_groups import (
+    Choice,
+    Group,
+    choose,
+    is_measured,
+    numbered_groups,
+    preference,
+    with_unknown,
+)
 from collaudit.core.logs.tables.column_patterns import (
     QUANTITIES,
     Found,
@@ -24,20 +32,8 @@ from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS
 
-#: Words that say the numbers are currents.
-CURRENT_WORDS = ("current", "i_act")
-#: Words of columns that are named by their joints, the usual first.
-_WORDS = {
-    "position": ("position", "pos", "q", "angle", "theta", "jpos", "positions"),
-    "velocity": ("velocity", "vel", "dq", "qd", "speed", "qdot", "q_dot", "theta_dot", "jvel", "omega", "velocities"),
-    "effort": ("effort", "eff", "tau", "torque", "current", "moment", "efforts"),
-    "temperature": ("temperature", "temp", "temperatures"),
-}
-_NAMED_FORMS = ("{joint}_{word}", "{word}_{joint}", "{joint}.{word}", "{word}.{joint}", "{joint}/{word}",
-                "{joint} {word}", "{word} {joint}", "{word}/{joint}")  # fmt: skip
 #: What stands between a joint's name and the word.
-_BETWEEN = "_./ "
-_QUALIFIED = ("actual_{word}", "measured_{word}", "{word}_actual", "{word}_measured", "actual/{word}", "{word}")
+_BETWEEN = re.compile("[_./ ]")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
 _NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error", "derivative")
                          for word in ROLE_WORDS[role] if len(word) > 1),
@@ -92,11 +88,11 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
 
 
 def _unit_in(names: Sequence[str], found: Found) -> str:
-    """The unit that a pattern's own words spell, or degrees where their source documents them; "" for none."""
+    """The unit that a pattern's own words spell or imply, or degrees where their source documents them; "" for none."""
     groups = numbered_groups([without_unit(name) for name in names])
     meaning = next((group.meaning for group in groups if group.columns == found.columns), None)
     meaning = meaning or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern))
-    if meaning is None or meaning.unit in ("deg", "deg/s"):
+    if meaning is None or meaning.unit in ("deg", "deg/s", "current"):
         return meaning.unit if meaning is not None else ""
     spelt = any(word in UNIT_WORDS for word in words_of(re.sub(r"\{\w+\}", MARK, found.pattern)))
     return meaning.unit if spelt and meaning.unit in UNIT_WORDS.values() else ""
@@ -185,17 +181,22 @@ def _of_group(group: Group) -> Found:
 
 
 def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
-    """Columns that are named by their joints; "" for columns that are taken."""
+    """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
+    words_beside: dict[str, str] = {}
+    for text in {form.strip().lower() for name in names for form in (name, bare(name))}:
+        for cut in _BETWEEN.finditer(text):
+            words_beside["{joint}" + text[cut.start() :]] = text[cut.end() :]
+            words_beside[text[: cut.end()] + "{joint}"] = text[: cut.start()]
+    meant = ((pattern, meaning_of(words)) for pattern, words in words_beside.items())
+    known = [
+        (pattern, meaning)
+        for pattern, meaning in meant
+        if meaning is not None and meaning.quantity == quantity and is_measured(meaning) and not meaning.motor
+    ]
     best: Found | None = None
-    written = {form for name in names for form in (name.strip().lower(), bare(name).lower())}
-    edges = {text[k:] for text in written for k in range(len(text)) if text[k] in _BETWEEN}
-    edges |= {text[: k + 1] for text in written for k in range(len(text)) if text[k] in _BETWEEN}
-    phrases = (form.format(word=word) for word in _WORDS[quantity] for form in _QUALIFIED)
-    for pattern in (form.format(word=phrase, joint="{joint}") for phrase in phrases for form in _NAMED_FORMS):
-        if pattern.replace("{joint}", "") not in edges:
-            continue
+    for pattern, meaning in sorted(known, key=lambda each: (preference(each[1]), len(each[0]), each[0])):
         matched = match_pattern(names, pattern)
-        found = None if matched is None else _of_joints(names, matched)
+        found = None if matched is None else _of_joints(names, replace(matched, unit=meaning.unit))
         if found is not None and (best is None or len(found.columns) > len(best.columns)):
             best = found
     return best
@@ -216,4 +217,4 @@ def _of_joints(names: Sequence[str], found: Found) -> Found | None:
     if len(paths) == 1 and (path := paths.pop()):
         found = replace(found, pattern=found.pattern.replace("{joint}", path + "/{joint}"))
         kept = [(joint.rpartition("/")[2], column) for joint, column in kept]
-    return Found(tuple(joint for joint, _ in kept), tuple(column for _, column in kept), found.pattern)
+    return Found(tuple(joint for joint, _ in kept), tuple(column for _, column in kept), found.pattern, found.unit)

@@ -3,44 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_assignment import Assignment
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line
-
-#: A file and what its columns are.
-Assigned = tuple[Path, Assignment]
+from collaudit.core.logs.tables.file_quantities import AssignedTable, parts_of
 
 
-def check_columns(files: Sequence[Assigned]) -> None:
+def check_columns(files: Sequence[AssignedTable]) -> None:
     """Refuse tables whose column names do not decide what is measured, or whose quantities do not fit together.
 
     Raises:
         LogError: naming the lines of [log.csv] that decide.
     """
-    for path, assignment in files:
-        for quantity, patterns in assignment.open.items():
+    for file in files:
+        for quantity, patterns in file.assignment.open.items():
             if len(patterns) == 1:
                 raise LogError(
                     f"the only columns of joint {quantity}s are the motors' by their names",
-                    where=str(path),
-                    found=patterns[0] + _passed_words(assignment),
+                    where=str(file.reader.path),
+                    found=patterns[0] + _passed_words(file.assignment),
                     hint=f"say which side of the gear they are of: {motor_line(_line(files, quantity, patterns[0]))}",
                 )
             raise LogError(
                 f"several groups of columns could be the measured {quantity}",
-                where=str(path),
-                found=listed(patterns) + _passed_words(assignment),
+                where=str(file.reader.path),
+                found=listed(patterns) + _passed_words(file.assignment),
                 hint=f"say which: {_line(files, quantity, patterns[0])}",
             )
-    positions = _parts(files, "position")
+    positions = [found for _, found in parts_of(files, "position")]
     numbered = [found for found in positions if "{i" in found.pattern]
     joints = {joint for found in positions for joint in found.joints}
     for quantity in ("velocity", "effort"):
-        parts = _parts(files, quantity)
+        parts = [found for _, found in parts_of(files, quantity)]
         own = {joint for found in parts for joint in found.joints}
         if not positions or not own:
             continue
@@ -50,7 +47,7 @@ def check_columns(files: Sequence[Assigned]) -> None:
             continue
         if not same and all(not found.pattern for found in (*parts, *positions)):
             continue
-        where = " + ".join(str(path) for path, _ in files)
+        where = " + ".join(str(file.reader.path) for file in files)
         raise LogError(
             f"the columns of position and of {quantity} are of different joints",
             where=where,
@@ -58,15 +55,6 @@ def check_columns(files: Sequence[Assigned]) -> None:
             expected="as many columns of each as the log has joints",
             hint=f'name the columns joint by joint: [log.csv] position = ["…", "…"], {quantity} = ["…", "…"]',
         )
-
-
-def column_findings(assignment: Assignment, where: str) -> list[Finding]:
-    """Groups that were passed over for the measured ones."""
-    if not assignment.passed_over or all(quantity == "time" for quantity in assignment.guessed):
-        return []
-    said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
-    text = f"Columns that are not the measured quantity by their names were passed over: {said}."
-    return [Finding("log-columns-passed-over", "info", text, where=where)]
 
 
 def motor_line(line: str) -> str:
@@ -89,10 +77,6 @@ def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Fi
     return [Finding("log-arrays-left-out", "warning", text, where=where)]
 
 
-def _parts(files: Sequence[Assigned], quantity: str) -> list[Found]:
-    return [assignment.quantities[quantity] for _, assignment in files if quantity in assignment.quantities]
-
-
 def _said(parts: Sequence[Found]) -> str:
     return ", ".join(f"{found.pattern or 'named columns'} ({len(found.columns)} columns)" for found in parts)
 
@@ -103,7 +87,9 @@ def _passed_words(assignment: Assignment) -> str:
     return f"; passed over: {', '.join(groups)}" if groups else ""
 
 
-def _line(files: Sequence[Assigned], quantity: str, pattern: str) -> str:
+def _line(files: Sequence[AssignedTable], quantity: str, pattern: str) -> str:
     """The lines of [log.csv]: one that is stated switches the guessing off, so all are."""
-    known = {name: parts[0].pattern for name in QUANTITIES if (parts := _parts(files, name)) and parts[0].pattern}
+    known = {
+        name: parts[0][1].pattern for name in QUANTITIES if (parts := parts_of(files, name)) and parts[0][1].pattern
+    }
     return stated_line({**known, quantity: pattern})

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK, Family, families
-from collaudit.core.logs.tables.column_groups import numbered_groups, word_dropped
+from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups, word_dropped
 from collaudit.core.logs.tables.column_patterns import stated_line, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
-from collaudit.core.vendors.column_words import CONVERTED, USABLE
+from collaudit.core.vendors.column_words import USABLE
 
 _FEWEST = 2
 
@@ -93,7 +93,7 @@ def _several_arms(names: Sequence[str], quantity: str) -> LogError | None:
 
 def _not_measured(bare: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
     """Columns of the quantity, all of them desired, commanded, modelled or in a unit that is not converted."""
-    groups = [g for g in numbered_groups(bare) if g.meaning.role not in USABLE or g.meaning.unit not in CONVERTED]
+    groups = [group for group in numbered_groups(bare) if not is_measured(group.meaning)]
     own = [group.said for group in groups if group.meaning.quantity == quantity]
     if not own:
         return None

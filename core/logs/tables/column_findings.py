@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.findings import Finding
-from collaudit.core.logs.tables.column_assignment import CURRENT_WORDS
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import is_doubtful, named_unit
@@ -49,8 +48,6 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
                 out[quantity] = unit
             elif found.unit:
                 out[quantity] = found.unit
-            elif any(word in found.pattern.lower() for word in (*CURRENT_WORDS, "*curr*")) and quantity == "effort":
-                out.setdefault(quantity, "current")
     return out
 
 
@@ -76,13 +73,13 @@ def time_findings(file: AssignedTable, unit: str, time_s: FloatArray, settings: 
             'seconds, say so in [log.units]: time = "ms", "us" or "ns"; if they are, time = "s". If the column counts '
             "rows, state [log.csv] rate_hz instead."
         )
-        return [Finding("log-time-unit-suspect", "error", text, where=where)]
+        return [Finding("log-unit-suspect", "error", text, where=where)]
     text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
     return [Finding("log-units-guessed", "info", text, where=where)]
 
 
 def guess_findings(file: AssignedTable) -> list[Finding]:
-    """Which columns were recognised by their names, or by the file's."""
+    """Which columns were recognised by their names, or by the file's, and which were passed over for them."""
     assignment = file.assignment
     recognised = []
     for quantity in assignment.guessed:
@@ -95,4 +92,9 @@ def guess_findings(file: AssignedTable) -> list[Finding]:
     if not any(quantity in assignment.quantities for quantity in assignment.guessed):
         return []
     text = f"Columns were recognised by their names, not by the configuration: {'; '.join(recognised)}."
-    return [Finding("log-columns-guessed", "warning", text, where=file.reader.path.name)]
+    guessed = Finding("log-columns-guessed", "warning", text, where=file.reader.path.name)
+    if not assignment.passed_over:
+        return [guessed]
+    said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
+    text = f"Columns that are not the measured quantity by their names were passed over: {said}."
+    return [guessed, fact(text, where=file.reader.path.name)]

@@ -127,7 +127,7 @@ def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) ->
         joints: how many columns the positions have; groups with as many are preferred.
     """
     own = [group for group in groups if group.meaning.quantity == quantity]
-    usable = [group for group in own if group.meaning.role in USABLE and group.meaning.unit in CONVERTED]
+    usable = [group for group in own if is_measured(group.meaning)]
     if joints is not None and any(len(group.columns) == joints for group in usable):
         usable = [group for group in usable if len(group.columns) == joints]
     if not usable:
@@ -138,7 +138,7 @@ def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) ->
     best = torques or best
     most = max(len(group.columns) for group in best)
     best = [group for group in best if len(group.columns) == most]
-    first = min(best, key=lambda group: _order(group.meaning))
+    first = min(best, key=lambda group: preference(group.meaning))
     doubtful = [group for group in best if quantity == "effort" or group.meaning.word == first.meaning.word]
     if len(doubtful) > 1:
         return Choice(None, tuple(group for group in own if group not in doubtful), tuple(doubtful))
@@ -147,6 +147,13 @@ def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) ->
     return Choice(None, rest, (first,)) if asked else Choice(first, rest)
 
 
-def _order(meaning: Meaning) -> int:
+def is_measured(meaning: Meaning) -> bool:
+    """Whether a guess may take columns with these words for a measurement."""
+    return meaning.role in USABLE and meaning.unit in CONVERTED
+
+
+def preference(meaning: Meaning) -> tuple[bool, int, int]:
+    """Torques before currents, measured before filtered, and the usual word of a quantity first."""
     words = QUANTITY_WORDS[meaning.quantity]
-    return words.index(meaning.word) if meaning.word in words else -1
+    rank = words.index(meaning.word) if meaning.word in words else -1
+    return meaning.word in CURRENTS, USABLE.index(meaning.role), rank

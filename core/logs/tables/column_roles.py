@@ -12,7 +12,7 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_groups import numbered_groups
+from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups
 from collaudit.core.logs.tables.column_patterns import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
 from collaudit.core.logs.tables.column_vocabulary import is_label
@@ -20,7 +20,6 @@ from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
 from collaudit.core.logs.tables.wrench_columns import find_wrench
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.vendors.column_words import CONVERTED, USABLE
 
 #: Columns of larger files are named only.
 _MOST_BYTES = 512 << 20
@@ -93,7 +92,7 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, 
     out |= {index: (_Guess("wrench", "as stated"), "") for index in assignment.wrench}
     for group in numbered_groups([without_unit(name) for name in file.reader.names]):
         meaning = group.meaning
-        measured = meaning.role in USABLE and meaning.unit in CONVERTED
+        measured = is_measured(meaning)
         text = "several groups may be the measured one" if measured else "not taken for a measurement"
         role = f"{meaning.quantity}?" if measured else f"{meaning.role} {meaning.quantity}"
         for number, index in enumerate(group.columns, 1):

@@ -45,7 +45,7 @@ def words_of(text: str) -> list[str]:
     return words[1:] if words[:2] == ["x", "joint"] else words
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=65536)
 def meaning_of(stem: str) -> Meaning | None:
     """What the columns of a stem are; None where a word is unknown.
 

@@ -21,27 +21,8 @@ from collaudit.core.logs.tables.column_patterns import (
     is_numbered,
     match_pattern,
 )
+from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS
 
-#: Words in the names of files that say which quantity all their columns hold.
-_WORDS = {
-    "position": ("position", "positions", "pos", "q", "ang", "angle", "angles"),
-    "velocity": ("velocity", "velocities", "vel", "dq", "qd", "qdot", "speed", "speeds"),
-    "effort": (
-        "effort",
-        "efforts",
-        "eff",
-        "tau",
-        "torque",
-        "torques",
-        "trq",
-        "moment",
-        "current",
-        "currents",
-        "curr",
-        "cur",
-    ),
-    "temperature": ("temperature", "temperatures", "temp"),
-}
 #: Names of files that hold the time of the others.
 _TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps"})
 #: Shorter words stand in too many names for a pattern of file names.
@@ -72,6 +53,11 @@ def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[
         except LogError as error:
             raise LogError(error.message, where=str(reader.path), found=error.found, hint=error.hint) from error
     return out
+
+
+def parts_of(files: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:
+    """The columns of one quantity, file by file."""
+    return [(f, f.assignment.quantities[quantity]) for f in files if quantity in f.assignment.quantities]
 
 
 def as_stated(parts: Sequence[tuple[AssignedTable, Found]]) -> str | list[str]:
@@ -158,7 +144,7 @@ def _strip(pattern: str, file: str) -> str:
 
 def quantity_of_file(name: str) -> tuple[str, str] | None:
     """The quantity that a file's name states, and the word that does; None for none or several."""
-    found = {quantity: word for word in _words(name) for quantity, known in _WORDS.items() if word in known}
+    found = {quantity: word for word in _words(name) for quantity, known in QUANTITY_WORDS.items() if word in known}
     return next(iter(found.items())) if len(found) == 1 else None
 
 
@@ -172,11 +158,12 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
         return None
     names = [name for index, name in enumerate(reader.names) if name and index != assignment.time]
     quantity, word = stated
+    unit = "current" if word in CURRENTS else ""
     file = f"*{word}*" if len(word) >= _SHORTEST else reader.path.name
     if not reader.named:
         joints = tuple(f"joint{number}" for number in range(1, len(names) + 1))
         columns = tuple(index for index in range(len(reader.names)) if index != assignment.time)
-        return quantity, Found(joints, columns, "" if assignment.time is not None else f"{file}:{{i}}")
+        return quantity, Found(joints, columns, "" if assignment.time is not None else f"{file}:{{i}}", unit)
     kinds = {re.sub(r"\d+", "#", name) for name in names}
     if len(kinds) != 1 or (kind := kinds.pop()).count("#") != 1:
         return None
@@ -184,7 +171,7 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
         pattern = kind.replace("#", number)
         found = match_pattern(reader.names, pattern)
         if found is not None and len(found.columns) == len(names):
-            return quantity, replace(found, pattern=f"{file}:{pattern}")
+            return quantity, replace(found, pattern=f"{file}:{pattern}", unit=unit)
     return None
 
 

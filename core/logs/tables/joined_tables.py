@@ -15,7 +15,7 @@ from collaudit.core.logs.signals.impossible_values import garbage_rows
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_checks import check_columns, column_findings, left_out_findings
+from collaudit.core.logs.tables.column_checks import check_columns, left_out_findings
 from collaudit.core.logs.tables.column_faults import column_fault
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message, is_numbered
@@ -77,7 +77,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
     files = assign_columns(readers, settings.csv)
-    check_columns([(file.reader.path, file.assignment) for file in files])
+    check_columns(files)
     _check_signals(files, settings.csv)
     time_s: FloatArray | None = None
     start_ns: int | None = None
@@ -109,7 +109,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
                 raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.reader.path))
             blocks[quantity].append((joints, block))
         findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
-        findings += [*guess_findings(file), *column_findings(file.assignment, file.reader.path.name)]
+        findings += guess_findings(file)
     findings += _rows_matched(files) if settings.csv.row_period_s is None else []
     assert time_s is not None
     time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])

@@ -14,7 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings, phases_of, spans_of
 from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.sample_clock import start_of
-from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.logs.signals.unit_conversion import check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
@@ -67,7 +67,6 @@ def read_table_log(
     )
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
     picked = [names.index(log) for log in kept.log]
-    linear = [joint in set(prismatic) for joint in kept.model]
     stated = with_currents(settings.units, name) if settings.effort_kind == "motor-current" else settings.units
     units, unit_findings = _units(table, stated, name)
     time_s = table.time_s
@@ -76,14 +75,11 @@ def read_table_log(
     table.columns.clear()
     if picked != list(range(len(names))):
         columns = {quantity: np.asfortranarray(values[:, picked]) for quantity, values in columns.items()}
-    to_radians(columns.get("position"), units.position, linear)
-    to_radians(columns.get("velocity"), units.velocity or units.position, linear)
-    unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
+    unit = to_si(columns, kept, units, prismatic, name)
     findings = [*table.findings, *unit_findings, *kept.findings]
     findings += [*annotations_missing, *annotation_findings(annotations)]
     if "effort" not in columns:
         findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
-    wrench, wrench_findings = _wrench(table, time_s, settings, name)
     return JointLog(
         time_s=frozen(time_s),
         joint_names=kept.model,
@@ -91,7 +87,7 @@ def read_table_log(
         velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
         effort=frozen(columns["effort"]) if "effort" in columns else None,
         effort_unit=unit,
-        wrench=wrench,
+        wrench=_wrench(table, settings, name),
         source=LogSource(
             name=name,
             digest=digest,
@@ -100,7 +96,7 @@ def read_table_log(
             time_source="column" if settings.csv.row_period_s is None else "rate",
             topic=name,
         ),
-        findings=(*findings, *wrench_findings),
+        findings=tuple(findings),
         annotations=tuple(annotations),
         phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
@@ -156,15 +152,12 @@ def _converted(quantity: str, named: str, where: str) -> str:
     return unit
 
 
-def _wrench(
-    table: JointTable, time_s: FloatArray, settings: LogConfig, where: str
-) -> tuple[WrenchSeries | None, list[Finding]]:
+def _wrench(table: JointTable, settings: LogConfig, where: str) -> WrenchSeries | None:
     if settings.csv.wrench is None:
-        return None, []
+        return None
     if table.wrench is None:
         raise LogError("the table lacks the columns that [log.csv] wrench names", where=where)
-    values: FloatArray = frozen(table.wrench)
-    return WrenchSeries(frozen(time_s), values, where), []
+    return WrenchSeries(frozen(table.time_s), frozen(table.wrench), where)
 
 
 def _annotations(

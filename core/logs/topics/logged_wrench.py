@@ -59,7 +59,7 @@ def read_wrench(
             stamps = stamp_ns
         else:
             text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
-            findings.append(Finding("log-time-source", "warning", text, where=topic.name))
+            findings.append(Finding("clock-drift", "warning", text, where=topic.name))
     return WrenchSeries(frozen(seconds_since(stamps, origin_ns)), frozen(wrench), topic.name), findings
 
 

@@ -19,7 +19,7 @@ from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
-from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, Progress, damage_findings
 from collaudit.core.logs.topics.alarm_fields import alarm_annotations, alarm_fields
@@ -107,20 +107,17 @@ def read_message_log(
     annotations = [*alarm_annotations(alarms, clock, origin, joints.name), *annotations]
     findings += [*unreadable, *absent_labels(annotated.absent, "[log] label_topics", name)]
     findings += annotation_findings(annotations)
-    scale = np.pi / 180 if settings.units.position == "deg" else 1.0
+    scale = angle_factor(settings.units.position)
     conflicts = [found for p in publishers for found in disagreement(p, _stamps(p, clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)
     findings += [clock_finding, *names.findings, *_merged(publishers, joints.name)]
     series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
     findings += wrench_findings
-    linear = [joint in set(prismatic) for joint in names.model]
-    to_radians(columns.get("position"), settings.units.position, linear)
-    to_radians(columns.get("velocity"), settings.units.velocity or settings.units.position, linear)
     units = settings.units
     drawn = joints.profile is not None and joints.profile.effort_unit == "A"
     if (drawn or settings.effort_kind == "motor-current") and "effort" in columns:
         units = with_currents(units, where)
-    unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
+    unit = to_si(columns, names, units, prismatic, where)
     if "position" not in columns:
         raise LogError("the joint states hold no positions", where=where)
     if clock != "header" and base.stamp_ns is not None:  # where two publishers stamp alike, theirs is not the clock

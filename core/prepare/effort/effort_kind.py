@@ -15,7 +15,7 @@ import numpy as np
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
@@ -87,7 +87,7 @@ def _by_name(joints: Sequence[str]) -> tuple[EffortKind, tuple[Finding, ...]]:
         "have them: little friction hides external torque at rest. If it is a motor's torque or current, state "
         '[log] effort_kind = "motor-torque".'
     )
-    return EffortKind("joint"), (Finding("effort-source", "info", text),)
+    return EffortKind("joint"), (fact(text),)
 
 
 _Share = tuple[float, float]  # value and half of its 95 % interval

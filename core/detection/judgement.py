@@ -1,0 +1,175 @@
+"""One log judged: its rule, the residual, alarms and near misses, and what they leave to say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import ResidualStats
+from collaudit.core.data.detection_result import DetectionFacts
+from collaudit.core.data.signals import Signals
+from collaudit.core.data.threshold_result import FittedThresholds
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.clean_samples import residual_stats
+from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
+from collaudit.core.detection.detector_run import (
+    DetectionInputs,
+    DetectorRun,
+    delay_facts,
+    detector_facts,
+    friction_levels,
+    judged_signals,
+    run_detector,
+)
+from collaudit.core.detection.fitted_rule import (
+    change_findings,
+    tight_threshold_findings,
+    with_fitted_thresholds,
+    with_rest_thresholds,
+)
+from collaudit.core.detection.model_worth import model_worth_findings
+from collaudit.core.detection.position_pattern import pattern_findings
+from collaudit.core.detection.rest_steps import RestStep, rest_steps
+from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
+from collaudit.core.detection.rule_settings import make_rule, watch_findings
+from collaudit.core.detection.watch import control_modes
+from collaudit.core.findings import Finding, joints_not_judged
+from collaudit.core.friction.applied_friction import AppliedFriction
+from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
+from collaudit.core.prepare.prepared import Prepared
+
+#: What takes the signals, and the hash of their log, while the rest is judged.
+OnSignals = Callable[[Signals, str], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """What detection made of a log.
+
+    Attributes:
+        prepared: the log, hand guiding and smoothing marked that its friction shows.
+        series: its judged joints.
+        config: with numbers in place of "auto".
+        applied: friction laws.
+        thresholds: of the friction file, if any.
+        automatic: whether they are the ones in use.
+        choices: findings on how thresholds were chosen.
+        inputs: the rule, watched joints, joints that a finding forbids judging.
+        run: the detector's residual, alarms and near misses.
+        signals: sample by sample.
+        stats: level of the residual by joint.
+        facts: of the detection; contacts, controller alarms and scores come later.
+        rest_steps: steps of standing joints.
+    """
+
+    prepared: Prepared
+    series: UniformSeries
+    config: Config
+    applied: AppliedFriction
+    thresholds: FittedThresholds | None
+    automatic: bool
+    choices: tuple[Finding, ...]
+    inputs: DetectionInputs
+    run: DetectorRun
+    signals: Signals
+    stats: dict[str, ResidualStats]
+    facts: DetectionFacts
+    rest_steps: tuple[RestStep, ...]
+
+
+#: Every check of a judged log, in the order in which it is said.
+CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
+    lambda log: tight_threshold_findings(
+        log.inputs.rule, None if log.automatic else log.thresholds, log.config, log.run.detected.collisions
+    ),
+    lambda log: watch_findings(log.inputs.watch),
+    lambda log: change_findings(log.prepared, log.applied.quiet, log.inputs.rule.gamma_nm),
+    lambda log: reach_findings(log.series, log.prepared.robot, log.inputs.rule),
+    lambda log: coarse_findings(log.series, log.inputs.rule),
+    lambda log: pattern_findings(log.signals, log.inputs.rule.gamma_nm),
+    lambda log: residual_level_findings(log.stats, log.inputs.rule.gamma_nm),
+    lambda log: scatter_findings(log.applied.fits, log.inputs.rule.gamma_nm),
+    lambda log: detection_findings(log.series, log.run, log.inputs, log.facts.friction_level),
+    lambda log: model_worth_findings(log.prepared, log.run, log.inputs),
+)
+
+
+def judge(
+    prepared: Prepared,
+    applied: AppliedFriction,
+    config: Config,
+    thresholds: FittedThresholds | None,
+    on_signals: OnSignals | None,
+    step: Progress,
+) -> Judged:
+    """Rule, residual and alarms of one log.
+
+    Args:
+        prepared: the log.
+        applied: its friction laws, which tell what its drives supply.
+        config: thresholds, persistence, watched joints.
+        thresholds: of the friction file, for "auto".
+        on_signals: called with the signals and the log's hash while the rest is still judged.
+        step: called with steps done and in all.
+
+    Raises:
+        NotJudgedError: the persistence is longer than the log.
+    """
+    friction = {joint: law.torque for joint, law in applied.laws.items()}
+    prepared = with_effort_smoothing(without_guiding(prepared, friction, config), friction, config)
+    series = prepared.judged_series
+    config = with_rest_thresholds(config, applied.quiet, series.joint_names)
+    automatic = config.detect.gamma_nm == "auto"
+    config, follows, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
+    rule, watch = make_rule(series, prepared.phases, config, follows)
+    check_persistence(series, rule.n)
+    forbidden = joints_not_judged(prepared.findings, prepared.judged)
+    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
+    run = run_detector(prepared, inputs, config)
+    step(4, 10)
+    signals = judged_signals(series, run, rule.gamma_nm)
+    facts = _facts(prepared, run, inputs, config)
+    step(7, 10)
+    if on_signals is not None:
+        on_signals(signals, series.source.sha256)
+    return Judged(
+        prepared=prepared,
+        series=series,
+        config=config,
+        applied=applied,
+        thresholds=thresholds,
+        automatic=automatic,
+        choices=tuple(choices),
+        inputs=inputs,
+        run=run,
+        signals=signals,
+        stats=by_name(
+            lambda joint: residual_stats(series, signals, run.detected.collision_times(joint), joint),
+            series.joint_names,
+        ),
+        facts=facts,
+        rest_steps=rest_steps(prepared, run, inputs),
+    )
+
+
+def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> DetectionFacts:
+    """Equation, delay and friction level of a detector, and what other detectors make of the same log."""
+    series, rule, detect = prepared.judged_series, inputs.rule, config.detect
+    return DetectionFacts(
+        causal=detect.causal,
+        equation=run.detector.equation,
+        delay=delay_facts(run.residual.balance.kernel, rule, series.period_s),
+        friction_level=friction_levels(run.residual, detect.friction_level == "followed"),
+        incidents=(),
+        detectors={
+            name: detector_facts(
+                run_detector(prepared, inputs, config, name), rule, series.joint_names, series.period_s
+            )
+            for name in dict.fromkeys(detect.compare)
+        },
+        flags=(),
+        control=control_modes(series, prepared.phases, detect),
+    )

@@ -57,6 +57,13 @@ def test_seconds_are_taken_as_before(tmp_path: Path) -> None:
     assert "log-unit-suspect" not in read(write(tmp_path, "t", TIME_S))[1]
 
 
+def test_slow_seconds_of_our_time_are_no_question(tmp_path: Path) -> None:
+    """20 Hz, stamped since the epoch: nothing else has such numbers."""
+    log, found = read(write(tmp_path, "t", [f"{1.7e9 + 0.05 * k:.2f}" for k in range(ROWS)]))
+    assert "log-unit-suspect" not in found
+    assert log.time_s[1] == pytest.approx(0.05)
+
+
 @pytest.mark.parametrize("name", ["t_{}", "x_time_{}", "field.header.stamp_{}", "state.time.{}", "ros_time_{}"])
 @pytest.mark.parametrize("unit", SCALES)
 def test_a_word_for_time_may_stand_behind_others_and_before_its_unit(name: str, unit: str, tmp_path: Path) -> None:

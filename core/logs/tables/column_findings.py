@@ -51,13 +51,16 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
     return out
 
 
-def time_findings(file: AssignedTable, unit: str, time_s: FloatArray, settings: LogConfig) -> list[Finding]:
+def time_findings(
+    file: AssignedTable, unit: str, time_s: FloatArray, start_ns: int | None, settings: LogConfig
+) -> list[Finding]:
     """That the unit of time was guessed, or cannot be.
 
     Args:
         file: the table with the time column.
         unit: what it was taken as.
-        time_s: (n,) its stamps in s by that unit.
+        time_s: (n,) its stamps in s by that unit, from the first.
+        start_ns: absolute time of the first, ns, by that unit.
         settings: what is stated.
     """
     if settings.units.time != "auto" or unit in ("iso", "rows") or file.assignment.time is None:
@@ -66,7 +69,7 @@ def time_findings(file: AssignedTable, unit: str, time_s: FloatArray, settings: 
     if named_unit(name) == unit:
         text = f"The unit of the time column was taken as {unit}, by its name {name!r}."
         return [Finding("log-units-guessed", "info", text, where=where)]
-    if unit == "s" and is_doubtful(time_s):
+    if unit == "s" and is_doubtful(time_s, start_ns):
         step = float(np.median(np.abs(np.diff(time_s[np.isfinite(time_s)]))))
         text = (
             f"The steps of the time column {name!r} are {step:.9g}, and its unit is stated nowhere: if these are no "

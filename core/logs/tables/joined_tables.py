@@ -98,7 +98,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += garbage_rows(own_time, file.reader.path.name)
-            findings += time_findings(file, unit, own_time, settings)
+            findings += time_findings(file, unit, own_time, start, settings)
         else:
             _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)
         wrench = values.pop("wrench", wrench)

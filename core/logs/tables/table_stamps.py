@@ -32,6 +32,9 @@ UNIT_OF_WORD = {
 #: and milliseconds at 20 kHz step by as much.
 _SLOW_S = 0.04
 
+#: Since 2001 seconds since the epoch are a number of ten digits: no count of samples, no time since a start.
+_OUR_TIME_NS = 10**18
+
 #: Later stamps are no times since the epoch, but garbage.
 _MOST_NS = 9e18
 
@@ -70,8 +73,13 @@ def named_unit(name: str) -> str | None:
     return UNIT_OF_WORD.get(words[-1]) if len(words) > 1 else None
 
 
-def is_doubtful(time_s: FloatArray) -> bool:
-    """Whether stamps that were taken as seconds by their size alone are rather milliseconds, or count samples."""
+def is_doubtful(time_s: FloatArray, start_ns: int | None) -> bool:
+    """Whether stamps that were taken as seconds by their size alone are rather milliseconds, or count samples.
+
+    Those of our time since the epoch are seconds.
+    """
+    if start_ns is not None and start_ns >= _OUR_TIME_NS:
+        return False
     known = time_s[np.isfinite(time_s)]
     return known.size > 1 and float(np.median(np.abs(np.diff(known)))) >= _SLOW_S
 

@@ -112,6 +112,6 @@ class FollowedMotion:
         lasting_nm: lower thresholds of what lasts.
     """
 
-    scales: dict[str, MotionScale]
-    at_rest_nm: dict[str, float]
-    lasting_nm: dict[str, float]
+    scales: dict[str, MotionScale] = field(default_factory=dict)
+    at_rest_nm: dict[str, float] = field(default_factory=dict)
+    lasting_nm: dict[str, float] = field(default_factory=dict)

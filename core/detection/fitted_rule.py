@@ -50,13 +50,13 @@ def with_fitted_thresholds(
         series: the judged joints.
     """
     if config.detect.gamma_nm != "auto":
-        return config, FollowedMotion({}, {}, {}), []
+        return config, FollowedMotion(), []
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
     n, _ = stated_persistence(config.detect, series.period_s)
     long = persistence_samples(LASTING_S, series.period_s)
-    follows = FollowedMotion({}, {}, {})
+    follows = FollowedMotion()
     used: dict[str, ThresholdLevel] = {}
     lower: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
@@ -64,11 +64,11 @@ def with_fitted_thresholds(
         level = level_at(known, n, n * series.period_s) if known is not None else None
         if level is not None and known is not None and joint not in still:
             gamma[joint], used[joint] = level.gamma_nm, level
+            lasting = level_at(known, long, long * series.period_s)
             if known.scale is not None:
                 follows.scales[joint], follows.at_rest_nm[joint] = known.scale, known.rest_nm
-            lasting = level_at(known, long, long * series.period_s)
-            if lasting is not None and lasting.gamma_nm < level.gamma_nm:
-                lower[joint], follows.lasting_nm[joint] = lasting, lasting.gamma_nm
+                if lasting is not None and lasting.gamma_nm < level.gamma_nm:
+                    lower[joint], follows.lasting_nm[joint] = lasting, lasting.gamma_nm
     missing = [joint for joint in series.joint_names if joint not in gamma]
     for joint in missing:
         known = usable.joints.get(joint) if usable is not None else None

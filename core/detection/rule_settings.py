@@ -38,7 +38,7 @@ def make_rule(
     Raises:
         ConfigError: a threshold or a watched name belongs to no judged joint.
     """
-    detect = config.detect
+    detect, follows = config.detect, follows or FollowedMotion()
     watch = choose_watched(series, contact_mask(phases), detect)
     gamma = _gamma(series.joint_names, nominal_gamma(detect))
     for joint in series.joint_names:
@@ -55,9 +55,9 @@ def make_rule(
         near_miss_amplitude=config.near_miss.amplitude,
         near_miss_persistence=config.near_miss.persistence,
         near_miss_impulse=config.near_miss.impulse,
-        follows={} if follows is None else follows.scales,
-        at_rest_nm={} if follows is None else follows.at_rest_nm,
-        lasting_nm={} if follows is None else follows.lasting_nm,
+        follows=follows.scales,
+        at_rest_nm=follows.at_rest_nm,
+        lasting_nm=follows.lasting_nm,
         lasting_n=persistence_samples(LASTING_S, series.period_s),
     )
     return rule, watch

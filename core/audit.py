@@ -246,7 +246,7 @@ def _detect(
         incidents=(),
         detectors=others,
         flags=(),
-        control=control_modes(series, prepared.phases, config.detect),
+        control=control_modes(series, prepared.phases),
     )
     step(7, 10)
     if on_signals is not None:

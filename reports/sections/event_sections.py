@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, R
 from collaudit.core.data.detection_result import Contact, ContactKind
 from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, contacts_of, force_text, height, in_time
+from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, force_text, height, in_time
 from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import NONE, speed_unit, torque_unit
@@ -30,7 +30,7 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
         result: the audit.
         contacts: those to list, by their number from 1; None: all.
     """
-    listed = dict(enumerate(contacts_of(result), 1)) if contacts is None else contacts
+    listed = dict(enumerate(result.contacts, 1)) if contacts is None else contacts
     alarms = in_time(result.collisions)
     records = [_contact(number, one, result, alarms_of(one, result, alarms)) for number, one in listed.items()]
     head = tuple(records[0]) if records else ("#",)

@@ -34,7 +34,7 @@ def _moved(arm, path: Path, rows: int) -> Path:
 def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
-    assert "trial on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "trial on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; no contacts" in outcome.err
     assert "- excluded: Friction was fitted on the judged log alone" in outcome.err
     assert "then collaudit fit LOG -c" in outcome.err
     judged = ("detect", arm.clean, "-c", tmp_path / "c.toml")
@@ -56,7 +56,7 @@ def test_thresholds_are_the_fits_and_never_a_guess(arm, collaudit, tmp_path: Pat
     outcome = collaudit("init", arm.clean, "-c", tmp_path / "robot.toml", "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
     assert tomllib.loads(_text(tmp_path))["detect"]["gamma_nm"] == "auto"
-    assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged; no contacts" in outcome.err
     assert "has raised the thresholds" in outcome.err and "fitted on the log that was judged" in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 3, "not judged without a friction file"
     friction = tmp_path / "friction.json"

@@ -23,7 +23,6 @@ from collaudit.reports.page.comparison_page import body_regions_html, comparison
 from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
 from collaudit.reports.terminal.comparison_text import body_region_text, comparison_text
 from collaudit.reports.values.comparison import compare
-from collaudit.reports.values.contact_alarms import contacts_of
 
 LIMITS = """
 source = "our own measurement of 3 March"
@@ -45,7 +44,7 @@ def _without_contacts(audit: Audit) -> Audit:
 
 def test_a_run_beside_itself_differs_in_nothing(audit: Audit) -> None:
     found = compare(audit, audit)
-    assert found.same_log and found.kept == len(contacts_of(audit.result))
+    assert found.same_log and found.kept == len(audit.result.contacts)
     assert (found.contacts, found.settings, found.findings) == ((), (), ())
     assert all(change.differs in (False, None) for change in found.friction)
     assert "nothing differs" in comparison_text(found, 80)
@@ -54,7 +53,7 @@ def test_a_run_beside_itself_differs_in_nothing(audit: Audit) -> None:
 def test_contacts_are_gained_and_lost(audit: Audit) -> None:
     lost = compare(audit, _without_contacts(audit))
     assert {change.change for change in lost.contacts} == {"lost"}
-    assert len(lost.contacts) == len(contacts_of(audit.result)) and lost.kept == 0
+    assert len(lost.contacts) == len(audit.result.contacts) and lost.kept == 0
     assert lost.contacts[0].why == "judged after, and no alarm"
     gained = compare(_without_contacts(audit), audit)
     assert {change.change for change in gained.contacts} == {"gained"}

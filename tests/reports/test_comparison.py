@@ -54,7 +54,7 @@ def test_contacts_are_gained_and_lost(audit: Audit) -> None:
     lost = compare(audit, _without_contacts(audit))
     assert {change.change for change in lost.contacts} == {"lost"}
     assert len(lost.contacts) == len(audit.result.contacts) and lost.kept == 0
-    assert lost.contacts[0].why == "judged after, and no alarm"
+    assert lost.contacts[0].judged == 1.0
     gained = compare(_without_contacts(audit), audit)
     assert {change.change for change in gained.contacts} == {"gained"}
     assert f"0 in both, {len(gained.contacts)} gained, 0 lost" in comparison_text(gained)
@@ -65,16 +65,17 @@ def test_a_contact_lost_in_time_that_was_not_judged_says_nothing(audit: Audit) -
     blind = replace(other.signals, state=np.full_like(other.signals.state, State.NO_MODEL))
     found = compare(audit, replace(other, signals=blind))
     assert {change.judged for change in found.contacts} == {0.0}
+    (words,) = {change.why for change in found.contacts}
+    assert words in comparison_text(found)
     resting = replace(other.signals, state=np.full_like(other.signals.state, State.FRICTION_INTERVAL))
-    assert "its absence says nothing" in comparison_text(compare(audit, replace(other, signals=resting)))
-    assert "not judged after: its absence says nothing" in comparison_text(found)
+    assert {change.why for change in compare(audit, replace(other, signals=resting)).contacts} == {words}
+    assert {change.why for change in compare(audit, other).contacts} != {words}
 
 
 def test_contacts_of_different_logs_are_listed_and_not_matched(audit: Audit) -> None:
     other = replace(audit, result=replace(audit.result, log=replace(audit.result.log, sha256="f" * 64)))
     found = compare(audit, other)
     assert found.kept is None and {change.change for change in found.contacts} == {"before", "after"}
-    assert "cannot be matched" in comparison_text(found)
 
 
 def test_friction_differs_only_where_intervals_are_apart(audit: Audit) -> None:

@@ -375,9 +375,8 @@ def near_misses(audit: Audit) -> pd.DataFrame:
 
 def contacts(audit: Audit) -> pd.DataFrame:
     """Contacts, one a row: when, which joints, link, kind, and the force: 95 % interval, N, or its lower end alone."""
-    detection = audit.result.detection
     rows = []
-    for c in audit.result.contacts or (detection.incidents if detection else ()):
+    for c in audit.result.contacts:
         force = {} if c.least_force is None else {"force_low_n": c.least_force.force_n}
         if c.force is not None:
             force = dict(zip(_FORCE, (c.force.size_n, *c.force.size_ci95_n), strict=True))

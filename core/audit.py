@@ -132,7 +132,7 @@ def audit_log(
         findings=findings,
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
-        detection=replace(judged.facts, incidents=contacts, flags=alarms, scores=scores),
+        detection=replace(judged.facts, flags=alarms, scores=scores),
         contacts=contacts,
         exclusions=exclusions(coverage, sensitivity, findings, units),
         sensitivity=sensitivity,

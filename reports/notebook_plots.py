@@ -17,7 +17,7 @@ from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
-from collaudit.reports.values.contact_alarms import alarms_of, contacts_of
+from collaudit.reports.values.contact_alarms import alarms_of
 from collaudit.reports.values.words import effort_unit, speed_unit, torque_unit
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _log(log: JointLog) -> list[Axes]:
 
 
 def _residuals(audit: Audit) -> list[Axes]:
-    source, contacts = TracesInMemory(audit.signals), contacts_of(audit.result)
+    source, contacts = TracesInMemory(audit.signals), audit.result.contacts
     axes = _axes(list(source.joint_names), height=1.3, sharex=True)
     for k, (joint, one) in enumerate(axes.items()):
         _residual(one, source.trace(k))
@@ -112,7 +112,7 @@ def _where(trace: JointTrace, shown: BoolArray) -> np.ndarray[Any, Any]:
 
 
 def _contact(audit: Audit, number: int) -> list[Axes]:
-    contacts = contacts_of(audit.result)
+    contacts = audit.result.contacts
     if not 1 <= number <= len(contacts):
         raise ConfigError("there is no such contact", found=str(number), expected=f"1 to {len(contacts)}")
     contact, source = contacts[number - 1], TracesInMemory(audit.signals)

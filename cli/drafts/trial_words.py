@@ -9,7 +9,7 @@ from collaudit.cli.drafts.trial import Trial
 from collaudit.cli.obstacles import forbidding
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.signals import State
-from collaudit.reports.values.words import reason_text, verdict_word
+from collaudit.reports.values.words import plural, reason_text, verdict_word
 
 _SHOWN = 6
 _FEW = 3
@@ -35,7 +35,7 @@ def came_of_it(trial: Trial) -> str:
             causes.setdefault(_why(result, name, modelled), []).append(name)
     others = [f"{_named(names)}: {why}" for why, names in causes.items()]
     silent = f" ({'; '.join(others)})" if others else ""
-    found = f"; {_events(result)}" if judged else ""
+    found = f"; {plural(len(result.contacts), 'contact')}" if judged else ""
     excluded = result.exclusions if result.verdict == "pass" else ()
     more = [f"… and {len(excluded) - _SHOWN} more"] if len(excluded) > _SHOWN else []
     listed = "".join(f"\n- excluded: {each}" for each in excluded[:_SHOWN]) + "".join(f"\n- {each}" for each in more)
@@ -101,12 +101,6 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
 
 def _named(joints: Sequence[str]) -> str:
     return ", ".join(joints) if len(joints) <= _FEW else f"{len(joints)} joints"
-
-
-def _events(result: AuditResult) -> str:
-    contacts = len(result.detection.incidents) if result.detection is not None else len(result.collisions)
-    word = "contact" if contacts == 1 else "contacts"
-    return f"{contacts} {word}"
 
 
 def _why(result: AuditResult, joint: str, modelled: bool) -> str:

@@ -11,7 +11,6 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.policy.baseline import Baseline, BaselineLog
 from collaudit.reports.files.json_reader import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME
-from collaudit.reports.values.contact_alarms import contacts_of
 
 #: What makes a folder a store.
 STORE_NAME = "store.json"
@@ -80,7 +79,7 @@ def _log(result: AuditResult, robot: str | None) -> BaselineLog:
         judged=result.verdict != "not_judged",
         recorded_s=result.coverage.recorded_s,
         near_misses=len(result.near_misses),
-        contacts=tuple((c.onset_s, c.end_s, c.joints) for c in contacts_of(result)),
+        contacts=tuple((c.onset_s, c.end_s, c.joints) for c in result.contacts),
         rms_nm={joint: stats.rms_nm for joint, stats in result.residual.items() if stats.rms_nm is not None},
         friction=result.friction,
         findings=frozenset((finding.code, finding.joint) for finding in result.findings),

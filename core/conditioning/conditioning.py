@@ -56,7 +56,6 @@ def condition(
     base = make_timebase(
         log.time_s,
         angles.position_rad,
-        config.gap_factor,
         cut.rows,
         log.velocity_rad_s,
         (lambda period: _bandwidth_hz(config, period)) if config.bridge_lost else None,

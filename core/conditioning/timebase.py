@@ -19,6 +19,8 @@ from collaudit.core.numeric.stats import median_of, robust_sd
 MIN_SEGMENT_SAMPLES = 12
 #: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.
 MAX_VOID_S = 60.0
+#: A step longer than so many sample periods lost samples: a gap, unless it is bridged. One lost sample makes two.
+_GAP_PERIODS = 1.8
 #: A uniform time base is at most so many times as long as the log, and so many samples more: memory is taken for it.
 _MOST_TIMES, _FREE_SAMPLES = 50, 1_000_000
 
@@ -69,7 +71,6 @@ class Timebase:
 def make_timebase(
     time_s: FloatArray,
     position: FloatArray,
-    gap_factor: float,
     breaks: IntArray | None = None,
     velocity: FloatArray | None = None,
     bandwidth_of: Callable[[float], float] | None = None,
@@ -79,7 +80,6 @@ def make_timebase(
     Args:
         time_s: (n,) stamps as recorded, s.
         position: (n, j) positions, used only to tell stamp jitter from sampling jitter.
-        gap_factor: a step longer than this many periods lost samples.
         breaks: samples before which the recording is cut too; they are left out, so that a gap stands there.
         velocity: (n, j) as logged; with the positions it tells the clock behind stamps that scatter.
         bandwidth_of: of the filters, Hz, by the period, s; holes short against it are bridged; none when absent.
@@ -96,7 +96,7 @@ def make_timebase(
         )
     steps = np.diff(stamps)
     period = median_of(steps)
-    limit = _gap_limit(steps, period, gap_factor)
+    limit = _gap_limit(steps, period)
     none = np.zeros(steps.size, dtype=bool)
     bridged = none if bandwidth_of is None else bridged_steps(steps, period, limit, bandwidth_of(period))
     gaps = np.flatnonzero((steps > limit) & ~bridged) + 1
@@ -166,12 +166,12 @@ def _bridged(
     return out
 
 
-def _gap_limit(steps: FloatArray, period: float, gap_factor: float) -> float:
+def _gap_limit(steps: FloatArray, period: float) -> float:
     """A step longer than this is a gap; wider where stamps scatter, up to three periods."""
-    if steps.max() <= gap_factor * period:  # no gap, whatever the scatter
-        return gap_factor * period
+    if steps.max() <= _GAP_PERIODS * period:  # no gap, whatever the scatter
+        return _GAP_PERIODS * period
     scatter = robust_sd(steps - period)
-    return min(max(gap_factor * period, period + 8.0 * scatter), max(3.0, gap_factor) * period)
+    return min(max(_GAP_PERIODS * period, period + 8.0 * scatter), 3.0 * period)
 
 
 def _stretches(gaps: IntArray, order: IntArray, breaks: IntArray | None) -> list[Span]:

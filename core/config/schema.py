@@ -133,11 +133,6 @@ class ConditioningConfig(ConfigTable, frozen=True, kw_only=True):
             "are reported; position: always derived."
         ),
     ] = "auto"
-    gap_factor: Annotated[
-        float,
-        Meta(gt=1),
-        about("A step longer than this many sample periods lost samples: a gap, unless it is bridged."),
-    ] = 1.8
     bridge_lost: Annotated[
         bool,
         about(
@@ -163,7 +158,6 @@ class SectionsConfig(ConfigTable, frozen=True, kw_only=True):
             "long an eighth, but half of it at least."
         ),
     ] = 0.1
-    others_max_speed_rad_s: Annotated[Positive, about("Above this speed another joint counts as moving.")] = 0.01
 
 
 class FrictionConfig(ConfigTable, frozen=True, kw_only=True):
@@ -181,8 +175,6 @@ class FrictionConfig(ConfigTable, frozen=True, kw_only=True):
         about("How outliers among friction points are down-weighted; their weights are in friction.json."),
     ] = "none"
     file: Annotated[Path | None, about("friction.json to judge with, relative to this configuration.")] = None
-    pair_speed_tolerance: Annotated[Positive, about("Speeds within this share count as equal.")] = 0.05
-    pair_pose_tolerance_rad: Annotated[Positive, about("Other joints within this are in the same pose.")] = 0.05
 
     def __post_init__(self) -> None:
         """A law that there is."""

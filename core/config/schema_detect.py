@@ -62,12 +62,7 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
         Positive | None, about("Persistence, ms; rounded up to samples. 25 when neither is given.")
     ] = None
     n: Annotated[Annotated[int, Meta(ge=1)] | None, about("Persistence in samples, instead of persistence_ms.")] = None
-    merge_ms: Annotated[NonNegative, about("Exceedances of one joint closer than this are one event, ms.")] = 200.0
     watch: Annotated[Literal["auto"] | list[str], about("Joints whose residual is judged.")] = "auto"
-    slow_speed_rad_s: Annotated[
-        Positive | None,
-        about("Below this speed friction is known only as a range; 0.95 of the slowest fitted one when absent."),
-    ] = None
     beyond_range: Annotated[
         float,
         Meta(ge=0, le=1),
@@ -102,10 +97,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
             "(finding `arm-guided`); off: such motion is judged like any other."
         ),
     ] = "found"
-    reversals_per_s: Annotated[
-        Positive, about("A joint in contact that reverses more often than this is taken as force-controlled.")
-    ] = 0.5
-    reversal_amplitude_rad: Annotated[Positive, about("… if its strokes are smaller than this.")] = 0.02
     controller_alarms_s: Annotated[
         list[float],
         about(
@@ -158,7 +149,6 @@ class PhasesConfig(ConfigTable, frozen=True, kw_only=True):
             "95 % of the contact stays below, and 5 N more."
         ),
     ] = None
-    contact_min_s: Annotated[Positive, about("Contacts and separations shorter than this are not phases, s.")] = 0.5
     approach: Annotated[list[Interval], about("No contact yet (t1).")] = []
     contact: Annotated[list[Interval], about("Force-controlled contact (t2).")] = []
     retreat: Annotated[list[Interval], about("No contact any more (t3).")] = []

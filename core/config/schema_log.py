@@ -15,7 +15,6 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
         None
     )
     rate_hz: Annotated[Positive | None, about("Rows per second of a table without a time column.")] = None
-    period_s: Annotated[Positive | None, about("Seconds between the rows of a table without a time column.")] = None
     position: Annotated[
         ColumnPattern | None,
         about(
@@ -52,14 +51,13 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         """One clock, and lists of columns that are all names or all numbers."""
         self.check_kinds("position", "velocity", "effort", "temperature", "joint_torque", "wrench")
-        stated = [key for key in ("time", "rate_hz", "period_s") if getattr(self, key) is not None]
-        if len(stated) > 1:
-            raise ValueError(f"{' and '.join(stated)} each say when a row was taken: keep one")
+        if self.time is not None and self.rate_hz is not None:
+            raise ValueError("time and rate_hz each say when a row was taken: keep one")
 
     @property
     def row_period_s(self) -> float | None:
-        """Seconds between rows where `rate_hz` or `period_s` states them, else None."""
-        return 1.0 / self.rate_hz if self.rate_hz is not None else self.period_s
+        """Seconds between rows where `rate_hz` states them, else None."""
+        return None if self.rate_hz is None else 1.0 / self.rate_hz
 
 
 class FieldsConfig(ConfigTable, frozen=True, kw_only=True):

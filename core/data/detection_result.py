@@ -282,7 +282,6 @@ class DetectionFacts:
         equation: what the detector computes.
         delay: its delay in parts.
         friction_level: by joint.
-        incidents: alarms grouped into contacts, with link, force and kind.
         detectors: other detectors on the same log.
         control: by joint and phase, how the joint was controlled.
         flags: the controller's own alarms compared with ours; empty when none were given.
@@ -293,7 +292,6 @@ class DetectionFacts:
     equation: str
     delay: DelayFacts
     friction_level: dict[str, LevelFacts]
-    incidents: tuple[Contact, ...]
     detectors: dict[str, DetectorFacts]
     flags: tuple[ControllerAlarmComparison, ...]
     control: dict[str, dict[str, ControlMode]] = field(default_factory=dict)

@@ -36,7 +36,7 @@ class JointPlane:
         gamma_nm: thresholds, rising.
         n: persistences, samples, rising.
         clean_hours: judged time away from contact that the alarms were counted in.
-        alarms: their number in it; closer than ``merge_ms`` they are one.
+        alarms: their number in it; closer than 0.2 s they are one.
         torque_nm: the smallest torque of a push of 100 ms that alarms at 95 % of the judged moments; None: none does.
         configured: the rule that is set.
         chosen: the rule that is recommended; None where none is.

@@ -13,7 +13,7 @@ from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, 
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.knocks import knock_width, knocks
-from collaudit.core.detection.rule import Event, apart, collisions, rule_events
+from collaudit.core.detection.rule import MERGE_S, Event, apart, collisions, rule_events
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import FloatArray
@@ -53,10 +53,10 @@ def detect_events(
         rule: persistence and nominal thresholds.
         watch: which joints count.
         phases: (n,) labels.
-        config: near misses and merging.
+        config: near misses.
     """
     state = _with_unwatched(residual.state, series.joint_names, watch, phases, rule.n)
-    merge = round(config.detect.merge_ms / 1e3 / series.period_s)
+    merge = round(MERGE_S / series.period_s)
     watched = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
     columns = residual.isolation.judged_columns(watched, rule.gamma_nm)
     hits: list[Collision] = []

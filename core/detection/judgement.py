@@ -163,7 +163,6 @@ def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config
         equation=run.detector.equation,
         delay=delay_facts(run.residual.balance.kernel, rule, series.period_s),
         friction_level=friction_levels(run.residual, detect.friction_level == "followed"),
-        incidents=(),
         detectors={
             name: detector_facts(
                 run_detector(prepared, inputs, config, name), rule, series.joint_names, series.period_s
@@ -171,5 +170,5 @@ def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config
             for name in dict.fromkeys(detect.compare)
         },
         flags=(),
-        control=control_modes(series, prepared.phases, detect),
+        control=control_modes(series, prepared.phases),
     )

@@ -14,6 +14,8 @@ from collaudit.core.numeric.runs import run_bounds
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray
 
+#: Exceedances of one joint closer than this are one event, s: a push that falters for an instant stays one.
+MERGE_S = 0.2
 #: The period of a log is known to about this share: 24 ms at 1.9999998 ms is 12 samples, not 13.
 _PERIOD_SLACK = 1e-3
 

@@ -17,6 +17,9 @@ from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES
 
+#: A joint in contact that reverses more often a second, over smaller strokes (rad; m if prismatic), is taken as
+#: controlled by force: the paper's joints 2 to 5 do while they polish.
+_REVERSALS_PER_S, _REVERSAL_STROKE = 0.5, 0.02
 #: Strokes shorter than this are encoder noise of a standing joint, rad.
 _NOISE_STROKE = 2e-4
 #: A joint that stays within this in a phase stands, rad.
@@ -53,7 +56,7 @@ def choose_watched(series: UniformSeries, contact: BoolArray, config: DetectConf
     out = {}
     for j, joint in enumerate(series.joint_names):
         rate, stroke = _reversals(series.position_rad[:, j], series.velocity_rad_s[:, j], contact, series.period_s)
-        if rate > config.reversals_per_s and stroke < config.reversal_amplitude_rad:
+        if _force_controlled(rate, stroke):
             why = (
                 f"force-controlled in contact: {rate:.2g} reversals a second over strokes of {stroke:.2g} rad "
                 "(median); friction at reversal hides what its residual would show"
@@ -83,9 +86,7 @@ def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watc
     return choice
 
 
-def control_modes(
-    series: UniformSeries, phases: NDArray[np.int8], config: DetectConfig
-) -> dict[str, dict[str, ControlMode]]:
+def control_modes(series: UniformSeries, phases: NDArray[np.int8]) -> dict[str, dict[str, ControlMode]]:
     """How each joint was controlled in each phase that occurs: by position, by force, or standing."""
     masks = {phase: np.asarray(phases == code) for code, phase in enumerate(PHASES)}
 
@@ -99,7 +100,7 @@ def control_modes(
             rate, stroke = _reversals(q, v, mask, series.period_s)
             known = q[mask & np.isfinite(q)]
             travel = float(np.ptp(known)) if known.size else 0.0
-            forced = rate > config.reversals_per_s and stroke < config.reversal_amplitude_rad
+            forced = _force_controlled(rate, stroke)
             mode: Mode = "standing" if travel < _STANDING_TRAVEL else "force" if forced else "position"
             out[phase] = ControlMode(mode, float(rate), stroke)
         return out
@@ -123,6 +124,10 @@ def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
         else Watch(False, False, "not named in [detect] watch")
         for joint in joints
     }
+
+
+def _force_controlled(rate: float, stroke: float) -> bool:
+    return rate > _REVERSALS_PER_S and stroke < _REVERSAL_STROKE
 
 
 def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float) -> tuple[float, float]:

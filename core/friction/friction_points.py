@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from collaudit.core.config.schema import FrictionConfig
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.gear.direction_difference import PairSum
@@ -16,6 +15,10 @@ from collaudit.core.friction.gear.section_ripple import SectionRipple, section_r
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray
 
+#: Both directions of a pair have speeds that differ by at most this share, as much as one section's own may.
+_SPEED_TOLERANCE = 0.05
+#: Other joints within this are in the same pose (rad; m if prismatic): gravity's torque then differs by 5 % at most.
+_POSE_TOLERANCE_RAD = 0.05
 _MIN_OVERLAP = 0.5  # share of the shorter section's stroke that both directions must cover
 _MIN_BLOCKS = 3
 #: Effort and position may be up to half a sample apart in time: a drive that holds its torque until the next sample is
@@ -38,7 +41,7 @@ class _Pair:
 
 
 def friction_points(
-    series: UniformSeries, sections: Sequence[Section], model_torque: FloatArray | None, config: FrictionConfig
+    series: UniformSeries, sections: Sequence[Section], model_torque: FloatArray | None
 ) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
     """Friction against speed for one joint.
 
@@ -52,7 +55,6 @@ def friction_points(
         series: the log on its uniform time base.
         sections: of one joint.
         model_torque: (n, j) rigid-body torque along the log in the unit of the effort, or None.
-        config: tolerances.
 
     Returns:
         Points sorted by speed, and what half the sum of each pair leaves of the model's torque (none without one).
@@ -60,8 +62,8 @@ def friction_points(
     if not sections:
         return (), ()
     j = series.column(sections[0].joint)
-    still = _match(series, sections, j, config)
-    back = _ways_back(series, sections, j, config)
+    still = _match(series, sections, j)
+    back = _ways_back(series, sections, j)
     pairs = [*still, *back] if len(still) + len(back) >= _ENOUGH else still
     points = []
     used: set[int] = set()
@@ -103,7 +105,7 @@ def _pair_sum(series: UniformSeries, modelled: UniformSeries, pair: _Pair, j: in
     )
 
 
-def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
+def _match(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
     """Greedy matching of opposite sections by how well speed, stroke and pose agree."""
     still = [s for s in sections if not s.others_moving]
     candidates = [
@@ -112,7 +114,7 @@ def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: F
         if plus.velocity_rad_s > 0
         for minus in still
         if minus.velocity_rad_s < 0
-        for pair in (_candidate(series, plus, minus, j, config),)
+        for pair in (_candidate(series, plus, minus, j),)
         if pair is not None
     ]
     taken: set[int] = set()
@@ -124,7 +126,7 @@ def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: F
     return chosen
 
 
-def _ways_back(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
+def _ways_back(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
     """Sections of moves of several joints, each with the next one where that goes back along the same poses."""
     moving = sorted((s for s in sections if s.others_moving), key=lambda s: s.span.start)
     out: list[_Pair] = []
@@ -132,13 +134,13 @@ def _ways_back(series: UniformSeries, sections: Sequence[Section], j: int, confi
         plus, minus = (one, other) if one.velocity_rad_s > 0 else (other, one)
         if plus.velocity_rad_s < 0 or minus.velocity_rad_s > 0 or (out and one in (out[-1].plus, out[-1].minus)):
             continue
-        pair = _overlapping(series, plus, minus, config)
-        if pair is not None and _same_poses(series, pair, j, config.pair_pose_tolerance_rad):
+        pair = _overlapping(series, plus, minus)
+        if pair is not None and _same_poses(series, pair, j):
             out.append(pair)
     return out
 
 
-def _same_poses(series: UniformSeries, pair: _Pair, j: int, tolerance_rad: float) -> bool:
+def _same_poses(series: UniformSeries, pair: _Pair, j: int) -> bool:
     """Whether all joints pass the same positions both ways, at all positions of joint j that both ways share."""
     middles = 0.5 * (_edges(pair)[1:] + _edges(pair)[:-1])
     ways = []
@@ -146,30 +148,30 @@ def _same_poses(series: UniformSeries, pair: _Pair, j: int, tolerance_rad: float
         rows = series.position_rad[section.span.slice]
         rows = rows[np.argsort(rows[:, j], kind="stable")]
         ways.append(np.array([np.interp(middles, rows[:, j], rows[:, k]) for k in range(rows.shape[1])]))
-    return bool(np.max(np.abs(ways[0] - ways[1])) <= tolerance_rad)
+    return bool(np.max(np.abs(ways[0] - ways[1])) <= _POSE_TOLERANCE_RAD)
 
 
-def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, config: FrictionConfig) -> _Pair | None:
-    pair = _overlapping(series, plus, minus, config)
+def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int) -> _Pair | None:
+    pair = _overlapping(series, plus, minus)
     others = [k for k in range(len(series.joint_names)) if k != j]
     if pair is not None and others:
         pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
-        if np.max(np.abs(pose[0] - pose[1])) > config.pair_pose_tolerance_rad:
+        if np.max(np.abs(pose[0] - pose[1])) > _POSE_TOLERANCE_RAD:
             return None
     return pair
 
 
-def _overlapping(series: UniformSeries, plus: Section, minus: Section, config: FrictionConfig) -> _Pair | None:
+def _overlapping(series: UniformSeries, plus: Section, minus: Section) -> _Pair | None:
     """Both ways as a pair where their speeds are equal and they share positions, whatever the other joints do."""
     up, down = plus.velocity_rad_s, -minus.velocity_rad_s
     difference = abs(up - down) / (0.5 * (up + down))
     low = max(plus.position_rad[0], minus.position_rad[0])
     high = min(plus.position_rad[1], minus.position_rad[1])
     stroke = min(np.ptp(plus.position_rad), np.ptp(minus.position_rad))
-    if difference > config.pair_speed_tolerance or stroke <= 0 or high - low < _MIN_OVERLAP * stroke:
+    if difference > _SPEED_TOLERANCE or stroke <= 0 or high - low < _MIN_OVERLAP * stroke:
         return None
     distance_s = abs(plus.span.start - minus.span.start) * series.period_s
-    cost = difference / config.pair_speed_tolerance + (1.0 - (high - low) / stroke) + 1e-3 * distance_s
+    cost = difference / _SPEED_TOLERANCE + (1.0 - (high - low) / stroke) + 1e-3 * distance_s
     return _Pair(plus, minus, low, high, cost)
 
 

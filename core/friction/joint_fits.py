@@ -155,7 +155,7 @@ def _of_sections(
     joint: str, log: Prepared, found: SectionSet, config: Config
 ) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
     """Points of a joint's constant speeds, and what pairs of them leave of the model's torque."""
-    return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
+    return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint))
 
 
 def _loose_points(joint: str, prepared: Sequence[Prepared], config: Config) -> list[FrictionPoint]:

@@ -18,6 +18,8 @@ from collaudit.core.numeric.sliding_extremes import centred_extremes
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of
 
+#: Above this speed another joint counts as moving (rad/s; m/s if prismatic), as its pose changes.
+_MOVING_RAD_S = 0.01
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0
 #: A speed is constant within so many standard deviations of its own noise, which is no change; but no more of it.
@@ -244,9 +246,7 @@ def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: Sect
     if not np.isfinite(motion.sum()):
         motion = np.nan_to_num(motion)
     fastest = np.max(np.abs(motion), axis=0)
-    others = tuple(
-        name for k, name in enumerate(series.joint_names) if k != j and fastest[k] > config.others_max_speed_rad_s
-    )
+    others = tuple(name for k, name in enumerate(series.joint_names) if k != j and fastest[k] > _MOVING_RAD_S)
     return Section(
         joint=joint,
         span=span,

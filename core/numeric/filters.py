@@ -72,7 +72,8 @@ def gaussian_smoothed(x: FloatArray, deviation: float) -> FloatArray:
         return x
     reach = window_reach(deviation)
     weight = np.exp(-0.5 * np.square(np.arange(-reach, reach + 1) / deviation))
-    return np.convolve(np.pad(x, reach, mode="edge"), weight / weight.sum(), mode="valid")
+    lasting = np.concatenate([np.full(reach, x[0]), x, np.full(reach, x[-1])])
+    return np.convolve(lasting, weight / weight.sum(), mode="valid")
 
 
 def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:

@@ -18,6 +18,8 @@ from collaudit.core.numeric.runs import closed, lasting, run_bounds
 _SMOOTH_S = 0.05
 #: Approach and retreat that are found rather than stated last this long.
 _BESIDE_S = 2.0
+#: Contacts and separations shorter than this are not phases, s: a tool that bounces has not left the part.
+_LEAST_S = 0.5
 
 PHASES: tuple[Phase, ...] = ("free", "approach", "contact", "retreat")
 
@@ -90,12 +92,12 @@ def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> N
     Args:
         force_n: (n,) size of the tool's force, its offset removed; NaN where unknown.
         period_s: sample period, s.
-        config: force that tells contact, and how long a contact lasts at least.
+        config: force that tells contact.
     """
     width = max(1, round(_SMOOTH_S / period_s))
     known = np.nan_to_num(force_n)
     smooth = np.convolve(known, np.ones(width) / width, mode="same")
-    least = round(config.contact_min_s / period_s)
+    least = round(_LEAST_S / period_s)
     touching = lasting(closed(smooth > config.contact_force_n, least - 1), least)
     labels = np.zeros(force_n.size, dtype=np.int8)
     beside = round(_BESIDE_S / period_s)

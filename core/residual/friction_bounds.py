@@ -44,7 +44,6 @@ def friction_bounds(
     j: int,
     velocity: FloatArray,
     law: FrictionModel,
-    slow: float | None,
     travel_rad: float,
     load_nm: FloatArray | None = None,
 ) -> FrictionBounds:
@@ -55,11 +54,10 @@ def friction_bounds(
         j: its column.
         velocity: (n,) at which friction is taken.
         law: the fitted law.
-        slow: below this speed the joint is taken to rest; just below the slowest fitted speed when None.
         travel_rad: travel after which friction is steady.
         load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
-    slowest = rest_below(law, slow)
+    slowest = rest_below(law)
     steady, travel = Travel.of(series, j, velocity).settled(series, velocity, slowest, travel_rad)
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
@@ -76,9 +74,9 @@ def friction_bounds(
     return FrictionBounds(share * sliding, steady, share * low, share * high, law.temperature_model.doubt(heat))
 
 
-def rest_below(law: FrictionModel, slow: float | None) -> float:
-    """Speed below which a joint is taken to rest: as stated, or just below the slowest fitted one."""
-    return slow or _BELOW_RANGE * law.speed_range[0]
+def rest_below(law: FrictionModel) -> float:
+    """Speed below which a joint is taken to rest: just below the slowest fitted one."""
+    return _BELOW_RANGE * law.speed_range[0]
 
 
 def loose_bounds(

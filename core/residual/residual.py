@@ -182,7 +182,7 @@ def _fill_joint(
     """Residual, state and uncertainty of one joint with a friction law."""
     assert balance.total_nm is not None
     velocity = np.ascontiguousarray(balance.velocity_rad_s[:, j])
-    band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
+    band = friction_bounds(series, j, velocity, law, config.reversal_travel_rad, load_nm)
     total = balance.total_nm[:, j]  # ripple is taken off it, for whoever looks at it later
     undecided = balance.kernel.reach(~band.steady[:, None], series.segments, series.period_s)[:, 0]
     beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]

@@ -87,7 +87,6 @@ def added_contacts(
     shape: ContactShape,
     free: BoolArray,
     most: int,
-    slow_rad_s: float | None,
     tool: str | None,
 ) -> AddedContacts | None:
     """Contacts at evenly spread moments, each at a random place from a random direction.
@@ -97,7 +96,6 @@ def added_contacts(
         shape: of the contacts.
         free: (n,) samples without contact.
         most: number of contacts.
-        slow_rad_s: speed below which a joint rests, where that is configured.
         tool: frame of the tool.
 
     Returns:
@@ -120,7 +118,7 @@ def added_contacts(
     samples = moments[:, None] + np.arange(-margin, after)
     raw = unit_torques(prepared, contacts, samples, shape)[columns]
     unit = through_filters(raw, kernel, series.bandwidth_hz, series.period_s)
-    around = windows(series, run, inputs.laws, slow_rad_s, columns, samples)
+    around = windows(series, run, inputs.laws, columns, samples)
     gamma = np.array([inputs.rule.gamma_nm[series.joint_names[j]] for j in columns])
     strongest = np.argmax(np.abs(raw).max(axis=2) / gamma[:, None], axis=0)
     standing = around.standing[strongest, np.arange(moments.size), margin]

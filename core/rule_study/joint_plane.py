@@ -53,7 +53,7 @@ def alarm_grid(excess_nm: FloatArray, gamma_nm: FloatArray, counts: IntArray, me
         excess_nm: (n,) of :func:`excess`.
         gamma_nm: (g,) thresholds, rising, at most 255.
         counts: (c,) persistences, samples, rising.
-        merge_samples: alarms closer than this are one, as in ``[detect] merge_ms``.
+        merge_samples: alarms closer than this are one.
     """
     out = np.zeros((gamma_nm.size, counts.size), dtype=np.int64)
     exceeded = np.searchsorted(gamma_nm, excess_nm, side="left").astype(np.uint8)  # thresholds that a sample is above

@@ -20,6 +20,7 @@ from collaudit.core.data.rule_study_result import (
 )
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.detection.rule import MERGE_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import robust_sd
@@ -160,7 +161,6 @@ def study_rule(studied: StudiedLog, supported: Mapping[str, float], progress: Pr
 
 def _added(studied: StudiedLog, progress: Progress) -> list[AddedContacts]:
     """Contacts of every shape."""
-    detect, study = studied.config.detect, studied.config.study
     found = []
     for k, shape in enumerate(SHAPES, 1):
         contacts = added_contacts(
@@ -169,8 +169,7 @@ def _added(studied: StudiedLog, progress: Progress) -> list[AddedContacts]:
             studied.inputs,
             shape,
             studied.free,
-            study.contacts,
-            detect.slow_speed_rad_s,
+            studied.config.study.contacts,
             studied.config.robot.tool.frame,
         )
         found.append(contacts)
@@ -187,7 +186,7 @@ def joint_series(studied: StudiedLog, j: int) -> JointSeries:
     """One joint's residual with its clean samples."""
     series, residual, state = studied.prepared.judged_series, studied.run.residual, studied.run.detected.state
     clean = np.asarray((state[:, j] <= State.FRICTION_INTERVAL) & studied.free)
-    merge = round(studied.config.detect.merge_ms / 1e3 / series.period_s)
+    merge = round(MERGE_S / series.period_s)
     torque, doubt = (np.ascontiguousarray(x[:, j]) for x in (residual.torque_nm, residual.uncertainty_nm))
     return JointSeries(torque, doubt, clean, series.period_s, merge)
 
@@ -215,7 +214,7 @@ def _pushed(studied: StudiedLog, j: int) -> AddedTorque | None:
         return None
     moments = spread_moments(moments, _PUSH_MOMENTS, np.random.default_rng(_SEED))
     samples: IntArray = moments[:, None] + np.arange(-margin, after)
-    around = windows(series, run, studied.inputs.laws, studied.config.detect.slow_speed_rad_s, [j], samples)
+    around = windows(series, run, studied.inputs.laws, [j], samples)
     time_s: FloatArray = period * np.arange(-margin, after, dtype=np.float64)
     unit = through_filters(REFERENCE_PUSH.values(time_s, period)[None, None, :], kernel, series.bandwidth_hz, period)
     sign = np.where(np.arange(moments.size) % 2 == 0, 1.0, -1.0)

@@ -31,8 +31,6 @@ if TYPE_CHECKING:  # a page draws planes without a detector, whose imports take 
     from collaudit.core.detection.detector_run import DetectorRun
     from collaudit.core.friction.friction_model import FrictionModel
 
-_BELOW_RANGE = 0.95
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
@@ -81,7 +79,6 @@ def windows(
     series: UniformSeries,
     run: DetectorRun,
     laws: Mapping[str, FrictionModel],
-    slow_rad_s: float | None,
     columns: Sequence[int],
     samples: IntArray,
 ) -> Windows:
@@ -91,10 +88,10 @@ def windows(
         series: judged joints.
         run: a detector of which :func:`judges_joints` holds.
         laws: friction by joint.
-        slow_rad_s: speed below which a joint rests, where that is configured.
         columns: j joints.
         samples: (k, t).
     """
+    from collaudit.core.residual.friction_bounds import rest_below
     from collaudit.core.residual.residual import SIGMAS
 
     residual, state = run.residual, run.detected.state
@@ -112,7 +109,7 @@ def windows(
         out.uncertainty_nm[k] = residual.uncertainty_nm[:, j][samples]
         out.evidence[k] = (here <= State.FRICTION_INTERVAL) & np.isfinite(out.above_nm[k]) & np.isfinite(torque)
         law = laws.get(series.joint_names[j])
-        slow = np.inf if law is None else slow_rad_s or _BELOW_RANGE * law.speed_range[0]
+        slow = np.inf if law is None else rest_below(law)
         out.standing[k] = interval & (np.abs(residual.balance.velocity_rad_s[:, j][samples]) < slow)
     return out
 

@@ -31,7 +31,7 @@ from collaudit.reports.exports.ros_messages import (
 )
 from collaudit.reports.files.atomic import staged
 from collaudit.reports.sections.event_sections import contact_section, near_miss_section
-from collaudit.reports.values.contact_alarms import contacts_of, in_time
+from collaudit.reports.values.contact_alarms import in_time
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, verdict_word
 
@@ -154,7 +154,7 @@ def _events(result: AuditResult, stamps: NDArray[np.int64]) -> list[Channel]:
     said = "contact on {joints} for {lasted}: {highest residual} (γ {γ}) on {joint}, kind {kind}"
     touched = [
         (contact.onset_s, LOG_ERROR, record["joints"], said.format_map(record))
-        for contact, record in zip(contacts_of(result), contact_section(result).records, strict=True)
+        for contact, record in zip(result.contacts, contact_section(result).records, strict=True)
     ]
     reasons = "; ".join((*result.reasons, *result.exclusions))
     said = f"{verdict_word(result.verdict, result.exclusions)}: {reasons} {STATEMENT}"

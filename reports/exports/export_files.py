@@ -17,7 +17,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.exports.audit_mcap import write_audit_mcap
 from collaudit.reports.files.atomic import staged
-from collaudit.reports.values.contact_alarms import contacts_of, in_time
+from collaudit.reports.values.contact_alarms import in_time
 from collaudit.reports.values.visible_text import visible
 
 _CSV_ROWS = 50_000
@@ -131,7 +131,7 @@ def _log_rows(result: AuditResult) -> Iterator[dict[str, Any]]:
 
 
 def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
-    for contact in contacts_of(result):
+    for contact in result.contacts:
         force = (None, None) if contact.force is None else contact.force.size_ci95_n
         yield {
             "event": "contact",

@@ -19,17 +19,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.errors import CollauditError
-from collaudit.reports.files.arrow_columns import column_of, values_of
+from collaudit.reports.files.arrow_columns import column_of
 from collaudit.reports.files.signals_layout import (
     META,
     RANGE,
     SIGNALS_SCHEMA,
     WIDE,
     WRENCH,
-    checked_meta,
-    checked_states,
-    unreadable,
+    SignalsColumns,
 )
 from collaudit.reports.values.signal_steps import (
     FORCE_STEP_N,
@@ -86,23 +83,23 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
     Raises:
         CollauditError: no such file, not Parquet, another kind or version, or of another log.
     """
-    table = _load(path)
-    meta = checked_meta(table.schema, path, log_sha256)
-    joints = tuple(meta["joints"])
-    wide = {name: _wide(table, name, joints, path) for name in WIDE}
+    file = SignalsColumns(path, log_sha256)
+    joints = tuple(file.meta["joints"])
+    state = np.stack([file.states(joint) for joint in joints], axis=1)
+    wide = {name: _wide(file, name, joints, np.float64) for name in WIDE if name != "state"}
     least, most = (
-        _wide(table, name, joints, path) if f"{name}:{joints[0]}" in table.column_names else None for name in RANGE
+        _wide(file, name, joints, np.float32) if f"{name}:{joints[0]}" in file.names else None for name in RANGE
     )
-    wrench = [_column(table, name, path) for name in WRENCH if name in table.column_names]
+    wrench = [file.read(name) for name in WRENCH if name in file.names]
     return Signals(
-        time_s=_column(table, "time_s", path).astype(np.float64),
+        time_s=file.read("time_s").astype(np.float64),
         joint_names=joints,
-        gamma_nm=np.array([math.nan if g is None else g for g in meta["gamma_nm"]], dtype=np.float64),
-        state=checked_states(wide.pop("state"), path),
+        gamma_nm=np.array([math.nan if g is None else g for g in file.meta["gamma_nm"]], dtype=np.float64),
+        state=state,
         least_nm=least,
         most_nm=most,
         wrench=np.stack(wrench, axis=1).astype(np.float64) if len(wrench) == len(WRENCH) else None,
-        **{name: values.astype(np.float64, copy=False) for name, values in wide.items()},
+        **wide,
     )
 
 
@@ -154,24 +151,9 @@ def _kinds(signals: Signals) -> dict[str, pa.DataType]:
     return WIDE if signals.least_nm is None else {**WIDE, **RANGE}
 
 
-def _load(path: Path) -> pa.Table:
-    try:
-        return pq.read_table(path, memory_map=False)
-    except FileNotFoundError as error:
-        raise CollauditError("no such file", where=str(path)) from error
-    except (pa.ArrowException, OSError) as error:
-        raise unreadable(path, error) from error
-
-
-def _column(table: pa.Table, name: str, path: Path) -> np.ndarray[Any, Any]:
-    if name not in table.column_names:
-        raise CollauditError("a column is missing", where=str(path), expected=f"column {name!r}")
-    return values_of(table.column(name))
-
-
-def _wide(table: pa.Table, name: str, joints: tuple[str, ...], path: Path) -> np.ndarray[Any, Any]:
-    kind = np.int8 if name == "state" else np.float32 if name in RANGE else np.float64
-    out = np.empty((table.num_rows, len(joints)), dtype=kind)
+def _wide(file: SignalsColumns, name: str, joints: tuple[str, ...], kind: type) -> np.ndarray[Any, Any]:
+    """(n, j) one quantity of every joint."""
+    out = np.empty((file.rows, len(joints)), dtype=kind)
     for k, joint in enumerate(joints):
-        out[:, k] = _column(table, f"{name}:{joint}", path)
+        out[:, k] = file.read(f"{name}:{joint}")
     return out

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError
+from collaudit.reports.files.arrow_columns import values_of
 
 SIGNALS_SCHEMA = "collaudit/signals/1"
 
@@ -28,22 +29,59 @@ RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
 WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
 
 
-def open_file(path: Path) -> pq.ParquetFile:
-    """The file, nothing of it read yet.
+class SignalsColumns:
+    """The columns of a file, each read when it is asked for."""
 
-    Raises:
-        CollauditError: no such file, or not Parquet.
-    """
+    def __init__(self, path: Path, log_sha256: str) -> None:
+        """Open the file; nothing but its metadata is read yet.
+
+        Args:
+            path: the file.
+            log_sha256: hash of the log that ``audit.json`` names.
+
+        Raises:
+            CollauditError: no such file, not Parquet, another kind or version, or of another log.
+        """
+        self._path, self._file = path, _opened(path)
+        self.meta = _checked_meta(self._file.schema_arrow, path, log_sha256)
+        self.names = frozenset(self._file.schema_arrow.names)
+        self.rows = self._file.metadata.num_rows
+
+    def read(self, name: str) -> np.ndarray[Any, Any]:
+        """One column by itself, so that little else is in memory meanwhile.
+
+        Raises:
+            CollauditError: it is missing, or cannot be read.
+        """
+        if name not in self.names:
+            raise CollauditError("a column is missing", where=str(self._path), expected=f"column {name!r}")
+        try:
+            return values_of(self._file.read(columns=[name], use_threads=False).column(0))
+        except (pa.ArrowException, OSError, KeyError) as error:
+            raise _unreadable(self._path, error) from error
+
+    def states(self, joint: str) -> np.ndarray[Any, Any]:
+        """The state of each sample of one joint.
+
+        Raises:
+            CollauditError: as :meth:`read`, or a code is unknown to this version.
+        """
+        state, known = self.read(f"state:{joint}"), max(State)
+        if state.size and not (int(state.min()) >= 0 and int(state.max()) <= known):
+            raise CollauditError("a state code is unknown", where=str(self._path), expected=f"0 to {int(known)}")
+        return state
+
+
+def _opened(path: Path) -> pq.ParquetFile:
     try:
         return pq.ParquetFile(path, memory_map=False, pre_buffer=False)
     except FileNotFoundError as error:
         raise CollauditError("no such file", where=str(path)) from error
     except (pa.ArrowException, OSError) as error:
-        raise unreadable(path, error) from error
+        raise _unreadable(path, error) from error
 
 
-def unreadable(path: Path, error: Exception) -> CollauditError:
-    """The error for a file that is damaged or no Parquet."""
+def _unreadable(path: Path, error: Exception) -> CollauditError:
     return CollauditError(
         "cannot read the signals",
         where=str(path),
@@ -53,12 +91,7 @@ def unreadable(path: Path, error: Exception) -> CollauditError:
     )
 
 
-def checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, Any]:
-    """The metadata of collaudit in a file.
-
-    Raises:
-        CollauditError: there are none, of another version, or of another log.
-    """
+def _checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, Any]:
     meta = _meta(schema, path)
     if meta["log_sha256"] != log_sha256:
         raise CollauditError(
@@ -85,15 +118,3 @@ def _meta(schema: pa.Schema, path: Path) -> dict[str, Any]:
             expected=f"schema {SIGNALS_SCHEMA!r}",
         )
     return meta
-
-
-def checked_states(state: np.ndarray[Any, Any], path: Path) -> np.ndarray[Any, Any]:
-    """The state codes as they are.
-
-    Raises:
-        CollauditError: one is unknown to this version.
-    """
-    known = max(State)
-    if state.size and not (int(state.min()) >= 0 and int(state.max()) <= known):
-        raise CollauditError("a state code is unknown", where=str(path), expected=f"0 to {int(known)}")
-    return state

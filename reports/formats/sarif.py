@@ -13,7 +13,6 @@ from collaudit.core.findings import CODES
 from collaudit.reports.files.json_writer import Json, json_text, plain
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.finding_sections import worst_first
-from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.entries import IndexEntry
 from collaudit.reports.values.visible_text import visible
 
@@ -73,7 +72,7 @@ def _results(result: AuditResult) -> Iterator[dict[str, Any]]:
     rule = "policy-broken" if result.verdict == "fail" else "not-judged"
     yield _result(rule, _EVENT_RULES[rule][0], "; ".join(result.reasons), log)
     said = "{joints}: contact at {onset} for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}"
-    contacts = contacts_of(result) if result.verdict == "fail" else ()
+    contacts = result.contacts if result.verdict == "fail" else ()
     for contact, record in zip(contacts, contact_section(result).records, strict=False):
         yield _result("contact", "error", said.format_map(record), log, contact.joints, plain(contact))
     for finding in worst_first(result.findings):

@@ -9,7 +9,6 @@ from markupsafe import Markup
 
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView
 from collaudit.reports.plots.pose_data import pose_block
-from collaudit.reports.values.contact_alarms import contacts_of
 
 
 def signal_block(view: AuditView) -> Markup | None:
@@ -27,7 +26,7 @@ def signal_block(view: AuditView) -> Markup | None:
 def _contacts(view: AuditView) -> list[list[object]]:
     """Of each contact its number, the time to show, its own, and which joints alarmed, by their place in the arm."""
     links = [] if view.result.arm is None else [link.joint for link in view.result.arm.links]
-    listed = list(zip(contacts_of(view.result), view.contacts.windows, strict=True))[:MOST_CONTACTS]
+    listed = list(zip(view.result.contacts, view.contacts.windows, strict=True))[:MOST_CONTACTS]
     return [
         [
             number,

@@ -12,7 +12,6 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.words import nothing_judged
 
 #: What stands beside every such table.
@@ -65,7 +64,7 @@ class BodyRegionRow:
 def body_region_rows(result: AuditResult, limits: BodyLimits) -> list[BodyRegionRow]:
     """Every contact beside every limit of the file."""
     made = []
-    for contact, record in zip(contacts_of(result), contact_section(result).records, strict=True):
+    for contact, record in zip(result.contacts, contact_section(result).records, strict=True):
         for region in limits.region:
             for kind, limit in (("quasi-static", region.quasi_static_n), ("transient", region.transient_n)):
                 if limit is not None:

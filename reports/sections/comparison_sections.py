@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.comparison import Bounds, Change, Comparison
-from collaudit.reports.values.numbers import duration, interval, significant
+from collaudit.reports.values.comparison import Change, Comparison
+from collaudit.reports.values.numbers import duration, significant, with_interval
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import NONE, parameter_unit, verdict_word
 
@@ -71,8 +71,8 @@ def _friction(found: Comparison) -> Section:
         (
             change.joint,
             f"{parameter_symbol(change.parameter)}, {parameter_unit(change.parameter)}",
-            _value(change.before, change.before_ci95),
-            _value(change.after, change.after_ci95),
+            NONE if change.before is None else with_interval(change.before, change.before_ci95),
+            NONE if change.after is None else with_interval(change.after, change.after_ci95),
             differ[change.differs],
         )
         for change in found.friction
@@ -81,12 +81,6 @@ def _friction(found: Comparison) -> Section:
     note = "differs: the 95 % intervals do not overlap. Intervals that overlap do not prove that friction is the same."
     head = ("joint", "parameter", "before [95 %]", "after [95 %]", "intervals")
     return Section("Friction", head, lines, (note if lines else _SAME,))
-
-
-def _value(value: float | None, bounds: Bounds | None) -> str:
-    if value is None:
-        return NONE
-    return significant(value) if bounds is None else f"{significant(value)} [{interval(*bounds)}]"
 
 
 def _residual(found: Comparison) -> Section:

@@ -12,7 +12,6 @@ from collaudit.reports.sections.section import Section
 from collaudit.reports.values.contact_alarms import (
     alarms_of,
     contact_limits,
-    contacts_of,
     force_text,
     height,
     in_time,
@@ -38,7 +37,7 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
         result: the audit.
         contacts: those to list, by their number from 1; None: all.
     """
-    listed = dict(enumerate(contacts_of(result), 1)) if contacts is None else contacts
+    listed = dict(enumerate(result.contacts, 1)) if contacts is None else contacts
     alarms = in_time(result.collisions)
     records = [_contact(number, one, result, alarms_of(one, result, alarms)) for number, one in listed.items()]
     head = tuple(records[0]) if records else ("#",)

@@ -19,9 +19,9 @@ from collaudit.core.data.identification_result import (
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import interval, percent, significant
+from collaudit.reports.values.numbers import duration, interval, percent, significant, with_interval
+from collaudit.reports.values.words import NONE
 
-NONE = "–"
 #: Persistence that thresholds are shown for, s: that of [detect] where nothing is stated, rounded up to samples.
 _USUAL_S = 0.034
 Bounds = tuple[float | None, float | None]
@@ -70,11 +70,11 @@ def threshold_section(found: FittedThresholds) -> Section:
         lasting = [x for x in one.levels if x.persistence_s <= _USUAL_S]
         level = min(lasting, key=lambda x: x.gamma_nm, default=None)
         if level is None:
-            rows.append((joint, NONE, significant(one.rms_nm), _seconds(one.hours), one.reason or NONE))
+            rows.append((joint, NONE, significant(one.rms_nm), duration(3600.0 * one.hours), one.reason or NONE))
             continue
         low, high = level.false_alarms_ci95
         rate = f"{significant(level.false_alarms_per_hour)} [{significant(low)} to {significant(high)}]"
-        rows.append((joint, significant(level.gamma_nm), significant(one.rms_nm), _seconds(one.hours), rate))
+        rows.append((joint, significant(level.gamma_nm), significant(one.rms_nm), duration(3600.0 * one.hours), rate))
     head = ("Joint", "γ in usual motion, N·m", "RMS on held-out motion", "Motion", "False alarms an hour [95 %]")
     note = (
         'Best estimates for gamma_nm = "auto", which follow the motion: one false alarm of the arm in ten hours, and a '
@@ -83,18 +83,14 @@ def threshold_section(found: FittedThresholds) -> Section:
     return Section("Thresholds", head, tuple(rows), (note,))
 
 
-def _seconds(hours: float) -> str:
-    return f"{significant(3600.0 * hours)} s" if hours < 0.1 else f"{significant(60.0 * hours)} min"
-
-
 def _coupled(axes: dict[str, CoupledFriction]) -> Section:
     rows = [
         (
             joint,
             " + ".join(name if w == 1 else f"{significant(w)}·{name}" for name, w in axis.weights.items()),
-            _with(axis.coulomb_nm, axis.ci95.get("coulomb_nm")),
-            _with(axis.viscous_nm_s_per_rad, axis.ci95.get("viscous_nm_s_per_rad")),
-            NONE if axis.inertia_kg_m2 is None else _with(axis.inertia_kg_m2, axis.ci95.get("inertia_kg_m2")),
+            with_interval(axis.coulomb_nm, axis.ci95.get("coulomb_nm")),
+            with_interval(axis.viscous_nm_s_per_rad, axis.ci95.get("viscous_nm_s_per_rad")),
+            NONE if axis.inertia_kg_m2 is None else with_interval(axis.inertia_kg_m2, axis.ci95.get("inertia_kg_m2")),
         )
         for joint, axis in axes.items()
     ]
@@ -105,7 +101,7 @@ def _coupled(axes: dict[str, CoupledFriction]) -> Section:
 
 def _springs(springs: Mapping[str, AngleTorque]) -> Section:
     rows = [
-        (name, significant(angle), _with(torque, spring.ci95_nm[k] if spring.ci95_nm else None))
+        (name, significant(angle), with_interval(torque, spring.ci95_nm[k] if spring.ci95_nm else None))
         for name, spring in springs.items()
         for k, (angle, torque) in enumerate(zip(spring.angle_rad, spring.torque_nm, strict=True))
     ]
@@ -120,9 +116,9 @@ def _identified(found: Identified) -> Iterator[Section]:
     joints = [
         (
             name,
-            NONE if j.gain is None else _with(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not estimated",
-            _with(j.offset_nm, j.offset_ci95),
-            f"{_with(j.armature_kg_m2, j.armature_ci95)} ({significant(j.armature_file_kg_m2)})",
+            NONE if j.gain is None else with_interval(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not estimated",
+            with_interval(j.offset_nm, j.offset_ci95),
+            f"{with_interval(j.armature_kg_m2, j.armature_ci95)} ({significant(j.armature_file_kg_m2)})",
             f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
         )
         for name, j in found.joints.items()
@@ -150,7 +146,7 @@ def _identified(found: Identified) -> Iterator[Section]:
         )
         yield Section("Inertials, as identified", above, tuple(bodies), (note,))
         base = [
-            (b.name, _with(b.value, b.ci95), significant(b.value_file), percent(b.from_data, 0))
+            (b.name, with_interval(b.value, b.ci95), significant(b.value_file), percent(b.from_data, 0))
             for b in found.base_parameters
         ]
         columns = ("Combination", "Value", "On file", "Known from the data")
@@ -159,7 +155,7 @@ def _identified(found: Identified) -> Iterator[Section]:
         tool = found.tool
         com = NONE if tool.com_m is None else ", ".join(significant(x) for x in tool.com_m)
         moment = "; ".join(interval(*b) for b in tool.moment_ci95_kg_m)
-        row = (tool.frame, _with(tool.mass_kg, tool.mass_ci95), com, moment)
+        row = (tool.frame, with_interval(tool.mass_kg, tool.mass_ci95), com, moment)
         over = ("In frame", "Mass, kg", "Centre of mass, m", "95 % of mass · centre (x; y; z), kg·m")
         yield Section("Tool, as the joints feel it", over, (row,))
 
@@ -184,7 +180,7 @@ def _channels(channels: dict[str, ChannelFacts]) -> Section:
 
 def _sensor(log: str, sensor: SensorFacts | None) -> Section:
     assert sensor is not None
-    lines = [("mass carried, kg", _with(sensor.mass_kg, sensor.mass_ci95))]
+    lines = [("mass carried, kg", with_interval(sensor.mass_kg, sensor.mass_ci95))]
     if sensor.com_m is not None and sensor.com_ci95 is not None:
         lines += _axes("centre of mass {}, m", "xyz", sensor.com_m, sensor.com_ci95)
     lines += _axes("offset of force {}, N", "xyz", sensor.offset[:3], sensor.offset_ci95[:3])
@@ -199,7 +195,7 @@ def _sensor(log: str, sensor: SensorFacts | None) -> Section:
 
 
 def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds, ...]) -> list[tuple[str, str]]:
-    return [(text.format(n), _with(x, b)) for n, x, b in zip(names, values, bounds, strict=True)]
+    return [(text.format(n), with_interval(x, b)) for n, x, b in zip(names, values, bounds, strict=True)]
 
 
 def _trends(trends: dict[str, FrictionVariation]) -> Section:
@@ -241,10 +237,6 @@ def _each(trends: list[Trend], scale: float) -> str:
         text = f"{significant(scale * t.per_unit, 2)} [{interval(low, high, 2)}]"
         cells.append(text if t.shown else f"{text}, not significant")
     return "; ".join(cells) or NONE
-
-
-def _with(value: float, bounds: Bounds | None) -> str:
-    return significant(value) if bounds is None else f"{significant(value)} [{interval(*bounds)}]"
 
 
 def _delay(value: float | None, bounds: Bounds | None) -> str:

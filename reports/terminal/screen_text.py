@@ -19,7 +19,7 @@ from collaudit.reports.sections.judged_sections import force_line, judged_sectio
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.section_text import section_text, sections_text
 from collaudit.reports.terminal.text_table import wrapped
-from collaudit.reports.values.contact_alarms import contacts_of, strongest
+from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.noticed import noticed_line
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import BRIEF_STATEMENT, STATEMENT, nothing_judged, plural, torque_unit, verdict_word
@@ -44,7 +44,7 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
     contacts = contact_section(result, strongest(result, _MOST_CONTACTS)).only(*_CONTACT)
     near_misses = near_miss_section(result).only(*_NEAR_MISS)
     sections = [
-        _counted(contacts, "Contacts", len(contacts_of(result)), f"the {_MOST_CONTACTS} highest"),
+        _counted(contacts, "Contacts", len(result.contacts), f"the {_MOST_CONTACTS} highest"),
         _counted(near_misses.part(0, _MOST_NEAR), "Near misses", len(near_misses.rows), f"the {_MOST_NEAR} closest"),
         *(() if nothing_judged(result) else (_noticed(result),)),
     ]

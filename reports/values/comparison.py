@@ -14,7 +14,6 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.verdict.noticed_words import place_text
-from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.noticed import noticed_brief
 from collaudit.reports.values.words import torque_unit
 
@@ -225,7 +224,7 @@ def _levels(a: AuditResult, b: AuditResult) -> Iterator[LevelChange]:
 
 def _matched(before: Audit, after: Audit) -> tuple[int, list[ContactChange]]:
     """How many contacts of one log both audits have, and those that only one has."""
-    first, second = contacts_of(before.result), contacts_of(after.result)
+    first, second = before.result.contacts, after.result.contacts
     lost = [contact for contact in first if not _has(second, contact)]
     gained = [contact for contact in second if not _has(first, contact)]
     changes = [_change("lost", contact, after.signals) for contact in lost]
@@ -264,7 +263,7 @@ def _listed(a: AuditResult, b: AuditResult) -> list[ContactChange]:
     return [
         ContactChange(side, contact.onset_s, contact.end_s, contact.joints, None, why)
         for side, result in sides
-        for contact in contacts_of(result)
+        for contact in result.contacts
     ]
 
 

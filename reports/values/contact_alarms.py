@@ -21,18 +21,6 @@ def in_time(events: Sequence[E]) -> list[E]:
     return sorted(events, key=lambda event: (event.onset_s, event.joint))
 
 
-def contacts_of(result: AuditResult) -> tuple[Contact, ...]:
-    """The contacts of an audit; in files of versions that did not join alarms each alarm is one."""
-    if result.contacts:
-        return result.contacts
-    if result.detection is not None and result.detection.incidents:
-        return result.detection.incidents
-    return tuple(
-        Contact(c.onset_s, c.detected_s, c.onset_s + c.duration_s, (c.joint,), "", "", None, "undecided", ())
-        for c in in_time(result.collisions)
-    )
-
-
 def alarms_of(contact: Contact, result: AuditResult, alarms: Sequence[Collision] | None = None) -> list[Collision]:
     """The alarms of single joints that make up a contact, in order of time.
 
@@ -64,7 +52,7 @@ def strongest(result: AuditResult, limit: int) -> dict[int, Contact]:
         result: the audit.
         limit: how many at most; of equals the earlier.
     """
-    contacts, alarms = contacts_of(result), in_time(result.collisions)
+    contacts, alarms = result.contacts, in_time(result.collisions)
     heights = [max(map(height, alarms_of(contact, result, alarms)), default=0.0) for contact in contacts]
     kept = sorted(range(len(contacts)), key=lambda k: (-heights[k], k))[:limit]
     return {k + 1: contacts[k] for k in sorted(kept)}

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
-from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.noticed import noticed_brief, noticed_n
 from collaudit.reports.values.words import nothing_judged, verdict_word
 
@@ -94,7 +93,7 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         collisions=len(result.collisions),
         near_misses=len(result.near_misses),
         judged_h=longest / 3600,
-        contacts=len(contacts_of(result)),
+        contacts=len(result.contacts),
         noticed_n=noticed_n(result),
         noticed=noticed_brief(result),
         exclusions=result.exclusions,

@@ -146,6 +146,11 @@ def interval(low: float | None, high: float | None, digits: int = 3) -> str:
     return f"{_outward(low, digits, up=False)} to {_outward(high, digits, up=True)}"
 
 
+def with_interval(value: float, bounds: tuple[float | None, float | None] | None) -> str:
+    """A number with its interval in brackets; by itself where there is none."""
+    return significant(value) if bounds is None else f"{significant(value)} [{interval(*bounds)}]"
+
+
 def _outward(value: float | None, digits: int, *, up: bool) -> str:
     """In significant digits, never moved into the interval."""
     text = significant(value, digits)

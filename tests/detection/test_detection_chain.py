@@ -95,7 +95,7 @@ def test_another_detector_can_lead(hits: Path, friction: FrictionFile, name: str
     assert found.collisions
     assert found.verdict == "fail"
     assert found.detection is not None
-    isolated = {i.link != "unknown" for i in found.detection.incidents}
+    isolated = {i.link != "unknown" for i in found.contacts}
     assert isolated == {name != "energy"}
 
 
@@ -104,10 +104,9 @@ def test_contacts_have_a_link_and_a_force_that_holds_the_truth(hits: Path, frict
 
     truth = json.loads(hits.with_suffix(".truth.json").read_text(encoding="utf-8"))
     pushes = [p for kind in ("collisions", "near_misses", "below_threshold") for p in truth[kind]]
-    found = audited(hits, friction).result.detection
-    assert found is not None
+    found = audited(hits, friction).result
     inside = linked = 0
-    for contact in found.incidents:
+    for contact in found.contacts:
         push = next(p for p in pushes if p["onset_s"] - 0.05 <= contact.onset_s <= p["onset_s"] + p["duration_s"])
         assert contact.force is not None
         low, high = contact.force.size_ci95_n
@@ -119,8 +118,8 @@ def test_contacts_have_a_link_and_a_force_that_holds_the_truth(hits: Path, frict
         assert int(contact.link.removeprefix("link")) <= push["link"]
         assert len(contact.force.blind) + len(contact.joints) >= 1
         assert contact.evidence
-    assert linked == len(found.incidents), "the link of the push was excluded wrongly"
-    assert inside >= 0.9 * len(found.incidents)
+    assert linked == len(found.contacts), "the link of the push was excluded wrongly"
+    assert inside >= 0.9 * len(found.contacts)
 
 
 def test_a_push_that_runs_into_a_gap_is_said(folder: Path, friction: FrictionFile, hits: Path) -> None:

@@ -83,7 +83,7 @@ def test_a_new_detector_is_one_file_and_its_name(program: Path, hits: Path, fric
     assert audit["detection"]["delay"]["noise_gain"] == 1.0
     found, usual = len(audit["collisions"]), len(audit["detection"]["detectors"]["direct"]["collisions"])
     assert 0.7 * usual <= found <= 1.1 * usual
-    assert all(contact["force"] for contact in audit["detection"]["incidents"])
+    assert all(contact["force"] for contact in audit["contacts"])
 
 
 def test_every_name_has_its_file_and_every_file_its_name() -> None:

@@ -9,7 +9,7 @@ import pytest
 from synthetic import PERIOD, lugre, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.config.schema import ConditioningConfig, FrictionConfig, SectionsConfig
+from collaudit.core.config.schema import ConditioningConfig, SectionsConfig
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
@@ -77,7 +77,7 @@ def test_from_strokes_to_the_finding(more_forward: float) -> None:
     series = condition(log, ConditioningConfig())
     model = np.interp(series.time_s, log.time_s, gravity)[:, None]
     sections = find_sections(series, SectionsConfig()).of("joint1")
-    points, sums = friction_points(series, sections, model, FrictionConfig())
+    points, sums = friction_points(series, sections, model)
     fit = fit_friction(points, FrictionUnits.of("revolute", "Nm"), "static-lugre")
     fit = replace(fit, directions=direction_difference([sums]))
     said = [f.text for f in friction_findings({"joint1": fit}) if "between the directions" in f.text]

@@ -9,7 +9,7 @@ import pytest
 from synthetic import PERIOD, lugre, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.config.schema import ConditioningConfig, FrictionConfig, SectionsConfig
+from collaudit.core.config.schema import ConditioningConfig, SectionsConfig
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction import friction_points as module
@@ -67,7 +67,7 @@ def all_pulls(quiet: tuple[UniformSeries, SectionSet], amplitude: float) -> floa
     found: list[float] = []
     for seed in range(8):
         spoilt = with_ripple(series, amplitude, seed)
-        found += pulls(friction_points(spoilt, sections.of("joint1"), None, FrictionConfig())[0])
+        found += pulls(friction_points(spoilt, sections.of("joint1"), None)[0])
     assert len(found) >= 30
     return float(np.sqrt(np.mean(np.square(found))))
 

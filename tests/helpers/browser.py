@@ -48,11 +48,18 @@ def axe_source(folder: Path) -> str:
     return absent("axe-core")
 
 
-def violations(page: Any, axe: str) -> list[str]:
-    """What axe-core finds on a page, of any impact; its script passes the page's own policy by the debugger."""
+def violations(page: Any, axe: str, *rules: str) -> list[str]:
+    """What axe-core finds on a page, of any impact; its script passes the page's own policy by the debugger.
+
+    Args:
+        page: that is open.
+        axe: the script.
+        rules: those to try; none: all.
+    """
     if page.evaluate("typeof axe === 'undefined'"):  # half a megabyte: sent once to a page
         page.context.new_cdp_session(page).send("Runtime.evaluate", {"expression": f"(() => {{{axe}}})()"})
-    found = page.evaluate("axe.run(document, {resultTypes: ['violations']}).then((r) => r.violations)")
+    options = {"resultTypes": ["violations"], **({"runOnly": [*rules]} if rules else {})}
+    found = page.evaluate("(options) => axe.run(document, options).then((r) => r.violations)", options)
     return [f"{v['id']} ({v['impact']}): {node['html'][:200]}" for v in found for node in v["nodes"]]
 
 

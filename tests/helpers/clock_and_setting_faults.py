@@ -120,7 +120,6 @@ _SETTINGS: dict[str, list[object]] = {
     "detect.causal": [True],
     "conditioning.bandwidth_hz": [1e-6, 0.1, 1.0, 5.0, 124.0],
     "conditioning.velocity": ["position", "logged"],
-    "conditioning.gap_factor": [1.01, 1e6],
     "robot.tool": [{"mass_kg": 1.0}, {"mass_kg": 5.0}, {"mass_kg": 50.0}, {"mass_kg": 1.0, "com_m": [0, 0, 5.0]}],
     "robot.base_rpy_deg": [[0, 0, 0], [90, 0, 180], [-90, 0, 0]],
     "robot.gravity_m_s2": [[0, 0, 0], [0, 0, 9.80665]],

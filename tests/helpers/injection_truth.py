@@ -88,7 +88,7 @@ def injected_outcomes(
         samples = moments[:, None] + np.arange(-margin, after)
         unit = unit_torques(prepared, contacts, samples, shape)[joints]
         shown = through_filters(unit, kernel, series.bandwidth_hz, period)
-        around = windows(series, run, inputs.laws, config.detect.slow_speed_rad_s, joints, samples)
+        around = windows(series, run, inputs.laws, joints, samples)
         force = np.array([push.force_n for push in same])
         fired = alarmed(around, force[None, :, None] * shown, gamma, inputs.rule.n)
         out += [Outcome(push, bool(found)) for push, found in zip(same, fired, strict=True)]

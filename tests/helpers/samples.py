@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -45,10 +46,21 @@ PERIOD_S = 0.002
 _SHA = "0123456789abcdef" * 4
 
 
+def with_alarms(result: AuditResult, alarms: Iterable[Collision]) -> AuditResult:
+    """The result with other alarms of single joints, each a contact of its own."""
+    alarms = tuple(alarms)
+    ordered = sorted(alarms, key=lambda alarm: (alarm.onset_s, alarm.joint))
+    contacts = tuple(
+        Contact(c.onset_s, c.detected_s, c.onset_s + c.duration_s, (c.joint,), "", "", None, "undecided", ())
+        for c in ordered
+    )
+    return replace(result, collisions=alarms, contacts=contacts)
+
+
 def rename(audit: Audit, names: tuple[str, ...]) -> Audit:
     """The same audit with other joint names."""
     new = dict(zip(audit.signals.joint_names, names, strict=True))
-    result = audit.result
+    result = with_alarms(audit.result, [replace(c, joint=new[c.joint]) for c in audit.result.collisions])
     return Audit(
         result=replace(
             result,
@@ -59,7 +71,6 @@ def rename(audit: Audit, names: tuple[str, ...]) -> Audit:
                 watch=tuple(new[k] for k in result.rule.watch),
             ),
             residual={new[k]: v for k, v in result.residual.items()},
-            collisions=tuple(replace(c, joint=new[c.joint]) for c in result.collisions),
             near_misses=tuple(replace(m, joint=new[m.joint]) for m in result.near_misses),
             recommended={new[k]: v for k, v in result.recommended.items()},
             friction={new[k]: v for k, v in result.friction.items()},
@@ -133,6 +144,7 @@ def passed(n: int = 20_000) -> Audit:
         verdict="pass",
         reasons=("no collision in 31.2 s of judged motion", "coverage of every watched joint is above 80 %"),
         collisions=(),
+        contacts=(),
         near_misses=(),
         log=replace(audit.result.log, name="quiet_night.mcap", format="mcap-ros2"),
     )
@@ -158,6 +170,7 @@ def not_judged(n: int = 5_000) -> Audit:
         rule=replace(audit.result.rule, gamma_nm={}, watch=()),
         residual=dict.fromkeys(JOINTS, nothing),
         collisions=(),
+        contacts=(),
         near_misses=(),
         recommended={},
         friction={},
@@ -186,7 +199,7 @@ def many_events(count: int = 300) -> Audit:
         replace(base, onset_s=float(t), detected_s=float(t) + 0.024, peak_nm=4.0 + 0.01 * k)
         for k, t in enumerate(times)
     )
-    return replace(audit, result=replace(audit.result, collisions=collisions))
+    return replace(audit, result=with_alarms(audit.result, collisions))
 
 
 def busy(count: int = 30) -> Audit:
@@ -301,7 +314,7 @@ def _result(signals: Signals) -> AuditResult:
     moving = np.abs(signals.velocity_rad_s) >= 0.03
     seconds = ((signals.state == State.JUDGED) & moving).sum(axis=0) * PERIOD_S
     judged = dict(zip(JOINTS, seconds.tolist(), strict=True))
-    return AuditResult(
+    result = AuditResult(
         schema=AUDIT_SCHEMA,
         verdict="fail",
         reasons=(
@@ -345,10 +358,7 @@ def _result(signals: Signals) -> AuditResult:
             else ResidualStats(None, None, None, None, 0.0)
             for k, joint in enumerate(JOINTS)
         },
-        collisions=(
-            Collision("shoulder_pan", at[0] - 0.054, at[0] - 0.03, 0.108, 9.21734, 4.0, "approach"),
-            Collision("elbow", at[1] - 0.118, at[1] - 0.094, 0.236, -7.4181, 4.0, "contact"),
-        ),
+        collisions=(),
         near_misses=(
             NearMiss("shoulder_lift", at[2] - 0.03, 0.05, 3.612, 4.0, 0.903, "amplitude", "contact"),
             NearMiss("wrist_1", at[3] - 0.008, 0.016, 3.48, 2.5, 8 / 13, "persistence", "retreat"),
@@ -365,6 +375,11 @@ def _result(signals: Signals) -> AuditResult:
         coverage=_coverage(signals, judged, recorded),
         provenance=_provenance(),
     )
+    alarms = (
+        Collision("shoulder_pan", at[0] - 0.054, at[0] - 0.03, 0.108, 9.21734, 4.0, "approach"),
+        Collision("elbow", at[1] - 0.118, at[1] - 0.094, 0.236, -7.4181, 4.0, "contact"),
+    )
+    return with_alarms(result, alarms)
 
 
 def _provenance() -> Provenance:

@@ -88,7 +88,7 @@ def test_a_clean_log_is_left_whole(free: Any, robot: str) -> None:
     assert found.findings == ()
 
 
-@pytest.mark.parametrize("share", [0.3])
+@pytest.mark.parametrize(("robot", "share"), [("paper6", 0.3)])
 def test_pushes_in_the_fitting_log_are_left_out(
     free: Any, own_fit: Callable[..., FrictionFile], robot: str, share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -204,7 +204,7 @@ def test_a_clock_set_back_is_a_break(tmp_path: Path, clock: str) -> None:
     assert log.time_s[1000] - log.time_s[999] == pytest.approx(10 * PERIOD_S)
     assert log.wrench is not None
     np.testing.assert_allclose(log.wrench.time_s, log.time_s)
-    base = make_timebase(log.time_s, log.position_rad, 1.8)
+    base = make_timebase(log.time_s, log.position_rad)
     assert [len(span) for span in base.grid] == [1000, 1000]
 
 
@@ -286,7 +286,7 @@ def two_connections(path: Path, *parts: list[w.Said]) -> Path:
 
 def test_a_gap_of_days_takes_no_memory() -> None:
     time_s = np.concatenate([np.arange(1000), np.arange(1000) + 3 * 86400 * 500]) * 0.002
-    base = make_timebase(time_s, np.sin(time_s)[:, None], 1.8)
+    base = make_timebase(time_s, np.sin(time_s)[:, None])
     assert base.n < 2000 + 1.1 * MAX_VOID_S / 0.002
     grid_s = base.time_s
     assert (np.diff(grid_s) > 0).all()

@@ -44,7 +44,7 @@ def scores(data_dir: Path, tmp_path: Path, effort: str) -> list[tuple[Score, int
         result = api.audit(log, settings(data_dir, tmp_path, effort)).result
         assert result.detection is not None
         assert result.verdict == "fail"
-        found.append((result.detection.scores[0], len(result.detection.incidents)))
+        found.append((result.detection.scores[0], len(result.contacts)))
     return found
 
 

@@ -21,6 +21,7 @@ from collaudit.reports.files.run_files import (
     atomic_write,
     audit_json,
     friction_json,
+    open_run,
     read_friction,
     read_run,
     write_friction,
@@ -178,6 +179,29 @@ def test_a_parquet_file_of_other_origin_is_refused(run: Path) -> None:
     pq.write_table(pa.table({"time_s": [0.0]}), run / "signals.parquet")
     with pytest.raises(CollauditError, match="not a signals file"):
         read_run(run)
+
+
+def test_a_state_code_of_another_version_is_refused(audit: Audit, tmp_path: Path) -> None:
+    state = audit.signals.state.copy()
+    state[7, 2] = max(State) + 1
+    write_run(tmp_path, replace(audit, signals=replace(audit.signals, state=state)), None)
+    with pytest.raises(CollauditError, match="state code"):
+        read_run(tmp_path)
+    with pytest.raises(CollauditError, match="state code"):
+        open_run(tmp_path).signals.trace(2)
+
+
+def test_a_column_that_is_missing_is_named(run: Path) -> None:
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(run / "signals.parquet")
+    name = next(name for name in table.column_names if name.startswith("residual_nm:"))
+    pq.write_table(table.drop_columns([name]), run / "signals.parquet")
+    with pytest.raises(CollauditError) as refused:
+        read_run(run)
+    assert name in str(refused.value.expected)
+    with pytest.raises(CollauditError, match="a column is missing"):
+        open_run(run).signals.trace(0)
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

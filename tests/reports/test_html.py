@@ -214,16 +214,13 @@ def test_hostile_text_is_shown_and_never_obeyed() -> None:
 def test_a_log_without_a_verdict_does_not_look_clean() -> None:
     page = Page(html_text([samples.not_judged()]))
     assert "NOT JUDGED" in page.text
-    assert "neither a pass nor a fail" in page.text
     assert "Contacts (–)" in page.text
     assert "Contacts 0" not in page.text
-    assert "no evidence of absence" in page.text
 
 
 def test_a_pass_says_so_and_no_more() -> None:
     page = Page(html_text([samples.passed()]))
-    assert "PASS" in page.text
-    assert "None in what was judged." in page.text
+    assert "PASS" in page.text and "FAIL" not in page.text
 
 
 def test_several_logs_come_worst_first() -> None:
@@ -249,7 +246,7 @@ def test_many_events_are_all_listed_and_some_drawn_and_it_says_so() -> None:
 
 def test_joints_the_signals_lack_do_not_break_the_page(failed: Audit) -> None:
     gone = replace(failed.result.collisions[0], joint="ghost")
-    audit = replace(failed, result=replace(failed.result, collisions=(gone,)))
+    audit = replace(failed, result=samples.with_alarms(failed.result, (gone,)))
     assert "ghost" in Page(html_text([audit])).text
 
 

@@ -36,7 +36,7 @@ from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
 from collaudit.reports.plots.svg import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
-from collaudit.reports.values.contact_alarms import contacts_of, strongest
+from collaudit.reports.values.contact_alarms import strongest
 
 
 @settings(deadline=None)
@@ -135,7 +135,7 @@ def card(audit: Audit, contact: Contact) -> str:
 
 def test_no_text_of_the_log_is_drawn() -> None:
     audit = samples.hostile()
-    svg = card(audit, contacts_of(audit.result)[0])
+    svg = card(audit, audit.result.contacts[0])
     words = set(re.findall(r"<text[^>]*>([^<]*)</text>", svg))
     expected = {"residual ÷ γ, all joints", "torque, N·m", "time, s"}
     assert expected <= words
@@ -146,7 +146,7 @@ def test_the_model_is_a_band_where_friction_is_a_range() -> None:
     """Measured less the residual looks like a perfect model there: the residual is zero by construction."""
     audit = samples.failed(20_000)
     s = audit.signals
-    contact = contacts_of(audit.result)[0]
+    contact = audit.result.contacts[0]
     state = np.full_like(s.state, State.FRICTION_INTERVAL)
     least = np.full(s.residual_nm.shape, -3.0, dtype=np.float32)
     open_ = replace(s, state=state, residual_nm=np.zeros_like(s.residual_nm), least_nm=least, most_nm=-least)
@@ -181,7 +181,7 @@ def test_what_the_axis_leaves_out_is_said_and_is_never_judged(told: State, note:
 @pytest.mark.parametrize("onset", [-1.0, 0.0, 3.999, 100.0])
 def test_contacts_at_the_ends_of_a_log_are_drawn(onset: float) -> None:
     audit = samples.failed(2000)
-    contact = replace(contacts_of(audit.result)[0], onset_s=onset, detected_s=onset + 0.024, end_s=onset + 0.1)
+    contact = replace(audit.result.contacts[0], onset_s=onset, detected_s=onset + 0.024, end_s=onset + 0.1)
     assert card(audit, contact).startswith("<svg")
 
 
@@ -329,7 +329,7 @@ def test_those_furthest_above_their_thresholds_have_cards_in_order_of_time() -> 
             replace(alarm, onset_s=float(k), detected_s=k + 0.1, duration_s=0.2, peak_nm=height * alarm.gamma_nm)
             for k, height in enumerate(heights)
         )
-        return list(strongest(replace(result, collisions=alarms, contacts=(), detection=None), 2))
+        return list(strongest(samples.with_alarms(result, alarms), 2))
 
     assert of(1.5, 3.0, 1.1, 9.0) == [2, 4]
     assert of(3.0, 9.0, 3.0, 1.0) == [1, 2], "of equals the earlier"

@@ -70,7 +70,7 @@ def test_the_bristle_friction_lies_within_its_bounds_through_reversals(preslidin
     t = T * np.arange(6000)
     v = 0.35 * np.sin(2.2 * t) + 0.2 * np.sin(5.1 * t + 1.0)
     true = bristles(v, presliding_rad)
-    band = friction_bounds(motion(v), 0, v, law(), None, 0.01)
+    band = friction_bounds(motion(v), 0, v, law(), 0.01)
     slack = 0.65  # the Stribeck curve lags behind soft bristles near its foot; a sixth of the paper's gamma
     assert np.all(true <= band.high_nm + slack)
     assert np.all(true >= band.low_nm - slack)
@@ -81,7 +81,7 @@ def test_the_bristle_friction_lies_within_its_bounds_through_reversals(preslidin
 
 def test_at_rest_anything_up_to_breakaway_is_consistent() -> None:
     v = np.zeros(500)
-    band = friction_bounds(motion(v), 0, v, law(), None, 0.01)
+    band = friction_bounds(motion(v), 0, v, law(), 0.01)
     assert not band.steady.any()
     assert band.high_nm == pytest.approx(np.full(500, A + B))
     assert band.low_nm == pytest.approx(np.full(500, -A - B))
@@ -89,7 +89,7 @@ def test_at_rest_anything_up_to_breakaway_is_consistent() -> None:
 
 def test_a_reversal_between_two_samples_is_a_reversal() -> None:
     v = np.r_[np.full(400, 0.3), np.full(400, -0.3)]
-    band = friction_bounds(motion(v), 0, v, law(), None, 0.01)
+    band = friction_bounds(motion(v), 0, v, law(), 0.01)
     assert not band.steady[400]
     assert band.high_nm[400] > A
 
@@ -155,13 +155,13 @@ def test_an_unknown_velocity_is_no_reversal_in_either_direction(direction: float
     v = np.full(500, 0.2 * direction)
     series = motion(v)
     v[300] = np.nan
-    band = friction_bounds(series, 0, v, law(), None, 0.01)
+    band = friction_bounds(series, 0, v, law(), 0.01)
     known = np.arange(500) != 300
     assert np.array_equal(
-        band.steady[known], friction_bounds(series, 0, np.where(known, v, v[0]), law(), None, 0.01).steady[known]
+        band.steady[known], friction_bounds(series, 0, np.where(known, v, v[0]), law(), 0.01).steady[known]
     )
     turned = np.where(np.arange(500) < 300, v, -v)
-    after = friction_bounds(motion(turned), 0, turned, law(), None, 0.01)
+    after = friction_bounds(motion(turned), 0, turned, law(), 0.01)
     assert not after.steady[301]
 
 
@@ -174,7 +174,7 @@ def test_friction_of_the_load_goes_with_the_temperature_too() -> None:
     )
     series = replace(motion(v), temperature_c=np.full((v.size, 1), 40.0))
     carried = np.full(v.size, 25.0)
-    bounds = friction_bounds(series, 0, v, warm, None, 0.01, carried)
+    bounds = friction_bounds(series, 0, v, warm, 0.01, carried)
     assert bounds.sliding_nm[-1] == pytest.approx(0.8 * (law().torque(v)[-1] + 0.1 * 15.0))
 
 

@@ -87,7 +87,7 @@ def judged(friction: FrictionFile, external: np.ndarray | float = 0.0, **section
 def whole(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> Windows:
     """The whole log as one window."""
     samples = np.arange(prepared.judged_series.time_s.size)[None, :]
-    return windows(prepared.judged_series, run, inputs.laws, None, [0, 1], samples)
+    return windows(prepared.judged_series, run, inputs.laws, [0, 1], samples)
 
 
 @pytest.mark.parametrize(("detector", "causal"), [("direct", False), ("direct", True), ("momentum", True)])
@@ -170,7 +170,7 @@ def test_the_noticed_force_is_the_smallest(friction: FrictionFile) -> None:
     margin = margin_samples(kernel, series.bandwidth_hz, series.period_s)
     moments = open_moments(series, np.ones(series.time_s.size, dtype=bool), margin, 100 + margin)[::400]
     samples = moments[:, None] + np.arange(-margin, 100 + margin)
-    around = windows(series, run, inputs.laws, None, [0, 1], samples)
+    around = windows(series, run, inputs.laws, [0, 1], samples)
     raw = SHAPES[3].values((samples - moments[:, None]) * series.period_s, series.period_s)
     unit = through_filters(np.stack([0.4 * raw, -0.3 * raw]), kernel, series.bandwidth_hz, series.period_s)
     gamma = np.array([2.0, 2.0])

@@ -14,7 +14,7 @@ from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.detection_result import DetectionFacts
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import ConfigError
@@ -38,12 +38,16 @@ def pushes(log: Path, least_s: float = 0.025) -> list[tuple[float, float]]:
     return sorted((e["onset_s"], e["onset_s"] + e["duration_s"]) for e in felt)
 
 
+def audited(log: Path, prepared: Prepared, friction: FrictionFile, labels: list[Annotation], *true: str) -> AuditResult:
+    config = load_config(log.with_suffix(".toml"), {"detect.true_events": list(true)}).config
+    labelled = replace(prepared, series=replace(prepared.series, annotations=tuple(labels)))
+    return audit_log(labelled, config, friction, NOBODY).result
+
+
 def facts(
     log: Path, prepared: Prepared, friction: FrictionFile, labels: list[Annotation], *true: str
 ) -> DetectionFacts:
-    config = load_config(log.with_suffix(".toml"), {"detect.true_events": list(true)}).config
-    labelled = replace(prepared, series=replace(prepared.series, annotations=tuple(labels)))
-    found = audit_log(labelled, config, friction, NOBODY).result.detection
+    found = audited(log, prepared, friction, labels, *true).detection
     assert found is not None
     return found
 
@@ -71,11 +75,13 @@ def test_marks_in_the_log_are_scored_like_a_truth_file(hits: Path, prepared: Pre
 def test_other_labels_are_the_controllers_alarms(hits: Path, prepared: Prepared, friction: FrictionFile) -> None:
     first, second, *_ = pushes(hits)
     flags = ((first[0] + 0.04, first[1]), (second[1] + 0.9, second[1] + 1.0))
-    found = facts(hits, prepared, friction, [Annotation("collision", FLAGS, flags)])
+    result = audited(hits, prepared, friction, [Annotation("collision", FLAGS, flags)])
+    found = result.detection
+    assert found is not None
     relations = [f.relation for f in found.flags]
     assert relations.count("agreed") == 1
     assert relations.count("spurious") == 1
-    assert relations.count("missed") == len(found.incidents) - 1
+    assert relations.count("missed") == len(result.contacts) - 1
     assert found.scores == ()
 
 

@@ -32,7 +32,7 @@ Block = tuple[tuple[str, ...], FloatArray]
 SAME_TIME_S = 1e-6
 #: The line to add for a table without a time column.
 NO_TIME_HINT = (
-    "state the rows per second, with your own number: [log.csv] rate_hz = 1000.0 (or period_s = 0.001); "
+    "state the rows per second, with your own number: [log.csv] rate_hz = 1000.0; "
     'or name the time column: [log.csv] time = "…"'
 )
 

@@ -79,18 +79,18 @@ def effort_smoothing(
     """
     grid = _Grid.of(series)
 
-    def of_joints(reversals: bool, calm_s: float = 0.0) -> dict[int, Smoothing]:
+    def of_joints(calm_s: float, *margins_s: float) -> list[dict[int, Smoothing]]:
         found = {
-            j: grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], law, reversals, calm_s)
+            j: grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], law, margins_s, calm_s)
             for j, law in friction.items()
         }
-        told = {j: one for j, one in found.items() if one is not None}
-        return {} if not told else _of_each(told, friction)
+        told = [{j: one for j, each in found.items() if (one := each[k]) is not None} for k in range(len(margins_s))]
+        return [_of_each(one, friction) if one else {} for one in told]
 
-    one_way, about_reversals = of_joints(reversals=False), of_joints(reversals=True)
+    one_way, about_reversals = of_joints(0.0, _REVERSAL_S, 0.0)
     if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
         return {j: replace(one, low_s=0.0) for j, one in about_reversals.items()}
-    calmed = of_joints(reversals=False, calm_s=_CALM_S)
+    (calmed,) = of_joints(_CALM_S, _REVERSAL_S)
     shown_s = {j: calmed[j].low_s if j in calmed else 0.0 for j in one_way}
     return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}
 
@@ -113,22 +113,23 @@ class _Explained:
         measured: (k, shifts) effort at the samples, behind by each delay.
         bases: of each window (k, c) orthonormal columns: model torque and friction, smoothed, and a constant.
         starts: (blocks,) first sample of each block of time.
-        scale: mean square that the best window leaves.
+        totals: (windows, shifts) sums of squares that are left; of an effort without noise what rounding leaves.
     """
 
     measured: FloatArray
     bases: tuple[FloatArray, ...]
     starts: IntArray
-    scale: float = field(init=False)
+    totals: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", float(self.totals().min()) / len(self.measured))
-
-    def totals(self) -> FloatArray:
-        """(windows, shifts) sums of squares that are left; of an effort without noise what rounding leaves."""
         whole = np.sum(self.measured**2, axis=0)
         left = [whole - np.sum((basis.T @ self.measured) ** 2, axis=0) for basis in self.bases]
-        return np.asarray(np.maximum(left, _ROUNDING * whole))
+        object.__setattr__(self, "totals", np.maximum(left, _ROUNDING * whole))
+
+    @property
+    def scale(self) -> float:
+        """Mean square that the best window leaves."""
+        return float(self.totals.min()) / len(self.measured)
 
     def left(self, delays: IntArray) -> FloatArray:
         """(windows, k) what each window leaves at its delay."""
@@ -179,29 +180,37 @@ class _Grid:
         drive: FloatArray,
         rigid: FloatArray,
         law: Friction,
-        reversals: bool,
+        margins_s: Sequence[float],
         calm_s: float,
-    ) -> _Explained | None:
-        """One joint's effort in motion; None without motion or effort.
+    ) -> list[_Explained | None]:
+        """One joint's effort in motion, for each time kept from reversals; None without such motion or effort.
 
-        ``reversals``: whether motion about a reversal counts, in which friction is not yet sliding. ``calm_s``: by what
+        ``margins_s``: time about a reversal that does not count, s, as friction is not yet sliding. ``calm_s``: by what
         effort, torque and friction are smoothed alike before they are compared, s.
         """
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
-        known = all_known([parts, speed[:, None]])
-        margin = 0 if reversals else round(_REVERSAL_S / self.step_s)
-        use = self._reached(known & steady(np.nan_to_num(speed), MOVING_RAD_S, margin), effort, calm_s)
+        known, speed = all_known([parts, speed[:, None]]), np.nan_to_num(speed)
+        sliding = (known & steady(speed, MOVING_RAD_S, round(margin_s / self.step_s)) for margin_s in margins_s)
+        uses = [self._reached(mask, effort, calm_s) for mask in sliding]
+        if max(use.size for use in uses) * self.step_s < _LEAST_S:
+            return [None] * len(uses)
+        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), calm_s / self.step_s)
+        windows = [self._smoothed(calm[:, 1:], window / self.step_s) for window in _WINDOWS_S]
+        return [self._explained_at(use, calm[:, 0], windows) for use in uses]
+
+    def _explained_at(self, use: IntArray, effort: FloatArray, windows: Sequence[FloatArray]) -> _Explained | None:
+        """An effort (m,) at some samples, and what is explained there by model torque and friction (m, 2), smoothed."""
         if use.size * self.step_s < _LEAST_S:
             return None
         use = use[:: -(-use.size // _MOST)]
-        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), calm_s / self.step_s)
-        measured = calm[:, 0][use[:, None] + self.shifts]
+        measured = effort[use[:, None] + self.shifts]
         if np.ptp(measured) == 0.0:
             return None
         block = np.searchsorted(np.linspace(0, self.rows.size, _BLOCKS + 1)[1:-1], use, side="right")
         starts = np.searchsorted(block, np.arange(_BLOCKS))
-        bases = tuple(self._basis(calm[:, 1:], window / self.step_s, use) for window in _WINDOWS_S)
+        constant = np.ones(use.size)
+        bases = tuple(basis_of(np.column_stack([smoothed[use], constant])) for smoothed in windows)
         return _Explained(measured, bases, starts)
 
     def _reached(self, mask: BoolArray, effort: FloatArray, calm_s: float) -> IntArray:
@@ -213,10 +222,6 @@ class _Grid:
         holes = np.concatenate([[0], np.cumsum(~np.isfinite(effort))])
         whole = holes[rows + last + 1] == holes[rows + first]
         return np.asarray(rows[whole & (self.part[rows + first] == self.part[rows + last])])
-
-    def _basis(self, parts: FloatArray, window: float, use: IntArray) -> FloatArray:
-        """(k, c) orthonormal columns at some samples of parts (m, 2) smoothed by a window, in steps."""
-        return basis_of(np.column_stack([self._smoothed(parts, window)[use], np.ones(use.size)]))
 
     def _smoothed(self, parts: FloatArray, window: float) -> FloatArray:
         """(m, c) columns smoothed by a window, in steps, each stretch by itself."""
@@ -233,7 +238,7 @@ def _interval(told: Sequence[_Explained]) -> Smoothing:
     Args:
         told: joints whose efforts are smoothed alike; each counts in units of what its own best window leaves.
     """
-    total = np.sum([one.totals() / one.scale for one in told], axis=0)
+    total = np.sum([one.totals / one.scale for one in told], axis=0)
     delay = total.argmin(axis=1)
     more = total[np.arange(len(total)), delay]
     best = int(more.argmin())

@@ -104,7 +104,7 @@ def _friction_power(
     """Bounds of the friction's power over all joints, and what its level may be wrong by, W."""
     low, high, slack = (np.zeros(series.time_s.size) for _ in range(3))
     for j, joint in enumerate(series.joint_names):
-        band = friction_bounds(series, j, v[:, j], laws[joint], config.slow_speed_rad_s, config.reversal_travel_rad)
+        band = friction_bounds(series, j, v[:, j], laws[joint], config.reversal_travel_rad)
         level = by_joint.levels[joint]
         scale = 1.0 + level.deviation
         ends = (scale * band.low_nm * v[:, j], scale * band.high_nm * v[:, j])

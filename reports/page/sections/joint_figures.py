@@ -21,7 +21,7 @@ from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.plots.plot_statistics import draw_autocorrelation, draw_histogram, draw_trend
 from collaudit.reports.plots.pose_data import pose_samples
 from collaudit.reports.plots.signal_data import kept_samples, packed
-from collaudit.reports.values.contact_alarms import contact_limits, contacts_of
+from collaudit.reports.values.contact_alarms import contact_limits
 from collaudit.reports.values.numbers import significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import speed_unit, torque_unit
@@ -118,7 +118,7 @@ def _of_joint(
 
 
 def _pose(trace: JointTrace, result: AuditResult, detail: Detail) -> tuple[IntArray, FloatArray]:
-    around = [contact_limits(contact, trace.period_s) for contact in contacts_of(result)]
+    around = [contact_limits(contact, trace.period_s) for contact in result.contacts]
     kept = pose_samples(len(trace.time_s), trace.period_s, detail.points // 3, around)
     return kept, trace.position_rad[kept].astype(np.float64)
 
@@ -146,7 +146,7 @@ def _against(trace: JointTrace, result: AuditResult, name: str, unit: str) -> Fi
 
 def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: float) -> list[tuple[float, float]]:
     """Which keep more samples: the contacts with cards, the others, then near misses, closest to an alarm first."""
-    others = [contact for k, contact in enumerate(contacts_of(result), 1) if k not in contacts]
+    others = [contact for k, contact in enumerate(result.contacts, 1) if k not in contacts]
     around = [contact_limits(contact, period_s) for contact in (*contacts.values(), *others)]
     near = sorted(result.near_misses, key=lambda event: -event.ratio)
     return around + [(event.onset_s - 0.2, event.onset_s + event.duration_s + 0.2) for event in near]

@@ -11,7 +11,6 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.plots.ticks import tick_text, ticks
 from collaudit.reports.sections.judged_sections import judged_section
-from collaudit.reports.values.contact_alarms import contacts_of
 
 _WIDTH, _HEIGHT = 1000, 20
 
@@ -49,7 +48,7 @@ class LogStrip:
 def log_strip(result: AuditResult, end_s: float, figures: Sequence[JointFigures]) -> LogStrip:
     """The strip of one audit that lasts ``end_s``."""
     drawn = {figure.joint: figure.bar for figure in figures}
-    contacts = [(contact.onset_s, contact.end_s) for contact in contacts_of(result)]
+    contacts = [(contact.onset_s, contact.end_s) for contact in result.contacts]
     near = [(event.onset_s, event.onset_s + event.duration_s) for event in result.near_misses]
     values = ticks(0.0, end_s, 8)
     return LogStrip(

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.verdict.noticed_words import force_text, headline_forces
-from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.noticed import lost_share, noticed_line
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.words import NONE, VERDICT_SENTENCE, counted, verdict_word
@@ -66,7 +65,7 @@ def _facts(result: AuditResult) -> tuple[Fact, ...]:
 
 
 def _contacts(result: AuditResult) -> Fact:
-    count, limits = len(contacts_of(result)), result.limits
+    count, limits = len(result.contacts), result.limits
     text = counted(count, result)
     if limits is None:
         return Fact("Contacts", text)

@@ -27,6 +27,7 @@ from user_guide.man_pages import man_pages
 from user_guide.output_schemas import output_schema_texts
 from user_guide.result_schemas import schema_texts
 from user_guide.room_picture import ROOMS, picture
+from user_guide.who_sets import who_sets
 
 
 def pages() -> dict[str, str]:
@@ -67,13 +68,14 @@ def config_page() -> str:
         "`collaudit init` writes one for a log. Relative paths start from the folder of the",
         "configuration file. Keys that are absent have the default; `absent` as a default means",
         "that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
-        "The keys that most users meet, and who sets them: [Everyday settings](settings.md).",
+        "The keys that most users meet: [Everyday settings](settings.md). Each key, or its table, says",
+        "who sets it.",
         "",
         "_Generated from the schema by `make docs`._",
     ]
     tables = [key for key in all_keys() if key.table is not None]
     for key in tables:
-        lines += ["", f"## `{header(key)}`", "", meaning(key), ""]
+        lines += ["", f"## `{header(key)}`", "", f"{meaning(key)} Set by {who_sets(key.dotted)}", ""]
         assert key.table is not None
         rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
         if rows:
@@ -141,7 +143,9 @@ def help_text(name: str) -> str:
 def _config_row(key: Key) -> str:
     default = default_text(key)
     shown = default if default == "absent" else f"`{default}`"
-    return f"| `{key.path[-1]}` | {_cell(value_text(key))} | {_cell(shown)} | {_cell(meaning(key))} |"
+    by = who_sets(key.dotted)
+    words = f"{meaning(key)} Set by {by}" if by else meaning(key)
+    return f"| `{key.path[-1]}` | {_cell(value_text(key))} | {_cell(shown)} | {_cell(words)} |"
 
 
 def _finding_row(code: str, kind: Kind) -> str:

@@ -1,7 +1,7 @@
 """Residual levels of every detector on real logs, as in docs/detectors.md: ``python detection_real.py DATA [DOCS]``.
 
-DATA is the folder of real logs (``ur10_db3``, ``ur3_bags``, ``panda_db3``, ``urdf``). Friction is fitted from the logs
-named with each arm and the first of them is judged.
+DATA is the folder of real logs (``ur10_db3``, ``ur3_bags``, ``panda_db3``, ``urdf``). Friction alone is fitted from the
+logs named with each arm and the first of them is judged.
 """
 
 from __future__ import annotations
@@ -55,6 +55,7 @@ def levels(data: Path, work: Path) -> Iterator[str]:
             "robot": {"urdf": str(data / "urdf" / urdf)},
             "log": log,
             "detect": {"compare": others},
+            "fit": {"estimate": ["friction"]},
         }
         config.write_text(to_toml(tables), encoding="utf-8")
         loaded = load_config(config)

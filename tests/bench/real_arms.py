@@ -1,8 +1,8 @@
 """Writes docs/real-arms.md: what real arms do that the paper's does not, each simulated and judged out of the box.
 
 ``python real_arms.py LOGS [SEEDS [COMMAND [PAGE [NAME]]]]``: LOGS is a folder for the logs and results (kept, so that a
-run goes on where it ended), SEEDS how many (0: what is kept), COMMAND the collaudit to measure (another version's, for
-the table "before"), PAGE the page whose table NAME ("after" if absent) is replaced ("-": none). A cell is one arm:
+run goes on where it ended), SEEDS how many (0: what is kept), COMMAND the collaudit to measure, PAGE the page whose
+table NAME ("after" if absent) is replaced ("-": none). A cell is one arm:
 friction is fitted on a minute of free motion and a log with graded pushes is judged, with ``init``, ``fit`` and
 ``detect``, told nothing but the robot and units.
 """

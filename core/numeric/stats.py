@@ -16,6 +16,8 @@ STANDARD_ERRORS_95 = 1.96
 NORMAL_QUANTILE_975 = 1.959964
 #: Standard deviations of a normal distribution in one median absolute deviation: 1 / Φ⁻¹(3/4).
 SD_PER_MAD = 1.4826
+#: Standard error of a median over that of a mean, of normal values: √(π / 2).
+MEDIAN_SE = 1.2533
 #: Huber's bound in standard deviations: 95 % of the efficiency of least squares on normal errors.
 HUBER_BOUND = 1.345
 #: False alarms of the arm an hour that automatic thresholds expect.

@@ -19,7 +19,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import SD_PER_MAD, median_of
+from collaudit.core.numeric.stats import MEDIAN_SE, median_of, robust_sd
 from collaudit.core.numeric.tables import copied
 
 #: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
@@ -28,8 +28,6 @@ _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
 _FEWEST, _MOST_SAMPLES = 1000, 120_000
 #: A block with less than this share of the mean power of the model tells nothing of it.
 _MOVES = 0.1
-#: Standard error of a median over that of a mean, of normal values.
-_MEDIAN_SE = 1.2533
 #: Subtracting a band raises the residual's power below this regression; a clearly negative one is no noise but a sign.
 _HALF, _SIGN = 0.5, -0.3
 #: Leaving bands out must lower the power of the residual above the slowest band by this share.
@@ -138,7 +136,7 @@ def _is_noise(effort: FloatArray, model: FloatArray, length: int) -> bool:
         return False
     slopes = shared[moves] / power[moves]
     slope = median_of(slopes)
-    error = _MEDIAN_SE * SD_PER_MAD * median_of(np.abs(slopes - slope)) / float(np.sqrt(slopes.size))
+    error = MEDIAN_SE * robust_sd(slopes - slope) / float(np.sqrt(slopes.size))
     return slope + 2.0 * error < _HALF and slope - 2.0 * error > _SIGN
 
 

@@ -12,6 +12,7 @@ from simulated_arm import ARMS, forget, settings_of, simulated
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.detection.rule_settings import LASTING_S
 
 #: Length of one log, s, and of the log that is fitted.
 LENGTH_S = 600.0
@@ -45,7 +46,10 @@ def measure(asked: Any, known: frozenset[str]) -> Iterator[tuple[str, dict[str, 
 
 
 def claimed(friction: FrictionFile, persistence_s: float) -> float | None:
-    """False alarms of the whole arm an hour that the fit's thresholds claim at a persistence; None for no claim."""
+    """False alarms of the whole arm an hour that the fit's thresholds claim; None for no claim.
+
+    Those of the persistence that is set, and of the lower thresholds of what lasts.
+    """
     if friction.thresholds is None:
         return None
     whole = getattr(friction.thresholds, "false_alarms_per_hour", None)
@@ -53,8 +57,9 @@ def claimed(friction: FrictionFile, persistence_s: float) -> float | None:
         return float(whole)
     rates = []
     for known in friction.thresholds.joints.values():
-        near = min(known.levels, key=lambda one: abs(one.persistence_s - persistence_s), default=None)
-        rates += [near.false_alarms_per_hour] if near is not None else []
+        for lasting_s in (persistence_s, LASTING_S):
+            near = min(known.levels, key=lambda one: abs(one.persistence_s - lasting_s), default=None)
+            rates += [near.false_alarms_per_hour] if near is not None else []
     told = [rate for rate in rates if rate is not None]
     return sum(told) if told and len(told) == len(rates) else None
 

@@ -55,11 +55,13 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
     """As :func:`read_result`, from text; ``where`` names its origin in messages."""
     document = _parse(text, where)
     _check_schema(document, schema, where)
-    for place in not_finite(document):
-        raise CollauditError("a number is out of range", where=f"{where}, {place}", expected="a finite number")
     try:
         result = checked(text, kind)
     except msgspec.ValidationError as error:
+        for place in not_finite(document):
+            raise CollauditError(
+                "a number is out of range", where=f"{where}, {place}", expected="a finite number"
+            ) from error
         raise CollauditError(
             "the file does not have the content its schema promises",
             where=where,

@@ -8,12 +8,13 @@ from pathlib import Path
 import log_writers as w
 import numpy as np
 import pytest
+from simulated_logs import without_thresholds
 from small_arm import arm_module
 
 from collaudit.core.logs.arms_in_log import arms_of
 from collaudit.core.logs.log_summary import LogSummary
 
-ROBOT = arm_module().CONFIG.partition("[log.csv]")[0]
+ROBOT = arm_module().CONFIG.partition("[log.csv]")[0] + "[detect]\ngamma_nm = 4.0\n"
 #: How much later the second arm's messages come than the first's, ns.
 LATE = 700_000
 SIDES = ("left", "right")
@@ -81,7 +82,8 @@ def _logs(folder: Path) -> dict[str, tuple[Path, Path]]:
 
 
 @pytest.mark.parametrize("form", ["topics", "publishers", "columns"])
-def test_each_arm_is_judged_as_if_alone(collaudit, tmp_path: Path, form: str) -> None:
+def test_each_arm_is_judged_as_if_alone(collaudit, tmp_path: Path, form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    without_thresholds(monkeypatch)  # 4 N·m are stated
     (tmp_path / "arm.toml").write_text(ROBOT)
     logs = _logs(tmp_path)
     clean, alone_clean = _both(tmp_path / "clean", form, logs["fit"])

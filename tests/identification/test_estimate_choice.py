@@ -24,6 +24,8 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Made = Callable[..., SimulatedFiles]
+#: Every joint goes to and fro several times.
+RUN_S = 30.0
 #: As most descriptions are: no tool, no rotors, no wrench sensor that would tell the tool.
 LACKING: dict[str, Any] = {
     "robot.tool.mass_kg": 0.0,
@@ -41,7 +43,7 @@ def prepared_of(files: SimulatedFiles, lacking: dict[str, Any]) -> tuple[Prepare
 
 @pytest.mark.parametrize("robot", ["paper6", "seven"])
 def test_a_right_description_is_left_alone_and_a_poor_one_is_not(made: Made, robot: str) -> None:
-    files = made("free-clean", robot, seed=4, duration_s=60.0)
+    files = made("free-clean", robot, seed=4, duration_s=RUN_S)
     prepared, config = prepared_of(files, {})
     taken, choice = choose([prepared], config)
     assert taken.estimate == () and choice is not None
@@ -55,7 +57,7 @@ def test_a_right_description_is_left_alone_and_a_poor_one_is_not(made: Made, rob
 
 def test_a_stated_estimate_is_taken_and_what_leaves_less_is_told(made: Made) -> None:
     """... and nothing where the stated one is as good."""
-    files = made("free-clean", "paper6", seed=4, duration_s=60.0)
+    files = made("free-clean", "paper6", seed=4, duration_s=RUN_S)
     prepared, config = prepared_of(files, {**LACKING, "fit.estimate": ["friction"]})
     taken, choice = choose([prepared], config)
     assert taken.estimate == () and choice is not None and choice.better == "friction, rotor, tool"
@@ -67,7 +69,7 @@ def test_a_stated_estimate_is_taken_and_what_leaves_less_is_told(made: Made) -> 
 
 def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
     """Neither drives, inertials nor friction, which all see the same samples."""
-    prepared, config = prepared_of(made("free-clean", "paper6", seed=4, duration_s=60.0), LACKING)
+    prepared, config = prepared_of(made("free-clean", "paper6", seed=4, duration_s=RUN_S), LACKING)
     taken = Candidate(("rotor", "tool"), 0.2)
     whole = fit_arm([prepared], taken, config)
     out = (prepared.series.time_s % 20.0) < 6.0
@@ -91,7 +93,7 @@ def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
 
 def test_held_out_errors_are_those_of_fits_without_each_part(made: Made) -> None:
     """From the normal equations of one fit, beside a fit for each part."""
-    prepared, config = prepared_of(made("free-clean", "paper6", seed=4, duration_s=60.0), LACKING)
+    prepared, config = prepared_of(made("free-clean", "paper6", seed=4, duration_s=RUN_S), LACKING)
     motion = collect([prepared], 1000, 4)
     regressor = prepared.robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
     unknowns, _ = with_gains([prepared], config, Candidate(("inertials",), 0.2), motion, regressor)

@@ -53,8 +53,8 @@ def test_its_interval_holds_and_what_is_left_is_the_noise() -> None:
     held, width = [], []
     for seed in range(12):
         log = log_of(truth, np.ones(3), seed=seed)
-        found, without = identify([of(sprung(log))], config), identify([of(log)], config)
-        assert found is not None and without is not None
+        found = identify([of(sprung(log))], config)
+        assert found is not None
         spring = found.joints["joint2"].angle_torque
         assert spring is not None and spring.ci95_nm is not None
         angle = np.array(spring.angle_rad)
@@ -64,7 +64,10 @@ def test_its_interval_holds_and_what_is_left_is_the_noise() -> None:
         half = np.array([0.5 * (high - low) for low, high in spring.ci95_nm])
         held.append(np.abs(error[1:-1]) <= half[1:-1])
         width.append(half.max())
-        assert found.joints["joint2"].rms_nm == pytest.approx(without.joints["joint2"].rms_nm, rel=0.05)
+        if seed < 3:
+            without = identify([of(log)], config)
+            assert without is not None
+            assert found.joints["joint2"].rms_nm == pytest.approx(without.joints["joint2"].rms_nm, rel=0.05)
     assert np.mean(held) >= 0.85 and max(width) < 0.1 * STIFF
 
 

@@ -45,6 +45,13 @@ def median_of(x: FloatArray) -> float:
     return float(np.median(x)) if x.size else float("nan")
 
 
+def weighted_median(x: FloatArray, weight: FloatArray) -> float:
+    """The number of (n,) at which the weights (n,), none negative, of those below reach half of all; n > 0."""
+    order = np.argsort(x)
+    total = np.cumsum(weight[order])
+    return float(x[order[np.searchsorted(total, 0.5 * total[-1])]])
+
+
 def quantile_of(x: FloatArray, share: float) -> float:
     """Quantile of (n,) numbers, n > 0, none of them NaN, at one share of them."""
     return float(np.quantile(x, share))

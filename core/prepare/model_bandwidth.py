@@ -19,15 +19,13 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import MEDIAN_SE, median_of, robust_sd
+from collaudit.core.numeric.stats import MEDIAN_SE, SD_PER_MAD, median_of, weighted_median
 from collaudit.core.numeric.tables import copied
 
 #: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
 _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
 #: The bands are judged in blocks of a period of the slowest, of which many hold no contact, on so many samples at most.
 _FEWEST, _MOST_SAMPLES = 1000, 120_000
-#: A block with less than this share of the mean power of the model tells nothing of it.
-_MOVES = 0.1
 #: Subtracting a band raises the residual's power below this regression; a clearly negative one is no noise but a sign.
 _HALF, _SIGN = 0.5, -0.3
 #: Leaving bands out must lower the power of the residual above the slowest band by this share.
@@ -129,14 +127,18 @@ def _bandwidth(
 
 
 def _is_noise(effort: FloatArray, model: FloatArray, length: int) -> bool:
-    """Whether a band of the model torque is clearly not in the effort, in the median of blocks of so many samples."""
+    """Whether a band of the model torque is clearly not in the effort, in the median of blocks of so many samples.
+
+    Blocks weigh as much as they hold of the band: where a move begins and ends it is motion, and noise all the way.
+    """
     power, shared = _by_block(model, model, length), _by_block(effort, model, length)
-    moves = power > _MOVES * power.mean()
+    moves = power > 0.0
     if not moves.any():
         return False
-    slopes = shared[moves] / power[moves]
-    slope = median_of(slopes)
-    error = MEDIAN_SE * robust_sd(slopes - slope) / float(np.sqrt(slopes.size))
+    slopes, weight = shared[moves] / power[moves], power[moves]
+    slope = weighted_median(slopes, weight)
+    spread = SD_PER_MAD * weighted_median(np.abs(slopes - slope), weight)
+    error = MEDIAN_SE * spread * float(np.sqrt(np.sum(weight**2)) / np.sum(weight))
     return slope + 2.0 * error < _HALF and slope - 2.0 * error > _SIGN
 
 

@@ -61,3 +61,9 @@ def test_no_module_has_its_own() -> None:
         if numbers & own or any(number.startswith("1.95996") for number in numbers):
             found.append(path.relative_to(PROJECT).as_posix())
     assert found == ["core/numeric/stats.py"]
+
+
+def test_a_weighted_median_is_that_of_each_number_as_often_as_it_weighs() -> None:
+    rng = np.random.default_rng(0)
+    x, weight = rng.standard_normal(101), rng.integers(0, 5, 101)
+    assert stats.weighted_median(x, weight.astype(float)) == np.sort(np.repeat(x, weight))[(weight.sum() + 1) // 2 - 1]

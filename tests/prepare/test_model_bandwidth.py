@@ -71,6 +71,17 @@ def test_contact_does_not_change_what_is_noise(made: Maker) -> None:
     assert log.series.effort is not None
     pushes = 20.0 * ((log.series.time_s % 3.0 < 0.25) | (log.series.time_s % 3.0 > 2.25))
     touched = replace(log.series, effort=log.series.effort + pushes[:, None])
-    clean, found = ({b.joint: b.bandwidth_hz for b in quiet_model(x, noisy, None)[1]} for x in (log.series, touched))
-    assert clean
-    assert found == {joint: pytest.approx(hz, rel=0.5) for joint, hz in clean.items()}
+    clean, found = ({b.joint: b for b in quiet_model(x, noisy, None)[1]} for x in (log.series, touched))
+    clear = {joint: b.bandwidth_hz for joint, b in clean.items() if b.after_nm < 0.93 * b.before_nm}
+    assert clear
+    assert set(clear) <= set(found) <= set(clean)
+    assert [found[j].bandwidth_hz for j in clear] == pytest.approx(list(clear.values()), rel=0.5)
+
+
+def test_a_band_that_is_motion_where_moves_begin_and_end_is_kept(made: Maker) -> None:
+    """Bursts of 15 Hz in a tenth of the time, and noise in the model's torque all the way."""
+    log = prepared_of(made("free-clean", "paper6", duration_s=20.0))
+    t = log.series.time_s
+    bursts = np.where(t % 3.0 < 0.3, 1.6 * np.sin(2.0 * np.pi * 15.0 * t), 0.0)[:, None] * np.ones(6)
+    model = np.asarray(bursts + 0.3 * np.random.default_rng(1).standard_normal(bursts.shape))
+    assert not quiet_model(replace(log.series, effort=bursts), model, None)[1]

@@ -26,8 +26,8 @@ from collaudit.core.numeric.tables import copied
 _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
 #: The bands are judged in blocks of a period of the slowest, of which many hold no contact, on so many samples at most.
 _FEWEST, _MOST_SAMPLES = 1000, 120_000
-#: Subtracting a band raises the residual's power below this regression; a clearly negative one is no noise but a sign.
-_HALF, _SIGN = 0.5, -0.3
+#: Subtracting a band raises the residual's power below this regression; one nearer to -1 than to 0 is a sign, no noise.
+_HALF = 0.5
 #: Leaving bands out must lower the power of the residual above the slowest band by this share.
 _WORTH = 0.05
 
@@ -139,7 +139,7 @@ def _is_noise(effort: FloatArray, model: FloatArray, length: int) -> bool:
     slope = weighted_median(slopes, weight)
     spread = SD_PER_MAD * weighted_median(np.abs(slopes - slope), weight)
     error = MEDIAN_SE * spread * float(np.sqrt(np.sum(weight**2)) / np.sum(weight))
-    return slope + 2.0 * error < _HALF and slope - 2.0 * error > _SIGN
+    return abs(slope) + 2.0 * error < _HALF
 
 
 def _by_block(x: FloatArray, y: FloatArray, length: int) -> FloatArray:

@@ -147,7 +147,8 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
             f"The logged velocity lags behind the positions, as a velocity filtered by the drive does: {named}. "
             f"For {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
         )
-        findings.append(Finding("log-velocity-derived", "warning", text) if found is heavy else fact(text))
+        code = "log-velocity-disagrees" if source == "logged" else "log-velocity-derived"
+        findings.append(Finding(code, "warning", text) if found is heavy else fact(text))
     return findings
 
 
@@ -244,10 +245,10 @@ def _kept(joint: str, logged: FloatArray, found: Sequence[Finding]) -> list[Find
         evidence = finding.text.replace("; it was derived from position", "").replace(
             "; there it was derived from position", ""
         )
-        text = f"{evidence} It was used all the same, as [conditioning] velocity asks."
+        code, text = "log-velocity-disagrees", f"{evidence} It was used all the same, as [conditioning] velocity asks."
         if not np.isfinite(logged).any():
-            text = f"{evidence} [conditioning] velocity asks for it: the joint is not judged."
-        out.append(Finding(finding.code, finding.severity, text, joint=joint))
+            code, text = finding.code, f"{evidence} [conditioning] velocity asks for it: the joint is not judged."
+        out.append(Finding(code, finding.severity, text, joint=joint))
     return out
 
 

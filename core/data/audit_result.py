@@ -174,16 +174,17 @@ class ResidualStats:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A run of at least n samples above gamma.
+    """A run of at least n samples above gamma, or of more above the lower threshold of what lasts.
 
     Attributes:
         joint: watched joint.
-        onset_s: first sample above gamma.
-        detected_s: the n-th sample above gamma: when the rule fires.
-        duration_s: time above gamma.
+        onset_s: first sample above it.
+        detected_s: when the rule fires: the n-th sample above it.
+        duration_s: time above it.
         peak_nm: largest residual, with its sign.
-        gamma_nm: threshold of that joint.
+        gamma_nm: the threshold that was passed.
         phase: phase at onset.
+        lasting: whether it is the lower one.
     """
 
     joint: str
@@ -193,6 +194,7 @@ class Collision:
     peak_nm: float
     gamma_nm: float
     phase: Phase
+    lasting: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,17 +51,16 @@ def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, na
     Args:
         prepared: the log.
         inputs: friction laws, joints that contradict the model, the rule, watched joints.
-        config: detection, near misses, merging.
+        config: the detector and its settings.
         name: of the detector, when it is not the configured one.
 
     Raises:
         ConfigError: there is no such detector.
     """
-    series = prepared.judged_series
     detector = detector_named(name or config.detect.detector)
     residual = detector.residual(prepared, inputs, config.detect)
-    threshold = Threshold(series, residual, inputs.rule)
-    detected = detect_events(series, residual, threshold, inputs.rule, inputs.watch, prepared.phases, config)
+    threshold = Threshold(prepared.judged_series, residual, inputs.rule)
+    detected = detect_events(threshold, inputs.watch, prepared.phases)
     return DetectorRun(detector, residual, threshold, detected)
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, Phase, RuleFacts
+from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, Phase
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.knocks import knock_width, knocks
@@ -20,7 +19,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES, contact_mask
-from collaudit.core.residual.residual import Residual
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,25 +34,15 @@ class DetectedEvents:
         return [(c.onset_s, c.onset_s + c.duration_s) for c in self.collisions if c.joint == joint]
 
 
-def detect_events(
-    series: UniformSeries,
-    residual: Residual,
-    threshold: Threshold,
-    rule: RuleFacts,
-    watch: Mapping[str, Watch],
-    phases: NDArray[np.int8],
-    config: Config,
-) -> DetectedEvents:
+def detect_events(threshold: Threshold, watch: Mapping[str, Watch], phases: NDArray[np.int8]) -> DetectedEvents:
     """Rule (6) on every watched joint where its residual is evidence.
 
     Args:
-        series, residual: of the judged joints.
-        threshold: the levels that count: gamma, raised by what is uncertain.
-        rule: persistence and nominal thresholds.
+        threshold: of a residual, by the rule.
         watch: which joints count.
         phases: (n,) labels.
-        config: near misses.
     """
+    series, residual, rule = threshold.series, threshold.residual, threshold.rule
     state = _with_unwatched(residual.state, series.joint_names, watch, phases, rule.n)
     merge = round(MERGE_S / series.period_s)
     watched = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
@@ -74,7 +62,7 @@ def detect_events(
         gamma = rule.gamma_nm[series.joint_names[j]]
         hits += [_collision(series, joint_of(j, e), e, gamma, phases) for e in found.fired]
         lower = rule.lasting_nm.get(series.joint_names[j], gamma)
-        hits += [_collision(series, joint_of(j, e), e, lower, phases) for e in found.lasting]
+        hits += [replace(_collision(series, joint_of(j, e), e, lower, phases), lasting=True) for e in found.lasting]
         nearly: list[tuple[NearMissKind, Event, float]] = [("amplitude", e, abs(e.peak) / gamma) for e in found.low]
         nearly += [("persistence", e, e.longest / rule.n) for e in found.brief]
         nearly += [("impulse", e, ratio) for e, ratio in found.knocks]
@@ -105,13 +93,12 @@ def _events(
 ) -> _Found:
     rule = threshold.rule
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
-    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(threshold.of(j))
+    (level, _), *lower = threshold.with_persistences(j)
+    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level)
     fired, low, brief = rule_events(
         x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
     )
-    lower = threshold.lasting(j)
-    longer = [] if lower is None else collisions(x, evidence, lower, rule.lasting_n, merge)
-    lasting = apart(longer, fired, merge)
+    lasting = [e for less, n in lower for e in apart(collisions(x, evidence, less, n, merge), fired, merge)]
     low, brief = apart(low, lasting, merge), apart(brief, lasting, merge)
     ratios = dict(knocks(x, evidence, level, rule.n, width, rule.near_miss_impulse))
     left = apart(list(ratios), [*fired, *lasting, *low, *brief], max(merge, width))

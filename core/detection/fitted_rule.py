@@ -69,22 +69,25 @@ def with_fitted_thresholds(
                 follows.scales[joint], follows.at_rest_nm[joint] = known.scale, known.rest_nm
                 if lasting is not None and lasting.gamma_nm < level.gamma_nm:
                     lower[joint], follows.lasting_nm[joint] = lasting, lasting.gamma_nm
-    missing = [joint for joint in series.joint_names if joint not in gamma]
-    for joint in missing:
-        known = usable.joints.get(joint) if usable is not None else None
-        reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
-        travel = _travel(series, joint)
-        if used and travel < _HARDLY:
-            text = f"Joint '{joint}' is not judged: it hardly moves ({travel:.2g} rad in all), and {reason}."
-            findings.append(Finding("gamma-missing", "warning", text, joint=joint))
-            continue
-        text = f"Joint '{joint}' is not judged: gamma_nm = \"auto\", and {reason}."
-        findings.append(Finding("gamma-missing", "error", text, joint=joint))
+    for joint in series.joint_names:
+        if joint not in gamma:
+            known = usable.joints.get(joint) if usable is not None else None
+            reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
+            findings.append(_missing(joint, reason, _travel(series, joint), bool(used)))
     if usable is not None and used:
         findings.append(_source(usable, used, lower, series.joint_names))
         findings += exceeded_findings(usable, used)
     detect = config.detect.changed({"gamma_nm": gamma})
     return config.changed({"detect": detect}), follows, findings
+
+
+def _missing(joint: str, reason: str, travel_rad: float, others: bool) -> Finding:
+    """That a joint has no threshold; an error unless it hardly moves and others have one."""
+    if others and travel_rad < _HARDLY:
+        text = f"Joint '{joint}' is not judged: it hardly moves ({travel_rad:.2g} rad in all), and {reason}."
+        return Finding("gamma-missing", "warning", text, joint=joint)
+    text = f"Joint '{joint}' is not judged: gamma_nm = \"auto\", and {reason}."
+    return Finding("gamma-missing", "error", text, joint=joint)
 
 
 def _travel(series: UniformSeries, joint: str) -> float:

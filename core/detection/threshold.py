@@ -43,17 +43,17 @@ class Threshold:
             level = np.where(self.residual.state[:, j][part] == State.FRICTION_INTERVAL, level + extra, level)
         return level
 
-    def lasting(self, j: int) -> FloatArray | None:
-        """(n,) N·m of one joint for what lasts ``lasting_n`` samples; None without one.
+    def with_persistences(self, j: int) -> tuple[tuple[FloatArray, int], ...]:
+        """Each level (n,) of one joint, N·m, with its persistence in samples: gamma's, and a lower one of what lasts.
 
-        In slow motion it is no lower than the other: friction errs there for as long as the joint is slow.
+        In slow motion that is no lower: friction errs there for as long as the joint is slow.
         """
-        joint = self.series.joint_names[j]
-        if joint not in self.rule.lasting_nm:
-            return None
+        rule, joint, level = self.rule, self.series.joint_names[j], self.of(j)
+        if joint not in rule.lasting_nm:
+            return ((level, rule.n),)
         fast = np.abs(self.series.velocity_rad_s[:, j]) > _SLOW_RAD_S
-        lower = 1.0 - self.rule.lasting_nm[joint] / self.rule.gamma_nm[joint]
-        return np.asarray(self.of(j) - np.where(fast, lower * self._moving(j, joint), 0.0))
+        lower = (1.0 - rule.lasting_nm[joint] / rule.gamma_nm[joint]) * self._moving(j, joint)
+        return (level, rule.n), (level - np.where(fast, lower, 0.0), rule.lasting_n)
 
     def _moving(self, j: int, joint: str) -> FloatArray:
         """(n,) threshold of a joint that follows the motion, through the residual's kernel."""

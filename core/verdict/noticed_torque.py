@@ -89,14 +89,13 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
         push: the push.
         moments: of :meth:`Push.moments`.
     """
-    noticed, lower = _exceeding(run, j, run.threshold.of(j), push, moments), run.threshold.lasting(j)
-    if lower is None:
-        return noticed
-    return np.minimum(noticed, _exceeding(run, j, lower, replace(push, n=run.threshold.rule.lasting_n), moments))
+    levels = run.threshold.with_persistences(j)
+    found = [_exceeding(run, j, level, replace(push, n=n), moments) for level, n in levels]
+    return np.asarray(np.minimum.reduce(found))
 
 
 def _exceeding(run: DetectorRun, j: int, threshold: FloatArray, push: Push, moments: IntArray) -> FloatArray:
-    """(k,) the same of one threshold (n,) and its persistence."""
+    """(k,) the same of one threshold (n,) and the push's persistence."""
     residual = run.residual.torque_nm[:, j]
     out = np.empty(moments.size)
     for part in blocks(moments.size, max(1, _AT_ONCE // max(1, push.response.size))):

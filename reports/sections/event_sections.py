@@ -9,14 +9,7 @@ from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, R
 from collaudit.core.data.detection_result import Contact, ContactKind
 from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contact_alarms import (
-    alarms_of,
-    contact_limits,
-    force_text,
-    height,
-    in_time,
-    share_of_gamma,
-)
+from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, force_text, height, in_time
 from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import NONE, speed_unit, torque_unit
@@ -82,7 +75,7 @@ def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
     fit = result.friction.get(alarm.joint)
     moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(fit) if fit is not None else 'rad/s')}"
     margin = apart([height(alarm), 1.0])[0]
-    gamma = "lower γ" if share_of_gamma(alarm, result.rule) < 1.0 else "γ"
+    gamma = "lower γ" if alarm.lasting else "γ"
     return f"{alarm.joint} {_beside_gamma(alarm, result)[0]} (× {margin} {gamma}), {duration(alarm.duration_s)}{moved}"
 
 

@@ -7,7 +7,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import TypeVar
 
-from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, RuleFacts
+from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 
 _LEAST_MARGIN_S = 0.25
@@ -38,11 +38,6 @@ def alarms_of(contact: Contact, result: AuditResult, alarms: Sequence[Collision]
 def height(alarm: Collision) -> float:
     """Peak over threshold."""
     return abs(alarm.peak_nm) / alarm.gamma_nm
-
-
-def share_of_gamma(alarm: Collision, rule: RuleFacts) -> float:
-    """What it had to pass, over its joint's γ: below 1 for the lower threshold of what lasts."""
-    return alarm.gamma_nm / rule.gamma_nm.get(alarm.joint, alarm.gamma_nm)
 
 
 def strongest(result: AuditResult, limit: int) -> dict[int, Contact]:

@@ -99,10 +99,11 @@ def test_a_late_velocity_is_measured_and_derived_instead() -> None:
     for source in ("auto", "logged", "position"):
         series = condition(make_log(t, q, v, q, ("joint1", "joint2")), ConditioningConfig(velocity=source))  # type: ignore[arg-type]
         errors[source] = np.std((series.acceleration_rad_s2 - a)[200:-200], axis=0)
-        said = next(f.text for f in series.findings if "lags behind" in f.text)
-        assert "'joint2' 8.0 ms (95 %: " in said
-        assert "joint1" not in said
-        assert ("derived from position" in said) == (source != "logged")
+        said = next(f for f in series.findings if "lags behind" in f.text)
+        assert "'joint2' 8.0 ms (95 %: " in said.text
+        assert "joint1" not in said.text
+        assert ("derived from position" in said.text) == (source != "logged")
+        assert said.code == ("log-velocity-disagrees" if source == "logged" else "log-velocity-derived")
     assert errors["auto"][1] < 0.2 * errors["logged"][1]
     assert errors["auto"][0] == errors["logged"][0], "the prompt velocity is kept"
 

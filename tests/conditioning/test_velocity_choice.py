@@ -38,7 +38,7 @@ def test_the_logged_velocity_is_used_where_it_is_asked_for(fault: str) -> None:
     kept = condition(log, ConditioningConfig(velocity="logged"))
     np.testing.assert_array_equal(kept.raw_velocity_rad_s, logged)
     (said,) = [f for f in kept.findings if f.code.startswith("log-velocity")]
-    assert (said.severity, said.joint) == ("warning", "a")
+    assert (said.code, said.severity, said.joint) == ("log-velocity-disagrees", "warning", "a")
     assert "used all the same, as [conditioning] velocity asks" in said.text
     assert "derived" not in said.text.split("It was")[0].replace("derivative", "")
     auto = condition(log, ConditioningConfig())

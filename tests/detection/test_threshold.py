@@ -31,7 +31,7 @@ def threshold(**rule: object) -> Threshold:
         state=state,
         balance=SimpleNamespace(kernel=kernel, velocity_rad_s=velocity),
     )
-    none = {"follows": {}, "at_rest_nm": {}, "lasting_nm": {}}
+    none = {"follows": {}, "at_rest_nm": {}, "lasting_nm": {}, "n": 3, "lasting_n": 10}
     facts = SimpleNamespace(gamma_nm={"a": 4.0, "b": 2.0}, **{**none, **rule})
     return Threshold(series, residual, facts)  # type: ignore[arg-type]
 
@@ -56,14 +56,14 @@ def test_where_friction_is_an_interval_it_is_higher() -> None:
 
 def test_the_lower_threshold_of_what_lasts_follows_the_motion_and_rests_higher_too() -> None:
     found = threshold(follows={"a": SCALE, "b": SCALE}, at_rest_nm={"a": 0.7}, lasting_nm={"a": 3.0})
-    level, lower = found.of(0), found.lasting(0)
-    assert lower is not None
+    (level, n), (lower, lasting_n) = found.with_persistences(0)
+    assert (n, lasting_n) == (3, 10)
+    assert (level == found.of(0)).all()
     assert lower[0] == pytest.approx(0.1 + 3.0 * (0.2 + 0.5 * 0.4) / 0.4)
     assert lower[-1] == pytest.approx(0.8 + 3.0 * (0.2 + 0.5 * 1.2) / 0.4)
     assert (lower < level).all()
-    assert found.lasting(1) is None
+    assert len(found.with_persistences(1)) == 1
     found.series.velocity_rad_s[:10, 0] = 0.05
-    slow = found.lasting(0)
-    assert slow is not None
-    assert (slow[:10] == found.of(0)[:10]).all(), "friction errs for as long as a joint is slow"
-    assert (slow[10:] < found.of(0)[10:]).all()
+    (level, _), (slow, _) = found.with_persistences(0)
+    assert (slow[:10] == level[:10]).all(), "friction errs for as long as a joint is slow"
+    assert (slow[10:] < level[10:]).all()

@@ -85,3 +85,13 @@ def test_a_band_that_is_motion_where_moves_begin_and_end_is_kept(made: Maker) ->
     bursts = np.where(t % 3.0 < 0.3, 1.6 * np.sin(2.0 * np.pi * 15.0 * t), 0.0)[:, None] * np.ones(6)
     model = np.asarray(bursts + 0.3 * np.random.default_rng(1).standard_normal(bursts.shape))
     assert not quiet_model(replace(log.series, effort=bursts), model, None)[1]
+
+
+@pytest.mark.parametrize(("share", "noise"), [(-0.3, True), (0.3, True), (-0.8, False), (0.8, False)])
+def test_a_band_nearer_to_none_than_to_one_is_noise_whatever_its_sign(made: Maker, share: float, noise: bool) -> None:
+    """An effort that holds so much of what the model's torque has in its upper bands."""
+    log = prepared_of(made("free-clean", "paper6", duration_s=20.0))
+    assert log.rigid_nm is not None
+    drawn = 3.0 * np.random.default_rng(0).standard_normal(log.rigid_nm.shape)
+    effort, model = np.asarray(log.rigid_nm + share * drawn), np.asarray(log.rigid_nm + drawn)
+    assert bool(quiet_model(replace(log.series, effort=effort), model, None)[1]) is noise

@@ -28,17 +28,17 @@ RUN_S = 20.0
 
 
 @pytest.mark.parametrize(
-    ("push_ms", "detect", "share", "least"),
+    ("push_ms", "detect", "share", "least", "most"),
     [
-        (200.0, {}, 0.95, 0.95),
-        (200.0, {"detect.gamma_nm": "auto"}, 0.5, 0.42),
-        (40.0, {"detect.detector": "momentum", "detect.causal": True}, 0.95, 0.95),
+        (200.0, {}, 0.95, 0.95, 1.0),
+        (200.0, {"detect.gamma_nm": "auto"}, 0.5, 0.42, 0.58),
+        (40.0, {"detect.detector": "momentum", "detect.causal": True}, 0.95, 0.95, 1.0),
     ],
 )
 def test_a_push_alarms_as_often_as_is_said(
-    made: Made, friction_of: Fitted, push_ms: float, detect: dict[str, Any], share: float, least: float
+    made: Made, friction_of: Fitted, push_ms: float, detect: dict[str, Any], share: float, least: float, most: float
 ) -> None:
-    """At any moment, of either sign, on joints with much and with little friction; 0.42: half, less two errors."""
+    """At any moment, of either sign, on joints with much and with little friction; the half within two errors."""
     files, friction = made("free-clean", "paper6", seed=4, duration_s=90.0), friction_of("paper6")
     settings = load_config(files.config, {"policy.observable_ms": push_ms, **detect})
     log = open_log(files.log, settings)
@@ -64,10 +64,10 @@ def test_a_push_alarms_as_often_as_is_said(
         alarms = [(c.onset_s, c.onset_s + c.duration_s) for c in result.collisions if c.joint == joint]
         found += sum(any(a < s + push_ms / 1e3 + 0.1 and b > s - 0.1 for a, b in alarms) for s in starts)
     tried = sum(starts.size for starts in pushes.values())
-    assert found >= least * tried, f"{found} of {tried}"
+    assert least * tried <= found <= most * tried, f"{found} of {tried}"
 
     rule, period = result.rule, result.log.sample_period_s
-    lower = [c for c in result.collisions if c.gamma_nm < rule.gamma_nm[c.joint]]
+    lower = [c for c in result.collisions if c.lasting]
     assert bool(lower) is (detect.get("detect.gamma_nm") == "auto"), "what lasts alarms at a lower threshold too"
     assert all(c.gamma_nm == rule.lasting_nm[c.joint] for c in lower)
     assert all(c.detected_s - c.onset_s > (rule.lasting_n - 1.5) * period for c in lower)

@@ -14,7 +14,7 @@ from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.plot_contact import draw_contact
 from collaudit.reports.sections.event_sections import contact_section
-from collaudit.reports.values.contact_alarms import alarms_of, height, share_of_gamma
+from collaudit.reports.values.contact_alarms import alarms_of, height
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import torque_unit
 
@@ -87,7 +87,11 @@ def _plot(
     highest = max(alarms, key=height, default=None)
     worst = "" if highest is None else highest.joint
     label = visible(f"Contact {number}: residual of all joints over γ, measured and modelled torque of {worst}")
-    least = min((share_of_gamma(alarm, result.rule) for alarm in alarms), default=1.0)
+    rule = result.rule
+    lower = [
+        rule.lasting_nm[a.joint] / rule.gamma_nm[a.joint] for a in alarms if a.lasting and a.joint in rule.lasting_nm
+    ]
+    least = min(lower, default=1.0)
     return draw_contact(windows, contact, worst, torque_unit(result, worst), force, name, label, least)
 
 

@@ -58,7 +58,7 @@ def fit_joints(
     sums: dict[str, list[tuple[PairSum, ...]]] = {}
     for log, found in zip(prepared, sections or sections_of(prepared, config), strict=True):
         for joint in log.judged:
-            seen, both = _of_sections(joint, log, found, config)
+            seen, both = _of_sections(joint, log, found)
             count = len(found.of(joint))
             counts[joint] += count
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
@@ -106,7 +106,7 @@ def refit_joints(
         assert fit.model is not None
         logs = [(log, found) for log, found in zip(prepared, sections, strict=True) if joint in log.judged]
         if fit.motion == "sections":
-            points = [p for log, found in logs for p in _of_sections(joint, log, found, config)[0]]
+            points = [p for log, found in logs for p in _of_sections(joint, log, found)[0]]
         else:
             points = _loose_points(joint, prepared, config)
         robot = logs[0][0].robot
@@ -151,9 +151,7 @@ def _fit_joint(
     return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
 
 
-def _of_sections(
-    joint: str, log: Prepared, found: SectionSet, config: Config
-) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
+def _of_sections(joint: str, log: Prepared, found: SectionSet) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
     """Points of a joint's constant speeds, and what pairs of them leave of the model's torque."""
     return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint))
 

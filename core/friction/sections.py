@@ -80,7 +80,7 @@ class SectionSet:
             j = series.column(section.joint)
             pieces = _known_pieces(section.span, series, j, _least(series, config))
             whole = pieces == [section.span]
-            found += [section] if whole else [_measure(series, section.joint, j, piece, config) for piece in pieces]
+            found += [section] if whole else [_measure(series, section.joint, j, piece) for piece in pieces]
         return replace(self, sections=tuple(found))
 
 
@@ -107,7 +107,7 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
         quiet = _quiet(smooth[:, j], _least(series, config), config, noise)
         for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
             found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
-            sections += [_measure(series, joint, j, s, config) for s in found]
+            sections += [_measure(series, joint, j, s) for s in found]
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
         return sections, rejected
 
@@ -239,7 +239,7 @@ def _grow(part: FloatArray, seed: slice, config: SectionsConfig, noise: float) -
     return int(starts[best]), int(stops[best])
 
 
-def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: SectionsConfig) -> Section:
+def _measure(series: UniformSeries, joint: str, j: int, span: Span) -> Section:
     s = span.slice
     velocity, position = series.velocity_rad_s[s, j], series.position_rad[s, j]
     motion = series.velocity_rad_s[s]

@@ -83,7 +83,7 @@ def measure_sensitivity(
     Raises:
         ConfigError: something is to be noticeable on a joint that is not judged, or at a place that the arm lacks.
     """
-    log = _Looked.at(prepared, run, inputs, config, moving)
+    log = _Looked.at(prepared, run, inputs, config)
     observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
     joints = by_name(lambda joint: _of_joint(log, joint, moving[joint], gaps_s, observable.get(joint)), log.joints)
     places = arm_places(prepared.robot, config.robot.tool.frame) if run.residual.isolation.isolates else ()
@@ -113,7 +113,6 @@ class _Looked:
         joints: watched ones with a threshold.
         push: as asked for, through the detector's filter.
         shown: the same by joint, behind what smooths its effort besides.
-        states: (n, j) of the judged joints.
         period_s: sample period, s.
     """
 
@@ -124,14 +123,7 @@ class _Looked:
     shown: Mapping[str, Push]
 
     @classmethod
-    def at(
-        cls,
-        prepared: Prepared,
-        run: DetectorRun,
-        inputs: DetectionInputs,
-        config: Config,
-        moving: Mapping[str, BoolArray],
-    ) -> _Looked:
+    def at(cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> _Looked:
         series, rule = prepared.judged_series, inputs.rule
         joints = tuple(j for j in series.joint_names if inputs.watch[j].watched and j in rule.gamma_nm)
         known = (config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)

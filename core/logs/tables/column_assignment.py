@@ -196,13 +196,13 @@ def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
     best: Found | None = None
     for pattern, meaning in sorted(known, key=lambda each: (preference(each[1]), len(each[0]), each[0])):
         matched = match_pattern(names, pattern)
-        found = None if matched is None else _of_joints(names, replace(matched, unit=meaning.unit))
+        found = None if matched is None else _of_joints(replace(matched, unit=meaning.unit))
         if found is not None and (best is None or len(found.columns) > len(best.columns)):
             best = found
     return best
 
 
-def _of_joints(names: Sequence[str], found: Found) -> Found | None:
+def _of_joints(found: Found) -> Found | None:
     """Without columns of no joint, and with what stands before all joints' names as part of the pattern."""
     kept = [
         (joint, column)

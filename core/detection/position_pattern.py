@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ _LEAST_SHARE = 0.4  # of the later half's variance between positions that the ea
 _LEAST_BINS = 5
 _LEAST_RANGE_RAD = 0.05  # less is an arm that gives where someone leans on it, not a joint that visits places
 _LEAST_VISITS = 2  # of a bin, in each half
+_MOST_SAMPLES = 200_000  # that are looked at, evenly over a long log
 _SAID, _DOUBTED = 0.25, 0.5  # amplitude, as a share of the threshold or of friction
 _STRAIGHT = 0.8
 
@@ -48,11 +50,6 @@ class PositionPattern:
     high_rad: float
 
 
-def _visits(time_s: FloatArray, there: BoolArray) -> IntArray:
-    """(k,) number of the visit, of its second, that each sample picked by ``there`` (n,) belongs to."""
-    return np.floor(time_s[there] / _VISIT_S).astype(np.int64)
-
-
 def position_pattern(
     time_s: FloatArray,
     position: FloatArray,
@@ -67,16 +64,17 @@ def position_pattern(
         direction: (n,) sign of the motion.
         there: (n,) which samples count.
     """
-    place = position[there]
-    if place.size < 2 * _BINS:
+    rows = np.flatnonzero(there)
+    if rows.size < 2 * _BINS:
         return None
+    rows = rows[:: ceil(rows.size / _MOST_SAMPLES)]
+    place, residual, direction = position[rows], residual[rows], direction[rows]
     low, high = _ends(place)
     if not high - low > _LEAST_RANGE_RAD:
         return None
-    visit = _visits(time_s, there)
+    visit = np.floor(time_s[rows] / _VISIT_S).astype(np.int64)
     middle = float(np.median(visit))
     key = visit * _BINS + np.clip(((place - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
-    residual, direction = residual[there], direction[there]
     for sign in (-1.0, 1.0):
         way = direction == sign
         if way.any():

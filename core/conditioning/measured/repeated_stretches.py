@@ -88,7 +88,10 @@ def _again(values: _Hashes, count: int) -> BoolArray:
     key = np.zeros(size, dtype=np.uint64)
     for k in range(count):
         _add(key, values[k : k + size])
-    order = np.argsort(key, kind="stable")
     later = np.zeros(size, dtype=np.bool_)
+    ordered = np.sort(key)
+    if not (ordered[1:] == ordered[:-1]).any():  # as in most logs, and told in a tenth of the time
+        return later
+    order = np.argsort(key, kind="stable")
     later[order[1:]] = key[order[1:]] == key[order[:-1]]
     return later

@@ -12,27 +12,31 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from math import ceil
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.arm_states.late_drives import Friction
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import gaussian_smoothed
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort.channel_shift import all_known, basis_of, steady
 
 #: Standard deviations of the windows, s. Shorter than 20 ms is what the filters of this program do themselves.
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])
 #: Delays of the effort that are tried, s, and samples looked at in a second.
 _EARLIEST_S, _LATEST_S, _RATE_HZ = -0.04, 0.9, 50.0
-#: What both sides are smoothed by before smoothing is said, s: acceleration is noisy, and a window that calms it would
-#: look like one that the effort has passed.
+#: What both sides are smoothed by before smoothing that seems to be there is said, s: acceleration is noisy, and a
+#: window that calms it looks like one that the effort has passed.
 _CALM_S = 0.1
 #: Time about a reversal in which friction is not yet sliding, s.
 _REVERSAL_S = 0.15
 #: Least time in such motion, s; most samples of it.
 _LEAST_S, _MOST = 5.0, 6_000
+#: Of a log that moves for longer, pieces of it are looked at, s: so much in all tells as much as an hour does.
+_PIECE_S, _IN_ALL_S = 30.0, 240.0
 _BLOCKS = 20
 #: Share of the effort's power below which a difference of sums of squares is rounding.
 _ROUNDING = 1e-12
@@ -80,17 +84,18 @@ def effort_smoothing(
     grid = _Grid.of(series)
 
     def of_joints(calm_s: float, *margins_s: float) -> list[dict[int, Smoothing]]:
-        found = {
-            j: grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], law, margins_s, calm_s)
-            for j, law in friction.items()
-        }
+        def of_joint(j: int) -> list[_Explained | None]:
+            return grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], friction[j], margins_s, calm_s)
+
+        found = dict(zip(friction, ordered_map(of_joint, friction), strict=True))
         told = [{j: one for j, each in found.items() if (one := each[k]) is not None} for k in range(len(margins_s))]
         return [_of_each(one, friction) if one else {} for one in told]
 
     one_way, about_reversals = of_joints(0.0, _REVERSAL_S, 0.0)
     if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
         return {j: replace(one, low_s=0.0) for j, one in about_reversals.items()}
-    (calmed,) = of_joints(_CALM_S, _REVERSAL_S)
+    seems = any(one.shown for one in one_way.values())
+    calmed = of_joints(_CALM_S, _REVERSAL_S)[0] if seems else {}
     shown_s = {j: calmed[j].low_s if j in calmed else 0.0 for j in one_way}
     return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}
 
@@ -142,6 +147,17 @@ class _Explained:
         return np.asarray(np.diff(sums[:, np.append(self.starts, values.shape[1])], axis=1))
 
 
+def _looked_at(series: UniformSeries) -> list[Span]:
+    """Stretches that are long enough: all of them, or pieces in which something moves, evenly over a long log."""
+    least, size = (round(t / series.period_s) for t in (_LEAST_S, _PIECE_S))
+    whole = [span for span in series.segments if len(span) >= least]
+    pieces = [Span(a, min(a + size, span.stop)) for span in whole for a in range(span.start, span.stop, size)]
+    speeds = (series.velocity_rad_s[piece.slice] for piece in pieces)
+    moving = [piece for piece, v in zip(pieces, speeds, strict=True) if (np.abs(v) > MOVING_RAD_S).any()]
+    share = sum(map(len, moving)) * series.period_s / _IN_ALL_S
+    return whole if share <= 1.0 else [piece for piece in moving[:: ceil(share)] if len(piece) >= least]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Grid:
     """About fifty samples a second of the stretches that are long enough.
@@ -161,8 +177,7 @@ class _Grid:
     @classmethod
     def of(cls, series: UniformSeries) -> _Grid:
         every = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
-        long = [span for span in series.segments if len(span) * series.period_s >= _LEAST_S]
-        parts = [np.arange(span.start, span.stop, every) for span in long]
+        parts = [np.arange(span.start, span.stop, every) for span in _looked_at(series)]
         ends = np.cumsum([0, *(part.size for part in parts)])
         number = np.repeat(np.arange(len(parts)), np.diff(ends))
         rows = np.concatenate([*parts, np.zeros(0, dtype=np.int64)]).astype(np.int64)

@@ -34,7 +34,7 @@ from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
 from collaudit.core.verdict.verdict import Evidence, decide, unjudged
 
 #: Of the time that a log takes, where its rule is studied too.
-_SHARE_BESIDE_A_STUDY = 0.2
+_SHARE_WITH_A_STUDY = 0.2
 
 
 def audit_log(
@@ -61,7 +61,7 @@ def audit_log(
         LogError: the known events cannot be understood.
         ConfigError: a label that marks them is not in the log, or the friction file is another arm's.
     """
-    judging = _SHARE_BESIDE_A_STUDY if config.study.run else 1.0
+    judging = _SHARE_WITH_A_STUDY if config.study.run else 1.0
     step = stage(progress, 0.0, judging)
     prepared, about_axes = _calibrated(prepared, friction, config)
     units, sliding, series = prepared.units, prepared.sliding, prepared.judged_series

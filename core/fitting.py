@@ -29,7 +29,7 @@ from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, other_detectors
-from collaudit.core.recommend.held_out_residual import BesideFriction, held_out_residuals
+from collaudit.core.recommend.held_out_residual import FrictionCovariates, held_out_residuals
 from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.known_events import known_contact_times
 from collaudit.core.scoring.truth_events import TruthFile
@@ -71,8 +71,8 @@ def fit_logs(
     taken, choice = choose(known, config)
     arm = fit_arm(known, taken, config, progress=stage(progress, 0.4, 0.55))
     settled = settled_motion(arm.logs, arm.fits, stage(progress, 0.55, 0.65))
-    beside = BesideFriction(settled.variation, settled.corrections)
-    residuals = held_out_residuals(known, arm, taken, beside, config, stage(progress, 0.65, 0.95))
+    covariates = FrictionCovariates(settled.variation, settled.corrections)
+    residuals = held_out_residuals(known, arm, taken, covariates, config, stage(progress, 0.65, 0.95))
     corrections = corrections_that_help(residuals, settled.corrections)
     thresholds = fitted_thresholds(residuals, arm.fits, config)
     if residuals and detectors:

@@ -99,9 +99,9 @@ def _residuals(audit: Audit) -> list[Axes]:
 
 
 def _residual(axes: Axes, trace: JointTrace) -> None:
-    told = trace.judged | trace.standing
-    axes.plot(trace.time_s, _where(trace, ~told), color="0.7", linewidth=0.8)
-    axes.plot(trace.time_s, _where(trace, told), color=_CURVE, linewidth=0.8)
+    known = trace.judged | trace.standing
+    axes.plot(trace.time_s, _where(trace, ~known), color="0.7", linewidth=0.8)
+    axes.plot(trace.time_s, _where(trace, known), color=_CURVE, linewidth=0.8)
     if np.isfinite(trace.gamma_nm):
         for level in (-trace.gamma_nm, trace.gamma_nm):
             axes.axhline(level, color=_LIMIT, linestyle="--", linewidth=0.8)

@@ -82,13 +82,13 @@ def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str
 
     config = loaded.config
     named = [config.robot.urdf, config.friction.file]
-    besides = [located(path, loaded.base_dir) for path in named if path is not None]
-    besides += also_files(files, config.log.csv)
+    other_files = [located(path, loaded.base_dir) for path in named if path is not None]
+    other_files += also_files(files, config.log.csv)
     for folder in config.log.msg_path:
-        besides += sorted(located(folder, loaded.base_dir).rglob("*.msg"))
+        other_files += sorted(located(folder, loaded.base_dir).rglob("*.msg"))
     return {
         "log": log_sha256,
         "settings": loaded.sha256,
-        "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in besides],
+        "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in other_files],
         "versions": {"collaudit": version("collaudit"), **versions()},
     }

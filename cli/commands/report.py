@@ -86,7 +86,7 @@ def command(
     if compare:
         return _compare(runs, output, as_json)
     if limits is not None:
-        return _beside_limits(runs, output, limits, as_json)
+        return _report_limits(runs, output, limits, as_json)
     if output is None:
         for run in runs:
             open_run(run)  # a folder that is no run offers the runs inside
@@ -149,7 +149,7 @@ def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
     return EXIT_PASS
 
 
-def _beside_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
+def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
     """Print the forces of contacts beside the user's limits."""
     from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows

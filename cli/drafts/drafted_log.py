@@ -163,10 +163,10 @@ def _gains(
         found = identify([prepared], config, choose([prepared], config)[0])
     except CollauditError:
         found = None
-    told = {} if found is None else found.joints
+    estimated = {} if found is None else found.joints
     constants = {}
-    for joint in (joint for joint in told if joint in prepared.judged):
-        gain, (low, high) = told[joint].gain, told[joint].gain_ci95 or (None, None)
+    for joint in (joint for joint in estimated if joint in prepared.judged):
+        gain, (low, high) = estimated[joint].gain, estimated[joint].gain_ci95 or (None, None)
         if gain and low is not None and high is not None:
             constants[joint] = (gain, low, high)
     return tuple(prepared.judged), constants

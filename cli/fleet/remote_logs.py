@@ -212,9 +212,9 @@ def _stamp(system: Any, path: str) -> dict[str, str]:
 def _stated_sha256(system: Any, path: str, url: str) -> str | None:
     """Hash of a log by its store's word: a file beside it as sha256sum writes it, or S3's own; None without either."""
     with suppress(Exception):  # most logs have none, and every backend says so in its own way
-        beside = _SHA256.match(system.cat_file(f"{path}.sha256", start=0, end=200).decode("ascii"))
-        if beside is not None:
-            return beside.group(1).lower()
+        published = _SHA256.match(system.cat_file(f"{path}.sha256", start=0, end=200).decode("ascii"))
+        if published is not None:
+            return published.group(1).lower()
     if url.startswith("s3://"):
         with suppress(Exception):
             bucket, _, key = path.partition("/")

@@ -60,8 +60,8 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) 
     elif files_known:
         every = zip(files_known, audits, strict=True)
         labelled = [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
-    told = {folder: robots_in(folder) for folder in {run.parent for run in runs}}
-    robots = [told[run.parent].get(run.name) for run in runs] + [None] * len(found)
+    recorded = {folder: robots_in(folder) for folder in {run.parent for run in runs}}
+    robots = [recorded[run.parent].get(run.name) for run in runs] + [None] * len(found)
     return list(zip(audits, labelled, robots, strict=True))
 
 

@@ -266,8 +266,8 @@ def _mean(x: FloatArray, width: int) -> FloatArray:
 
 
 def _usual(load: FloatArray) -> float:
-    told = load[~np.isnan(load)]
-    return quantile_of(told, 0.95) if told.size else np.nan
+    known = load[~np.isnan(load)]
+    return quantile_of(known, 0.95) if known.size else np.nan
 
 
 def _noise(effort: FloatArray) -> FloatArray:

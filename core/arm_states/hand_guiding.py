@@ -120,7 +120,7 @@ def hand_guiding(
     mask, telling = _guided(sums, usual)
     least = round(_LEAST_S / _BLOCK_S)
     found = [
-        HandGuiding(_span(series, *counted_in_time(numbers, block, a, b)), *_told(sums, telling, columns, a, b))
+        HandGuiding(_span(series, *counted_in_time(numbers, block, a, b)), *_evidence(sums, telling, columns, a, b))
         for a, b in zip(*run_bounds(mask), strict=True)
         if b - a >= least
     ]
@@ -215,7 +215,7 @@ def _joined(mask: BoolArray, sums: _Blocks, noise: FloatArray) -> BoolArray:
     return out
 
 
-def _told(
+def _evidence(
     sums: _Blocks, telling: BoolArray, columns: list[int], start: int, stop: int
 ) -> tuple[tuple[int, ...], float, float]:
     """Columns that tell a stretch of blocks, the share of the drives, and the work from outside, J."""

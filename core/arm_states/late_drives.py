@@ -51,10 +51,10 @@ def follows_late(
     drive = drive_nm[np.ix_(rows[inside], pick)]
     own = np.stack([friction[j](series.velocity_rad_s[rows, j]) for j in joints], axis=1)
     supplied = np.nan_to_num(rigid_nm[np.ix_(rows, pick)] + own)
-    beside = np.nansum(np.square(drive - weight), axis=0)
+    unfiltered = np.nansum(np.square(drive - weight), axis=0)
     for lag_s in _LAGS_S:
         late = low_passed(supplied, every * series.period_s / lag_s, supplied[0])[inside]
-        if (np.nansum(np.square(drive - late), axis=0) < _LEFT * beside).all():
+        if (np.nansum(np.square(drive - late), axis=0) < _LEFT * unfiltered).all():
             return True
     return False
 

@@ -80,18 +80,18 @@ def payload_step(
     force = np.zeros((rows.size, 6))
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
-    beside = series.effort[rows] - model_nm[rows]
+    residual = series.effort[rows] - model_nm[rows]
     telling = _telling(series.effort[rows], [series.column(joint) for joint in joints])
-    beside, per_kg = beside[:, telling], per_kg[:, telling]
-    known = np.isfinite(beside).all(axis=1) & np.isfinite(per_kg).all(axis=1)
+    residual, per_kg = residual[:, telling], per_kg[:, telling]
+    known = np.isfinite(residual).all(axis=1) & np.isfinite(per_kg).all(axis=1)
     if np.count_nonzero(known) < 0.5 * known.size:
         return None
     velocity = series.velocity_rad_s[rows][known][:, telling]
-    told = _sliding(velocity)
+    sliding = _sliding(velocity)
     return _step(
-        np.where(told, beside[known], 0.0),
-        np.where(told, per_kg[known], 0.0),
-        np.where(told, velocity, 0.0),
+        np.where(sliding, residual[known], 0.0),
+        np.where(sliding, per_kg[known], 0.0),
+        np.where(sliding, velocity, 0.0),
         block[known],
         series.time_s[rows][known],
     )
@@ -123,17 +123,17 @@ def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
 
 
 def _step(
-    beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, time_s: FloatArray
+    residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, time_s: FloatArray
 ) -> PayloadStep | None:
     count = int(block[-1]) + 1
-    joints = [j for j in range(beside.shape[1]) if np.std(beside[:, j]) > 0 and np.max(np.abs(per_kg[:, j])) > 1e-3]
+    joints = [j for j in range(residual.shape[1]) if np.std(residual[:, j]) > 0 and np.max(np.abs(per_kg[:, j])) > 1e-3]
     if not joints or count < 2 * _LEAST_BLOCKS:  # the effort is unknown at the end
         return None
-    sums = _sums(beside, per_kg, velocity, block, joints)
+    sums = _sums(residual, per_kg, velocity, block, joints)
     best = min(_cuts(count), key=lambda cut: _split(sums, cut)[0])
     cut = min(_neighbours(best, count), key=lambda cut: _split(sums, cut)[0])
     mass = _split(sums, cut)[1]
-    return _stands_out(cut, mass, beside, per_kg, velocity, block, time_s, joints)
+    return _stands_out(cut, mass, residual, per_kg, velocity, block, time_s, joints)
 
 
 def _cuts(count: int) -> list[int]:
@@ -164,14 +164,14 @@ class _Sums:
     total: float
 
 
-def _sums(beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, joints: list[int]) -> _Sums:
+def _sums(residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, joints: list[int]) -> _Sums:
     count = int(block[-1]) + 1
     power, shared = np.zeros((2, len(joints), count + 1))
     eliminated, total = np.zeros((len(joints), count + 1, 3)), 0.0
     for k, j in enumerate(joints):
-        scale = float(np.std(beside[:, j]))
+        scale = float(np.std(residual[:, j]))
         basis, _ = np.linalg.qr(_nuisance(velocity[:, j]))
-        y, x = beside[:, j] / scale, per_kg[:, j] / scale
+        y, x = residual[:, j] / scale, per_kg[:, j] / scale
         y = y - basis @ (basis.T @ y)
         total += float(y @ y)
         power[k, 1:] = np.cumsum(np.bincount(block, x * x, count))
@@ -199,7 +199,7 @@ def _nuisance(velocity: FloatArray) -> FloatArray:
 def _stands_out(
     cut: int,
     mass: FloatArray,
-    beside: FloatArray,
+    residual: FloatArray,
     per_kg: FloatArray,
     velocity: FloatArray,
     block: IntArray,
@@ -211,11 +211,11 @@ def _stands_out(
     count = int(block[-1]) + 1
     top, bottom = np.zeros(count), np.zeros(count)
     for j in joints:
-        scale = float(np.std(beside[:, j])) ** 2
+        scale = float(np.std(residual[:, j])) ** 2
         known = per_kg[:, j] * np.where(after > 0, mass[1], mass[0])
         own = _nuisance(velocity[:, j])
-        friction = own @ np.linalg.lstsq(own, beside[:, j] - known, rcond=None)[0]
-        top += np.bincount(block, per_kg[:, j] * (beside[:, j] - friction) / scale, count)
+        friction = own @ np.linalg.lstsq(own, residual[:, j] - known, rcond=None)[0]
+        top += np.bincount(block, per_kg[:, j] * (residual[:, j] - friction) / scale, count)
         bottom += np.bincount(block, per_kg[:, j] ** 2 / scale, count)
     usable = bottom > 0.05 * median_of(bottom)
     each = top / np.maximum(bottom, 1e-12)
@@ -228,21 +228,21 @@ def _stands_out(
     sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
     if abs(change) < max(_LEAST_KG, _SPREADS * spread) or min(sides) < _ON_SIDE:
         return None
-    if not _joints_agree(beside, per_kg, velocity, after, joints, change):
+    if not _joints_agree(residual, per_kg, velocity, after, joints, change):
         return None
     return PayloadStep(float(time_s[int(np.argmax(block >= cut))]), change, _SPREADS * spread)
 
 
 def _joints_agree(
-    beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, after: FloatArray, joints: list[int], change: float
+    residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, after: FloatArray, joints: list[int], change: float
 ) -> bool:
     """Whether each joint that tells a weight on both sides tells this change: an error of its model is its own."""
     changes, tells = [], []
     for j in joints:
         sides = np.stack([per_kg[:, j] * (1.0 - after), per_kg[:, j] * after], axis=1)
         columns = np.concatenate([_nuisance(velocity[:, j]), sides], axis=1)
-        low, high = np.linalg.lstsq(columns, beside[:, j], rcond=None)[0][-2:]
+        low, high = np.linalg.lstsq(columns, residual[:, j], rcond=None)[0][-2:]
         changes.append(high - low)
-        tells.append(float(np.min(np.sum(sides * sides, axis=0))) / float(np.var(beside[:, j])))
+        tells.append(float(np.min(np.sum(sides * sides, axis=0))) / float(np.var(residual[:, j])))
     ratio = np.array(changes)[np.array(tells) >= _TELLS * max(tells)] / change
     return bool(ratio.size >= min(2, len(joints)) and ((ratio > 1.0 / _ALIKE) & (ratio < _ALIKE)).all())

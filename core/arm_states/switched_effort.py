@@ -107,18 +107,18 @@ def _rescaled(
     parts = (moving.astype(float), np.where(moving, effort**2, 0.0), np.where(moving, model**2, 0.0))
     counts, sizes, loads = (np.cumsum(np.nan_to_num(part), axis=0) for part in parts)
     first, second = counts[cuts], counts[-1] - counts[cuts]
-    told = np.minimum(first, second) >= _LEAST_MOVING
+    enough = np.minimum(first, second) >= _LEAST_MOVING
     with np.errstate(invalid="ignore", divide="ignore"):
         before, after = sizes[cuts] / first, (sizes[-1] - sizes[cuts]) / second
-        times = np.where(told, np.sqrt(after / before), np.nan)
+        times = np.where(enough, np.sqrt(after / before), np.nan)
         load = np.sqrt((loads[-1] - loads[cuts]) / second / (loads[cuts] / first))
         more, less = times / np.fmax(load, 1.0), times / np.fmin(load, 1.0)  # beyond what the load explains
-        low, high = np.nanmin(np.where(told, times, np.inf), axis=1), np.nanmax(np.where(told, times, 0.0), axis=1)
-        beyond = (~told | (more > _FACTOR)).all(axis=1) | (~told | (less < 1.0 / _FACTOR)).all(axis=1)
+        low, high = np.nanmin(np.where(enough, times, np.inf), axis=1), np.nanmax(np.where(enough, times, 0.0), axis=1)
+        beyond = (~enough | (more > _FACTOR)).all(axis=1) | (~enough | (less < 1.0 / _FACTOR)).all(axis=1)
         beyond &= (high < _LIKE * low) & (low > 0.0)
-        good = beyond & (np.count_nonzero(told, axis=1) >= min(2, effort.shape[1]))
+        good = beyond & (np.count_nonzero(enough, axis=1) >= min(2, effort.shape[1]))
         whole = counts[-1] * np.log(sizes[-1] / counts[-1])  # of a joint that does not tell a cut
-        unlikely = np.nansum(np.where(told, first * np.log(before) + second * np.log(after), whole), axis=1)
+        unlikely = np.nansum(np.where(enough, first * np.log(before) + second * np.log(after), whole), axis=1)
     if not good.any():
         return None
     best = int(np.argmin(np.where(good, unlikely, np.inf)))
@@ -211,10 +211,10 @@ def _part(sums: FloatArray) -> tuple[FloatArray, ...]:
     found, left = _fitted(sums, (0, 1, 2))
     without = _fitted(sums, (1, 2))[1]
     whole = np.maximum(sums[:, 3, 3], 1e-30)
-    beside = 1.0 - left / np.maximum(without, 1e-30)
+    explained = 1.0 - left / np.maximum(without, 1e-30)
     power = found[:, 1] * sums[:, 1, 2] + found[:, 2] * sums[:, 2, 2]
     rubs = 1.0 - left / np.maximum(_fitted(sums, (0,))[1], 1e-30)
-    return found[:, 0], np.minimum(1.0 - left / whole, 2.0 * beside), left, power, rubs, np.abs(found[:, 1])
+    return found[:, 0], np.minimum(1.0 - left / whole, 2.0 * explained), left, power, rubs, np.abs(found[:, 1])
 
 
 def _fitted(sums: FloatArray, columns: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:

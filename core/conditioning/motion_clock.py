@@ -45,14 +45,14 @@ class MotionClock:
         period_s: the period, in the recorded clock's seconds.
         jitter_s: robust standard deviation of the recorded stamps about the rebuilt ones, s.
         spread: robust standard deviation of dq / v about whole periods, in periods.
-        told: share of the steps that the motion itself tells.
+        determined: share of the steps that the motion itself tells.
     """
 
     stamps_s: FloatArray
     period_s: float
     jitter_s: float
     spread: float
-    told: float
+    determined: float
 
 
 def motion_clock(
@@ -93,8 +93,8 @@ def motion_clock(
     whole = np.round(ratio)
     if _typical(ratio - whole) > _BETTER * _typical(steps[clear] / period - whole):  # the stamps fit as well
         return None
-    counts, told = _counts(passed, steps, period, usable)
-    return _rebuilt(stamps, counts, told, spread)
+    counts, determined = _counts(passed, steps, period, usable)
+    return _rebuilt(stamps, counts, determined, spread)
 
 
 def _off_comb(ratio: FloatArray) -> float:
@@ -150,32 +150,32 @@ def _counts(passed: FloatArray, steps: FloatArray, period: float, usable: BoolAr
     long = usable & (ratio > _MOST_PERIODS)
     stamped = np.round(steps / period)
     whole = np.where(long, np.maximum(stamped, 1.0), whole)
-    told = usable & (whole >= 0) & (np.abs(ratio - whole) < _UNCLEAR) & ~long
-    whole = np.where(told | long, whole, 1.0)
-    return whole.astype(np.int64), told
+    determined = usable & (whole >= 0) & (np.abs(ratio - whole) < _UNCLEAR) & ~long
+    whole = np.where(determined | long, whole, 1.0)
+    return whole.astype(np.int64), determined
 
 
-def _rebuilt(stamps: FloatArray, counts: IntArray, told: BoolArray, spread: float) -> MotionClock | None:
+def _rebuilt(stamps: FloatArray, counts: IntArray, determined: BoolArray, spread: float) -> MotionClock | None:
     """Stamps from the counts; stretches that the motion does not tell are placed by the recorded stamps."""
     places = np.concatenate(([0.0], np.cumsum(counts, dtype=np.float64)))
-    starts, stops = run_bounds(told)
+    starts, stops = run_bounds(determined)
     spans = list(zip(starts.tolist(), (stops + 1).tolist(), strict=True))
-    places += _lost_unseen(stamps, places, told, pooled_period(stamps, places, spans))
+    places += _lost_unseen(stamps, places, determined, pooled_period(stamps, places, spans))
     period = pooled_period(stamps, places, spans)
     off = stamps - period * places
     off -= np.median(off)
     jitter = robust_sd(off)
     # an even clock may not be off for seconds; where nothing moves, where a sample was lost makes no difference
-    if _wander(off[1:][told]) > 3.0 * max(period, robust_sd(np.diff(off))):
+    if _wander(off[1:][determined]) > 3.0 * max(period, robust_sd(np.diff(off))):
         return None
-    return MotionClock(stamps - off, period, jitter, spread, float(np.mean(told)))
+    return MotionClock(stamps - off, period, jitter, spread, float(np.mean(determined)))
 
 
-def _lost_unseen(stamps: FloatArray, places: FloatArray, told: BoolArray, period: float) -> FloatArray:
+def _lost_unseen(stamps: FloatArray, places: FloatArray, determined: BoolArray, period: float) -> FloatArray:
     """(n,) samples lost so far in stretches that the motion does not tell, by how far the stamps went on there."""
     off = stamps - period * places
     added = np.zeros(stamps.size)
-    starts, stops = run_bounds(~told)
+    starts, stops = run_bounds(~determined)
     if not starts.size:
         return added
     level, shift = float(np.median(off[: max(int(starts[0]), _LEVEL)])), 0
@@ -214,7 +214,7 @@ def clock_findings(clock: MotionClock, fresh: BoolArray) -> list[Finding]:
     text = (
         f"Stamps scatter by {1e3 * clock.jitter_s:.2g} ms (robust standard deviation), but positions advance by "
         f"velocity times whole multiples of {1e3 * clock.period_s:.6g} ms (spread {clock.spread:.2g} periods; "
-        f"{100 * clock.told:.0f} % of the steps show it): the times were rebuilt from that clock, with {lost} "
+        f"{100 * clock.determined:.0f} % of the steps show it): the times were rebuilt from that clock, with {lost} "
         "samples lost."
     )
     findings = [fact(text)]

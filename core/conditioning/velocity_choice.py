@@ -21,7 +21,7 @@ from collaudit.core.numeric.tables import copied, table
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 #: A velocity that is wrong in this share of the motion at most is mended there, and derived whole otherwise.
 _FEW = 0.1
-_BESIDE_S = 0.25
+_MARGIN_S = 0.25
 #: A joint that goes no further stands, whatever its noise says, rad (m if prismatic).
 _NOWHERE_RAD = 0.002
 #: So many samples are looked at first.
@@ -169,11 +169,11 @@ def _choose(
     zero = moving & (logged == 0.0)
     if np.count_nonzero(zero) == np.count_nonzero(moving):
         return derive(f"The logged velocity of joint '{joint}' is zero while it moves")
-    meant = smooth[moving]
+    reference = smooth[moving]
     apart = compare[moving]
-    apart -= meant
+    apart -= reference
     error = float(np.sqrt(np.mean(np.square(apart, out=apart))))
-    speed = float(np.sqrt(np.mean(np.square(meant, out=meant))))
+    speed = float(np.sqrt(np.mean(np.square(reference, out=reference))))
     if error > _DISAGREES * speed:
         wrong = _wrong(logged, compare, smooth, derived, moving, period_s)
         if np.count_nonzero(wrong & moving) <= _FEW * np.count_nonzero(moving):
@@ -183,13 +183,13 @@ def _choose(
             )
             mixed = np.where(wrong, derived, logged)
             return mixed, [Finding("log-velocity-disagrees", "warning", text, joint=joint)]
-        meant = smooth[moving]
-        gain, off = _typical(compare[moving], meant)
+        reference = smooth[moving]
+        gain, off = _typical(compare[moving], reference)
         degrees = abs(gain / 57.29578 - 1.0) < 0.1
         guess = " (degrees per second?)" if degrees else ""
         return derive(
             f"The logged velocity of joint '{joint}' is {gain:.3g} times the derivative of its position{guess}, "
-            f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(meant)):.3g} rad/s",
+            f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(reference)):.3g} rad/s",
             "log-velocity-disagrees",
         )
     if np.count_nonzero(zero) <= _ZEROS:
@@ -219,23 +219,23 @@ def _dithers(smooth: FloatArray, period_s: float) -> bool:
 def _wrong(
     logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, moving: BoolArray, period_s: float
 ) -> BoolArray:
-    """(n,) samples within :data:`_BESIDE_S` of one whose logged velocity is far from the derivative of position."""
+    """(n,) samples within :data:`_MARGIN_S` of one whose logged velocity is far from the derivative of position."""
     typical = float(np.median(np.abs(smooth[moving])))
     both = np.isfinite(logged + derived)
     noise = robust_sd((logged - derived)[both])
     far = np.isfinite(compare + smooth) & (np.abs(compare - smooth) > _DISAGREES * typical)
     far |= both & (np.abs(logged - derived) > _DISAGREES * typical + 8.0 * noise)
-    reach = max(1, round(_BESIDE_S / period_s))
+    reach = max(1, round(_MARGIN_S / period_s))
     count = np.concatenate(([0], np.cumsum(far)))
     at = np.arange(far.size)
     near = count[np.minimum(at + reach + 1, far.size)] - count[np.maximum(at - reach, 0)]
     return np.asarray((near > 0) & np.isfinite(derived))
 
 
-def _typical(said: FloatArray, meant: FloatArray) -> tuple[float, float]:
+def _typical(said: FloatArray, reference: FloatArray) -> tuple[float, float]:
     """Median ratio of two velocities where the second is fast, and their median difference."""
-    fast = np.abs(meant) >= np.median(np.abs(meant))
-    return float(np.median(said[fast] / meant[fast])), float(np.median(np.abs(said - meant)))
+    fast = np.abs(reference) >= np.median(np.abs(reference))
+    return float(np.median(said[fast] / reference[fast])), float(np.median(np.abs(said - reference)))
 
 
 def _kept(joint: str, logged: FloatArray, found: Sequence[Finding]) -> list[Finding]:
@@ -337,6 +337,6 @@ def ahead(velocity: FloatArray, lag_s: float, segments: Sequence[Span], period_s
 
 def pooled_s(lags: Sequence[Lag | None]) -> float | None:
     """Lag of all joints together, s; None where no joint tells one."""
-    told = [lag for lag in lags if lag is not None]
-    weight = sum(lag.weight for lag in told)
-    return sum(lag.weight * lag.seconds for lag in told) / weight if weight > 0 else None
+    known = [lag for lag in lags if lag is not None]
+    weight = sum(lag.weight for lag in known)
+    return sum(lag.weight * lag.seconds for lag in known) / weight if weight > 0 else None

@@ -129,8 +129,8 @@ def _expected(step: FloatArray, dt: FloatArray, turning: bool) -> FloatArray:
     folded = step - _TURN_RAD * np.round(step / _TURN_RAD) if turning else step
     rate = np.pad(folded / dt, 2, mode="edge")
     count = step.size
-    beside = np.stack([rate[k : k + count] for k in (0, 1, 3, 4)])
-    return np.asarray(np.median(beside, axis=0) * dt)
+    neighbours = np.stack([rate[k : k + count] for k in (0, 1, 3, 4)])
+    return np.asarray(np.median(neighbours, axis=0) * dt)
 
 
 def _wrapped(joint: str, times: FloatArray) -> Finding:

@@ -19,7 +19,7 @@ _FAST_RISE_S, _SLOW_RISE_S = 0.1, 0.4
 #: Shares of a contact's torque variation above 5 Hz: more speaks for a blow, less for a force that is applied.
 _HIGH_SHARE, _LOW_SHARE, _HIGH_HZ = 0.3, 0.05, 5.0
 #: A contact's rise is looked for from this long before its onset; its spectrum spans this much on both sides.
-_BEFORE_RISE_S, _BESIDE_SPECTRUM_S = 0.3, 0.1
+_BEFORE_RISE_S, _SPECTRUM_MARGIN_S = 0.3, 0.1
 #: Cosine of the angle between two forces that count as one direction.
 _ALIGNED = 0.8
 _SAFE_SCORE = 2
@@ -91,8 +91,8 @@ def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[
         votes.append((1, f"it rose from 10 to 90 % of its peak in {1e3 * rise:.0f} ms"))
     elif rise >= _SLOW_RISE_S:
         votes.append((-1, f"it took {1e3 * rise:.0f} ms to rise to 90 % of its peak"))
-    beside = round(_BESIDE_SPECTRUM_S / period_s)
-    share = _high_share(residual[max(0, a - beside) : b + beside], period_s)
+    margin = round(_SPECTRUM_MARGIN_S / period_s)
+    share = _high_share(residual[max(0, a - margin) : b + margin], period_s)
     if share is not None:
         text = f"{100 * share:.0f} % of its variation lies above {_HIGH_HZ:g} Hz"
         votes.append((1 if share > _HIGH_SHARE else -1 if share < _LOW_SHARE else 0, text))

@@ -84,8 +84,8 @@ def _alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[s
 def _alone(mark: Mark, time_s: FloatArray, telling: BoolArray) -> ControllerAlarmComparison:
     """A mark without a contact: spurious where one would have been noticed for most of the time around it."""
     a, b = np.searchsorted(time_s, [mark.time_s - _AFTER_S, mark.time_s + _BEFORE_S])
-    told = b > a and np.count_nonzero(telling[a:b]) >= 0.5 * (b - a)
-    return ControllerAlarmComparison(mark.time_s, None, "spurious" if told else "not-judged", None, mark.label)
+    known = b > a and np.count_nonzero(telling[a:b]) >= 0.5 * (b - a)
+    return ControllerAlarmComparison(mark.time_s, None, "spurious" if known else "not-judged", None, mark.label)
 
 
 def _marks(series: UniformSeries, config: DetectConfig) -> list[Mark]:

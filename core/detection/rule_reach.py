@@ -98,10 +98,10 @@ def _range(series: UniformSeries) -> Mapping[str, float]:
 
 
 def _hopeless(joint: str, gamma: float, most: float, limit: float | None) -> Finding:
-    beside = "" if limit is None else f"; the joint's limit is {limit:.4g} N·m"
+    limit_text = "" if limit is None else f"; the joint's limit is {limit:.4g} N·m"
     text = (
         f"The threshold of joint '{joint}', {gamma:.4g} N·m, is more than {_FAR:g} times what this arm exerts (at most "
-        f"{most:.4g} N·m on record{beside}): no contact exceeds it, and nothing is judged by it."
+        f"{most:.4g} N·m on record{limit_text}): no contact exceeds it, and nothing is judged by it."
     )
     return Finding("gamma-out-of-reach", "error", text, joint=joint)
 

@@ -90,7 +90,7 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
         variance[pair], law = _common_variance(pairs)
         rest = data.take(np.asarray(np.flatnonzero(~pair), dtype=np.int64))
         settled = replace(pairs, sd=np.sqrt(pairs.sd**2 + variance[pair]))
-        variance[~pair] = _variance_beside(settled, rest, law)
+        variance[~pair] = _variance_needed_beyond(settled, rest, law)
     else:
         variance[:], _ = _common_variance(data)
     return replace(data, sd=np.sqrt(points.sd**2 + variance) / spread)
@@ -114,7 +114,7 @@ def _top(data: ls.Points) -> float:
     return float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
 
 
-def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
+def _variance_needed_beyond(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
     """Variance that points resting on the model need about the curve of the pairs, an offset aside where they show one.
 
     They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.

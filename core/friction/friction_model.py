@@ -189,7 +189,7 @@ _STEP = 1e-4
 #: Speeds at which the doubt above the fastest fitted one is computed; between them it is a straight line.
 _SPEEDS_BEYOND = 200
 #: Time, s, and strokes that tell how friction goes on above the fastest fitted speed.
-_TOLD_S, _TOLD_STROKES = 2.0, 4
+_DETERMINED_S, _DETERMINED_STROKES = 2.0, 4
 
 
 def extrapolation_doubt(law: FrictionModel, velocity: FloatArray) -> FloatArray:
@@ -233,7 +233,7 @@ def scatter_beyond(
         beyond = np.abs(velocity) > law.speed_range[1]
     rows = np.flatnonzero(beyond & counts & np.isfinite(residual_nm))
     strokes = np.count_nonzero(np.diff(rows) > 1) + 1
-    if rows.size * period_s < _TOLD_S or strokes < _TOLD_STROKES:
+    if rows.size * period_s < _DETERMINED_S or strokes < _DETERMINED_STROKES:
         return float("inf")
     along = residual_nm[rows] * np.sign(velocity[rows])
     middle = median_of(along)

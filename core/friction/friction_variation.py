@@ -70,8 +70,8 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
     """
     data = (left.time_s, left.residual, left.friction)
     thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
-    beside = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
-    compared = (left.time_s[thin], left.residual[thin], left.friction[thin], beside)
+    nuisance = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
+    compared = (left.time_s[thin], left.residual[thin], left.friction[thin], nuisance)
     trends, undetermined = [], []
     minutes = float(np.ptp(left.time_s)) / 60.0
     found = friction_slope(*compared, left.time_s[thin] / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None

@@ -181,12 +181,12 @@ def _why_not(
     c_interval: Bounds,
     term: RateTerm,
     units: FrictionUnits,
-    line_beside: SeparableLaw,
+    straight_line: SeparableLaw,
 ) -> tuple[str, ...]:
     """Sentences on why the rate is not determined beside Coulomb + viscous friction; empty when it is."""
     slowest, fastest = float(data.speed.min()), float(data.speed.max())
     span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
-    line = ls.fit_at(data, line_beside, 0.0)
+    line = ls.fit_at(data, straight_line, 0.0)
     more = prof.estimate.shape[1] + 1 - line.estimate.size
     gain = (line.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
     p_value = float(fisher_tail(more, data.n - prof.estimate.shape[1] - 1, max(gain, 0.0)))

@@ -28,13 +28,13 @@ class Slope(NamedTuple):
 
 
 def friction_slope(
-    time_s: FloatArray, residual: FloatArray, friction: FloatArray, beside: FloatArray, against: FloatArray
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, nuisance: FloatArray, against: FloatArray
 ) -> Slope | None:
     """Slope of residual/friction over something else, compared at equal speeds (t interval over stretches of time).
 
     Args:
         time_s, residual, friction: (n,) settled samples: time, torque that is left, friction as fitted, signed.
-        beside: (n, k) what may be in the residual besides, from :func:`any_law`.
+        nuisance: (n, k) what may be in the residual besides, from :func:`any_law`.
         against: (n,) what friction may go with.
 
     Returns:
@@ -47,7 +47,7 @@ def friction_slope(
     if not weight > 0:
         return None
     middle = float(friction**2 @ against) / weight
-    found = jackknifed(friction * (against - middle), residual, beside, label // _TOGETHER)
+    found = jackknifed(friction * (against - middle), residual, nuisance, label // _TOGETHER)
     return None if found is None else Slope(*found, middle, float(residual @ friction) / weight)
 
 

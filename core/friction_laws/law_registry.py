@@ -69,15 +69,15 @@ class NameOfLaw:
     Whoever holds such a text checks it when it is made; the published schemas list the choices.
 
     Attributes:
-        besides: other texts that are allowed.
+        extra: other texts that are allowed.
     """
 
-    besides: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
 
     @property
     def choices(self) -> tuple[str, ...]:
         """All texts that are allowed."""
-        return (*self.besides, *LAWS)
+        return (*self.extra, *LAWS)
 
 
 #: The name of a law.

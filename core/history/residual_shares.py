@@ -45,7 +45,7 @@ def residual_shares(
     if np.unique(np.floor(time_s / _BLOCK_S)).size < _FEWEST_BLOCKS or not np.any(columns[0]):
         return None
     scale = [max(float(np.sqrt(np.mean(c**2))), 1e-12) for c in columns]
-    count = 3 if _told(columns, scale) else 2
+    count = 3 if _well_conditioned(columns, scale) else 2
     design = np.column_stack([c / s for c, s in zip(columns, scale, strict=True)][:count])
     if np.linalg.svd(design[:, :2], compute_uv=False)[-1] < _APART * np.sqrt(y.size):
         return None  # it moves one way only: friction looks like a constant torque
@@ -54,7 +54,7 @@ def residual_shares(
     return ResidualShares(shares[0], shares[2] if count == 3 else None, shares[1])
 
 
-def _told(columns: list[FloatArray], scale: list[float]) -> bool:
+def _well_conditioned(columns: list[FloatArray], scale: list[float]) -> bool:
     """Whether rigid-body torque can be told from friction and a constant."""
     if scale[2] < 1e-6:
         return False

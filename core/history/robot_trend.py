@@ -108,7 +108,7 @@ def _trend(robot: str, records: Sequence[LogRecord], joints: Sequence[str], test
         verdicts=verdicts,
         series=series,
         events=tuple(sorted(_events(changes, joints), key=lambda e: (e.changes[0].night, e.cause))),
-        untold=_untold(records, series, nights),
+        untold=_undetermined(records, series, nights),
     )
 
 
@@ -170,27 +170,27 @@ def _load_event(group: Sequence[Change]) -> Event:
 def _friction_event(group: Sequence[Change], shared: bool) -> Event:
     lead = group[0]
     names = ", ".join(dict.fromkeys(c.joint for c in group if c.quantity == "friction"))
-    told = {
+    since = {
         "not known": "The logs hold no temperature: a colder arm cannot be told from wear.",
         "does not explain it": "Temperature does not explain it.",
         "explains it": "Temperature explains it as well: it is not counted as wear.",
     }[lead.temperature]
     if lead.temperature == "explains it":
-        return Event("temperature", tuple(group), f"Friction of {names} changed with its temperature. {told}")
+        return Event("temperature", tuple(group), f"Friction of {names} changed with its temperature. {since}")
     if shared:
         text = f"Friction of {names} changed together: a cause that the joints share, such as temperature of the hall, "
-        return Event("common cause", tuple(group), text + f"current scale or software, not wear of one. {told}")
+        return Event("common cause", tuple(group), text + f"current scale or software, not wear of one. {since}")
     if lead.grown < 0:
-        text = f"Friction of {names} fell: running in, new grease, a repair, or a warmer joint. {told}"
+        text = f"Friction of {names} fell: running in, new grease, a repair, or a warmer joint. {since}"
         return Event("friction fell", tuple(group), text)
     load = "The load did not change with it. "
     if lead.shape == "step":
         text = f"Friction of {names} rose from one night to the next: damage, a brake that drags, or a part changed. "
-        return Event("friction step", tuple(group), text + load + told)
-    return Event("wear-like growth", tuple(group), f"Friction of {names} grows, as it does with wear. {load}{told}")
+        return Event("friction step", tuple(group), text + load + since)
+    return Event("wear-like growth", tuple(group), f"Friction of {names} grows, as it does with wear. {load}{since}")
 
 
-def _untold(
+def _undetermined(
     records: Sequence[LogRecord], series: Mapping[str, Mapping[Quantity, NightSeries]], nights: Sequence[str]
 ) -> tuple[str, ...]:
     out = []

@@ -127,7 +127,7 @@ def _described(series: NightSeries, joint: str, a: int, found: tuple[int, Series
         shape=change.shape,
         night=nights[a + change.index],
         night_ci95=(nights[a + change.first], nights[a + change.last]),
-        told_night=_told(series, a, b, change, looks),
+        told_night=_detectable_from(series, a, b, change, looks),
         before=before,
         grown=change.grown,
         grown_ci95=change.grown_ci95,
@@ -138,7 +138,7 @@ def _described(series: NightSeries, joint: str, a: int, found: tuple[int, Series
     return replace(made, temperature=_temperature(series, a, b, change, looks))
 
 
-def _told(series: NightSeries, a: int, b: int, change: SeriesChange, looks: int) -> str:
+def _detectable_from(series: NightSeries, a: int, b: int, change: SeriesChange, looks: int) -> str:
     """The night on which the data up to it were first enough, as somebody who looked every night would have seen."""
     for end in range(a + max(FEWEST, change.first + 1), b):
         early = _find(series, a, end)

@@ -33,21 +33,21 @@ _Found = Delay | Undetermined | None
 def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, list[Finding]]:
     """Everything that can be said about the channels of one log."""
     effort, wrench = effort_delay(prepared), _wrench_delay(prepared, config)
-    told = effort if isinstance(effort, Delay) else None
+    estimate = effort if isinstance(effort, Delay) else None
     pulled = wrench if isinstance(wrench, Delay) else None
-    spoils_gains = told is not None and _is_significant(told, prepared.series.period_s)
-    spoils_gains &= told is not None and abs(told.seconds) > _MATTERS_S
+    spoils_gains = estimate is not None and _is_significant(estimate, prepared.series.period_s)
+    spoils_gains &= estimate is not None and abs(estimate.seconds) > _MATTERS_S
     calibration = calibrate_sensor(prepared, config)
     velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
-        effort_delay_ms=_ms(told),
-        effort_delay_ci95_ms=_bounds_ms(told),
+        effort_delay_ms=_ms(estimate),
+        effort_delay_ci95_ms=_bounds_ms(estimate),
         velocity_delay_ms=None if velocity is None else 1e3 * velocity,
         wrench_delay_ms=_ms(pulled),
         wrench_delay_ci95_ms=_bounds_ms(pulled),
         sensor=None if calibration is None else sensor_facts(calibration, config),
     )
-    findings = audit_effort(prepared, told if spoils_gains else None)
+    findings = audit_effort(prepared, estimate if spoils_gains else None)
     findings += audit_delays(prepared, config, effort, wrench)
     return facts, findings + audit_force_sensor(prepared, config, facts.sensor)
 
@@ -120,12 +120,12 @@ def _wrench_delay(prepared: Prepared, config: Config) -> _Found:
     if series.wrench is None or frame is None or prepared.robot.bodies is None:
         return None
     force = series.wrench[:, :3]
-    told = all_known([force])
-    known = all_known([series.position_rad, series.acceleration_rad_s2]) & told & ~series.edge
+    estimate = all_known([force])
+    known = all_known([series.position_rad, series.acceleration_rad_s2]) & estimate & ~series.edge
     moving = np.zeros(known.size, dtype=np.bool_)
     for j in range(len(series.joint_names)):
         moving |= np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
-    rows = thinned(np.flatnonzero(known & moving), series, told)
+    rows = thinned(np.flatnonzero(known & moving), series, estimate)
     gravity = prepared.robot.gravity_in(series.position_rad[rows], frame)
     if rows.size == 0 or float(np.std(gravity, axis=0).max()) < 1.0:
         return None

@@ -32,7 +32,7 @@ FAR, _MEAN_S, _LASTING_S = 8.0, 0.2, 0.05
 #: It reaches as far as it exceeds so many, short dips included, and this much further.
 _NEAR, _DIP_S, _MARGIN_S = 3.0, 0.1, 0.05
 #: What lies beside it and tells nothing goes with it up to this long; twice as long between two.
-_UNTOLD_S = 0.5
+_UNKNOWN_S = 0.5
 #: The spread of a residual is taken for no less than this share of the effort's own: no model is better than that.
 _LEAST_SHARE = 0.01
 #: A condition has a spread of its own from so many seconds of samples.
@@ -99,7 +99,7 @@ def labelled_contact(prepared: Prepared, times_s: Sequence[tuple[float, float]])
 
 
 def _fit(motion: ThinnedMotion, joint: JointColumns) -> RobustFit:
-    columns = np.column_stack(joint.columns(joint.drawn, motion.regressor[joint.told, joint.j]))
+    columns = np.column_stack(joint.columns(joint.drawn, motion.regressor[joint.settled_draws, joint.j]))
     alike = max(1.0, _ALIKE_S / (motion.period_s * motion.thinning))
     return robust_fit(columns, joint.effort[joint.drawn], joint.prior_sd, alike)
 
@@ -116,18 +116,18 @@ def _stretches(
         widening: (m,) by which the estimate's own error widens what it leaves.
     """
     period_s = joint.period_s
-    margin, untold = round(_MARGIN_S / period_s), round(_UNTOLD_S / period_s)
+    margin, unknown = round(_MARGIN_S / period_s), round(_UNKNOWN_S / period_s)
     near = joint.settled & (np.abs(rest) < BISQUARE * fit.sd * widening)
     spread = np.maximum(_spread(joint, rest / widening, near), max(_LEAST_SHARE * joint.usual, joint.step, 1e-9))
     ratio = np.abs(rest) / (spread * widening)
     stretches, near = _reaching(ratio, period_s)
-    stretches = spread_over_unknown(stretches, joint.settled | near, untold)
+    stretches = spread_over_unknown(stretches, joint.settled | near, unknown)
     free = joint.settled & ~widened(stretches, margin)
     mean, count = _running_mean(rest / widening, free, max(1, round(0.5 * _MEAN_S / period_s)))
     spread = np.maximum(_spread(joint, mean, count > 0), spread / np.sqrt(np.maximum(count, 1.0)))
     slow = np.abs(mean) / spread
     weak, also = _reaching(slow, period_s)
-    return spread_over_unknown(stretches | weak, joint.settled | near | also, untold), np.maximum(ratio, slow)
+    return spread_over_unknown(stretches | weak, joint.settled | near | also, unknown), np.maximum(ratio, slow)
 
 
 def _spread(joint: JointColumns, rest: FloatArray, kept: BoolArray) -> FloatArray:

@@ -26,7 +26,7 @@ from collaudit.core.prepare.prepared import Prepared
 
 _KEYS = ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2")
 _ROUNDS = 8
-_TOLD = 1e-3  # of a column's power that the other columns must leave
+_LEAST_OWN_SHARE = 1e-3  # of a column's power that the other columns must leave
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,23 +58,23 @@ def fit_coupled(
     """
     couplings = prepared[0].series.couplings
     if not couplings or not all(_usable(p) for p in prepared):
-        return {}, [_untold(c, "model torque and effort in N·m are needed") for c in couplings]
+        return {}, [_undetermined(c, "model torque and effort in N·m are needed") for c in couplings]
     try:
         motion = collect(prepared, config.fit.max_samples, config.fit.blocks)
     except NotJudgedError as error:
-        return {}, [_untold(c, error.message) for c in couplings]
+        return {}, [_undetermined(c, error.message) for c in couplings]
     weights = motion.coupled
     rigid = prepared[0].robot.inverse_dynamics(motion.position, motion.velocity, motion.acceleration)
     if not motion.moving[:, (motion.coupled != 0).any(axis=0)].any():
-        return {}, [_untold(c, "its joints do not move") for c in couplings]
+        return {}, [_undetermined(c, "its joints do not move") for c in couplings]
     system = _system(motion, motion.effort - motion.contact - rigid, weights)
-    told = _told(system, len(couplings), with_inertia)
+    determined = _determined(system, len(couplings), with_inertia)
     fits: dict[str, CoupledFriction] = {}
     findings = []
-    values, spread = _solved(system, told)
+    values, spread = _solved(system, determined)
     for c, coupling in enumerate(couplings):
-        if not told[3 * c : 3 * c + 2].all():
-            findings.append(_untold(coupling, "its motion cannot be separated from that of the joints"))
+        if not determined[3 * c : 3 * c + 2].all():
+            findings.append(_undetermined(coupling, "its motion cannot be separated from that of the joints"))
             continue
         s = np.abs(motion.velocity @ weights[c])[motion.moving[:, weights[c] != 0].any(axis=1)]
         fit = _result(coupling, values[3 * c : 3 * c + 3], spread[3 * c : 3 * c + 3], s, with_inertia)
@@ -106,7 +106,7 @@ def _system(motion: Motion, rest: FloatArray, weights: FloatArray) -> _System:
     return _System(*(np.concatenate(x) for x in (blocks, target, joint, cluster)))
 
 
-def _told(system: _System, count: int, with_inertia: bool) -> BoolArray:
+def _determined(system: _System, count: int, with_inertia: bool) -> BoolArray:
     """(columns,) which columns are used: shared ones that the others do not explain, and all others."""
     use = np.ones(system.columns.shape[1], dtype=np.bool_)
     if not with_inertia:
@@ -115,9 +115,9 @@ def _told(system: _System, count: int, with_inertia: bool) -> BoolArray:
         if use[k]:
             others = use.copy()
             others[k] = False
-            column, beside = system.columns[:, k], system.columns[:, others]
-            left = column - beside @ np.linalg.lstsq(beside, column, rcond=1e-9)[0]
-            use[k] = bool(left @ left > _TOLD * (column @ column)) and bool(column @ column > 0)
+            column, rest = system.columns[:, k], system.columns[:, others]
+            left = column - rest @ np.linalg.lstsq(rest, column, rcond=1e-9)[0]
+            use[k] = bool(left @ left > _LEAST_OWN_SHARE * (column @ column)) and bool(column @ column > 0)
     return use
 
 
@@ -178,7 +178,7 @@ def _result(coupling: Coupling, x: FloatArray, half: FloatArray, s: FloatArray, 
     )
 
 
-def _untold(coupling: Coupling, why: str) -> Finding:
+def _undetermined(coupling: Coupling, why: str) -> Finding:
     text = (
         f"The friction of the coupled axis {coupling.words} could not be determined: {why}. It stays in the "
         "friction of the "

@@ -54,7 +54,7 @@ class JointColumns:
         axes: (m, 3 a) sign, speed, acceleration of the axes that turn with several joints.
         known: (m,) where all of these are.
         settled: (m,) where the joint has slid one way for a while, and will.
-        told: (k,) numbers of drawn samples that are settled; ``drawn`` (k,) of all samples.
+        settled_draws: (k,) numbers of drawn samples that are settled; ``drawn`` (k,) of all samples.
         directions: (p, z) of the inertial parameters, each a standard deviation of the prior.
         prior_sd: (c,) of the coefficients of all columns.
         usual: robust standard deviation of the effort; step: that it comes in, 0 of a fine one.
@@ -72,7 +72,7 @@ class JointColumns:
     axes: FloatArray
     known: BoolArray
     settled: BoolArray
-    told: IntArray
+    settled_draws: IntArray
     drawn: IntArray
     directions: FloatArray
     prior_sd: FloatArray
@@ -213,20 +213,20 @@ def joint_columns(prepared: Prepared, motion: ThinnedMotion, j: int) -> JointCol
             settled &= steady(series.velocity_rad_s @ weights, MOVING_RAD_S, margin)[rows]
             speed = motion.velocity @ weights
             axes += [np.sign(speed), speed, motion.acceleration @ weights]
-    told = np.flatnonzero(settled[motion.drawn])
-    if np.count_nonzero(settled) * motion.period_s < _LEAST_S or told.size < 2:
+    settled_draws = np.flatnonzero(settled[motion.drawn])
+    if np.count_nonzero(settled) * motion.period_s < _LEAST_S or settled_draws.size < 2:
         return None
-    drawn = motion.drawn[told]
+    drawn = motion.drawn[settled_draws]
     usual = robust_sd(effort[drawn] - median_of(effort[drawn]))
     unknown = usual if torque is None or series.effort_unit != "Nm" else median_of(np.abs(effort - torque)[drawn])
     unit = 1.0
     if torque is not None and series.effort_unit != "Nm":
         unit = usual / max(robust_sd(torque[drawn] - median_of(torque[drawn])), 1e-9)
-    directions = _directions(motion, j, told, unit * _inertial_sd(motion.robot), _NEGLIGIBLE * usual)
+    directions = _directions(motion, j, settled_draws, unit * _inertial_sd(motion.robot), _NEGLIGIBLE * usual)
     out = JointColumns(
         j, motion.period_s, motion.position[:, j], motion.velocity[:, j], motion.acceleration[:, j],
-        np.where(known, effort, 0.0), torque, rate, np.array(axes).reshape(-1, rows.size).T, known, settled, told,
-        drawn, directions, np.zeros(0), usual, _step(series.effort[:, j]),
+        np.where(known, effort, 0.0), torque, rate, np.array(axes).reshape(-1, rows.size).T, known, settled,
+        settled_draws, drawn, directions, np.zeros(0), usual, _step(series.effort[:, j]),
         quantile_of(np.abs(motion.velocity[drawn, j]), 0.999),
     )  # fmt: skip
     free = np.inf
@@ -248,10 +248,10 @@ def _inertial_sd(robot: RobotModel) -> FloatArray:
     return np.asarray((mass[:, None] * radius ** np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])).ravel())
 
 
-def _directions(motion: ThinnedMotion, j: int, told: IntArray, sd: FloatArray, least: float) -> FloatArray:
+def _directions(motion: ThinnedMotion, j: int, settled_draws: IntArray, sd: FloatArray, least: float) -> FloatArray:
     """(p, z) directions of the inertial parameters in which a standard deviation changes the joint's torque by more."""
-    columns = motion.regressor[told, j] * sd
-    values, vectors = np.linalg.eigh(columns.T @ columns / told.size)
+    columns = motion.regressor[settled_draws, j] * sd
+    values, vectors = np.linalg.eigh(columns.T @ columns / settled_draws.size)
     best = np.argsort(values)[::-1][:_MOST]
     return np.asarray(sd[:, None] * vectors[:, best[values[best] > least**2]])
 

@@ -77,9 +77,9 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
 
     def unknowns(one: Candidate) -> Unknowns:
         tool = "tool" in one.estimate
-        found, told = with_gains(prepared, config, one, motion, regressor, gains.get(tool))
-        if told is not None:
-            gains[tool] = told
+        found, estimated = with_gains(prepared, config, one, motion, regressor, gains.get(tool))
+        if estimated is not None:
+            gains[tool] = estimated
         return found
 
     # one scale for all: each divided by its own gain, errors would look the smaller the larger the gain
@@ -165,8 +165,8 @@ def choose_estimate(
     """
     rms = np.array([_rms(rest) for rest in left])
     usual = np.min(np.where(np.isfinite(rms), rms, np.inf), axis=0)
-    told = np.isfinite(left).all(axis=0)  # a joint whose gain some candidates do not tell compares none of them
-    loss = np.array([_by_cluster(np.where(told, rest, np.nan), usual, cluster) for rest in left])
+    estimated = np.isfinite(left).all(axis=0)  # a joint whose gain some candidates do not tell compares none of them
+    loss = np.array([_by_cluster(np.where(estimated, rest, np.nan), usual, cluster) for rest in left])
     mean, open_, taken = loss.mean(axis=1), np.ones(len(tried), dtype=bool), _simplest(loss)
     if why := refused(tried[taken]):
         open_ = np.array(["tool" not in one.estimate for one in tried])

@@ -11,13 +11,13 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
     if identified is None:
         return []
     findings = []
-    told = [name for name, joint in identified.joints.items() if joint.gain_by_load]
-    if told:
-        others = [name for name in identified.joints if name not in told]
+    determined = [name for name, joint in identified.joints.items() if joint.gain_by_load]
+    if determined:
+        others = [name for name in identified.joints if name not in determined]
         rest = f"; they do not determine those of {', '.join(others)}" if others else ""
         text = (
-            f"The known loads of the logs determine the drive gains of {', '.join(told)}, whatever the inertials of "
-            f"the arm are{rest}."
+            f"The known loads of the logs determine the drive gains of {', '.join(determined)}, whatever the "
+            f"inertials of the arm are{rest}."
         )
         findings.append(fact(text))
     for name, joint in identified.joints.items():

@@ -120,9 +120,9 @@ def _findings(name: str, facts: LeftOut, suspected: Sequence[LeftOutSpan]) -> li
         out.append(Finding("fit-left-out", "info" if facts.by == "labels" else "warning", text, where=name))
     if suspected:
         said = "labelled" if facts.by == "labels" else "stated to be free of contact"
-        beside = " beside its labels" if facts.by == "labels" else ""
+        source = " beside its labels" if facts.by == "labels" else ""
         text = (
-            f"{name} is {said} and has {len(suspected)} stretches that look like contact{beside}, used in the fit all "
+            f"{name} is {said} and has {len(suspected)} stretches that look like contact{source}, used in the fit all "
             f"the same: {times_text(suspected)}."
         )
         out.append(Finding("fit-contact-suspected", "warning", text, where=name))

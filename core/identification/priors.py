@@ -27,7 +27,7 @@ _FOR_THE_MIDDLE = 10_000
 #: Standard errors of a gain by plain regression that make it no chance, and how far the gain may be from it.
 _SEEN, _ALIKE = 3.0, (0.5, 2.0)
 #: A gain keeps its stated value unless the motion lowers its standard deviation below this share of the prior's.
-_TOLD = 0.8
+_DETERMINED = 0.8
 
 
 def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Candidate, config: Config) -> Unknowns:
@@ -125,13 +125,16 @@ def drive_gains(
         possible = np.where(first.armature < 0.0, 0.0, rotors)
         first = solve(terms, replace(free, armature_prior_sd=possible))
     prior = unknowns.gain_prior_sd
-    kept = np.isfinite(prior) & ~((error < _TOLD * prior) & _seen(terms, free, first.gain))
+    kept = np.isfinite(prior) & ~((error < _DETERMINED * prior) & _seen(terms, free, first.gain))
     gain = np.where(kept, unknowns.gain, first.gain)
     shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
     pair = pair_gains(terms)
     gain, sd = np.where(shown, gain, np.nan), np.where(kept, prior, error)
     return Gains(
-        np.where(pair.told, pair.gain, gain), np.where(pair.told, pair.sd, sd), np.asarray(kept & ~pair.told), pair.told
+        np.where(pair.determined, pair.gain, gain),
+        np.where(pair.determined, pair.sd, sd),
+        np.asarray(kept & ~pair.determined),
+        pair.determined,
     )
 
 
@@ -147,8 +150,8 @@ def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
         spin = motion.acceleration[:, j]
         model = terms.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
         model *= use
-        beside = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
-        others = np.column_stack(beside) * use[:, None]
+        nuisance = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
+        others = np.column_stack(nuisance) * use[:, None]
         free = model - others @ np.linalg.lstsq(others, model, rcond=None)[0]
         power = float(free @ free)
         if power <= 0.0:

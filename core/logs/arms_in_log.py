@@ -97,7 +97,7 @@ def _groups(names: Sequence[str], robot: Sequence[str]) -> dict[str, dict[str, s
         return found
     arms = [family for family in families(names) if len(family.places) == len(robot)]
     guesses = [guess_joints([names[place] for place in family.places], robot) for family in arms]
-    called = _told_apart([_words(family.stem.replace(MARK, "_")) for family in arms])
+    called = _distinguished([_words(family.stem.replace(MARK, "_")) for family in arms])
     return {name: dict(guess.mapping) for name, guess in zip(called, guesses, strict=True) if guess.sure}
 
 
@@ -110,13 +110,13 @@ def _by_topics(tables: Sequence[TopicInfo], robot: Sequence[str], prismatic: Seq
         known[topic.name] = frozenset(mapping.get(name, name) for name in topic.joints) & frozenset(robot)
     most = max((len(joints) for joints in known.values()), default=0)
     names = [name for name, joints in known.items() if len(joints) == most > 1]
-    called = _told_apart([name.strip("/").split("/")[:-1] or [""] for name in names])
+    called = _distinguished([name.strip("/").split("/")[:-1] or [""] for name in names])
     if len(names) < 2 or len(set(called)) < len(names):
         return {}
     return {arm: Arm({"log.joint_states": topic}, (topic,)) for arm, topic in zip(called, names, strict=True)}
 
 
-def _told_apart(names: Sequence[Sequence[str]]) -> list[str]:
+def _distinguished(names: Sequence[Sequence[str]]) -> list[str]:
     """Of each name the words that not all have."""
     common = set[str]().union(*names).intersection(*names) if names else set()
     return ["_".join(_plain(word for word in words if word not in common)) or "arm" for words in names]

@@ -43,10 +43,10 @@ def excitation_predictions(unknowns: Unknowns, found: Excitation, friction: Fric
     """Base parameters, rotor inertias, gains and load friction."""
     before = reported_half_widths(friction, unknowns.labels)
     after = unknowns.half_widths(found.information)
-    told = all(unknowns.measured)
+    measured = all(unknowns.measured)
     return [
         Prediction(None if kind == "base parameter" else name, name if kind == "base parameter" else kind, None, old,
-                   float(new) if told else None, False)
+                   float(new) if measured else None, False)
         for (kind, name), old, new in zip(unknowns.labels, before, after, strict=True)
     ]  # fmt: skip
 

@@ -21,7 +21,7 @@ from collaudit.core.robot.robot_model import RobotModel
 _SHARE, _ROTOR_SHARE, _LOAD = 0.2, 0.5, 0.1
 #: Standard deviation of the torque where no log says, as a share of the joint's highest.
 _UNKNOWN_NOISE = 0.01
-_BESIDE = 7  # columns of friction and offset of a joint
+_NUISANCE = 7  # columns of friction and offset of a joint
 _NEXT_TO_NONE = 1e-6  # information on these before the data, in units of the noise
 
 
@@ -53,29 +53,29 @@ class Unknowns:
         rigid = regressor @ robot.inertial_parameters
         count, (samples, joints), inertials = self.scale.size, q.shape, regressor.shape[2]
         each = np.arange(joints)
-        columns = np.zeros((samples, joints, count + _BESIDE * joints))
+        columns = np.zeros((samples, joints, count + _NUISANCE * joints))
         columns[:, :, :inertials] = regressor
         columns[:, each, inertials + each] = a
         if self.with_gain:
             columns[:, each, inertials + joints + each] = rigid
         columns[:, each, count - joints + each] = np.sign(v) * np.abs(rigid)
         columns[:, :, :count] *= self.scale
-        beside = count + _BESIDE * each[:, None] + np.arange(_BESIDE)
-        columns[:, each[:, None], beside] = friction_columns(v.ravel(), a.ravel()).reshape(samples, joints, _BESIDE)
+        nuisance = count + _NUISANCE * each[:, None] + np.arange(_NUISANCE)
+        columns[:, each[:, None], nuisance] = friction_columns(v.ravel(), a.ravel()).reshape(samples, joints, _NUISANCE)
         moving = (columns / self.noise[:, None])[np.abs(v) > 1e-6]
         return np.asarray(weight * moving.T @ moving)
 
     def prior(self) -> FloatArray:
         """(m, m) information before the motion: prior and earlier logs; next to none on what stands beside."""
         count = self.scale.size
-        out = np.diag(np.concatenate([np.ones(count), np.repeat(self.noise**-2.0, _BESIDE) * _NEXT_TO_NONE]))
+        out = np.diag(np.concatenate([np.ones(count), np.repeat(self.noise**-2.0, _NUISANCE) * _NEXT_TO_NONE]))
         out[:count, :count] += self.earlier
         return out
 
     def criterion(self, information: FloatArray) -> float:
         """Log det of the unknowns' information, friction and offset projected out (Schur complement)."""
-        beside = information[self.scale.size :, self.scale.size :]
-        return float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(beside)[1])
+        nuisance = information[self.scale.size :, self.scale.size :]
+        return float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(nuisance)[1])
 
     def half_widths(self, information: FloatArray) -> FloatArray:
         """(u,) half widths of 95 % intervals of the reported parameters, in their own units."""
@@ -168,10 +168,10 @@ def _noise(
     names: Sequence[str], friction: FrictionFile | None, torque_nm: FloatArray
 ) -> tuple[FloatArray, tuple[bool, ...]]:
     """(j,) torque that model and friction left in motion of earlier logs, and whether one says."""
-    out, told = np.asarray(_UNKNOWN_NOISE * torque_nm), []
+    out, measured = np.asarray(_UNKNOWN_NOISE * torque_nm), []
     for j, name in enumerate(names):
         threshold = None if friction is None or friction.thresholds is None else friction.thresholds.joints.get(name)
-        told.append(threshold is not None and bool(threshold.rms_nm))
+        measured.append(threshold is not None and bool(threshold.rms_nm))
         if threshold is not None and threshold.rms_nm:
             out[j] = threshold.rms_nm
-    return out, tuple(told)
+    return out, tuple(measured)

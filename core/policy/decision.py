@@ -27,13 +27,13 @@ def decide_log(
     rules = [waivers.applied(one, log.place, log.robot) for one in book.outcomes()]
     fails = {"error", "warn"} if "warn" in fail_on else {"error"}
     broken = [one for one in rules if one.state == "broken" and one.level in fails]
-    untold = [one for one in rules if one.state == "not_judged" and one.level in fails]
+    undecided = [one for one in rules if one.state == "not_judged" and one.level in fails]
     verdict: Verdict = "pass"
     if broken:
         verdict = "fail"
-    elif untold or log.result.unjudged or _untold_before(log.result):
+    elif undecided or log.result.unjudged or _undecided_before(log.result):
         verdict = "not_judged"
-    notes = [_sentence(one) for one in rules if one not in broken and one not in untold and one.state != "kept"]
+    notes = [_sentence(one) for one in rules if one not in broken and one not in undecided and one.state != "kept"]
     notes += book.off()
     return LogDecision(
         log=log.result.log.name,
@@ -41,7 +41,7 @@ def decide_log(
         place=log.place,
         folder=log.folder,
         verdict=verdict,
-        reasons=_reasons(log, verdict, broken, untold, notes),
+        reasons=_reasons(log, verdict, broken, undecided, notes),
         rules=tuple(rules),
     )
 
@@ -51,24 +51,24 @@ def decided(result: AuditResult, decision: LogDecision) -> AuditResult:
     return replace(result, verdict=decision.verdict, reasons=decision.reasons)
 
 
-def _untold_before(result: AuditResult) -> bool:
+def _undecided_before(result: AuditResult) -> bool:
     """A log that was not judged on its own is not judged, whatever its file says of the reasons."""
     return result.verdict == "not_judged"
 
 
 def _reasons(
-    log: LogInQuestion, verdict: Verdict, broken: list[RuleOutcome], untold: list[RuleOutcome], notes: list[str]
+    log: LogInQuestion, verdict: Verdict, broken: list[RuleOutcome], undecided: list[RuleOutcome], notes: list[str]
 ) -> tuple[str, ...]:
     result, near = log.result, log.near_misses_alone
     same = verdict == result.verdict and near == [one.text for one in broken if one.rule == "near_misses"]
-    if same and not notes and not untold and all(_in_core(one) for one in broken):
+    if same and not notes and not undecided and all(_in_core(one) for one in broken):
         return result.reasons
     own = result.unjudged or (result.reasons if result.verdict == "not_judged" else ())
     if verdict == "pass":
         own = result.reasons if result.verdict == "pass" else ("Nothing else breaks the policy.",)
         if near and not notes:
             own = (f"Near misses of the night keep the policy, though not those of this log alone: {near[0]}",)
-    why = (*(_sentence(one) for one in broken), *(one.text for one in untold))
+    why = (*(_sentence(one) for one in broken), *(one.text for one in undecided))
     return (*why, *notes, *own) if verdict == "pass" else (*why, *own, *notes)
 
 

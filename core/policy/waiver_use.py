@@ -35,9 +35,9 @@ class WaiverBook:
         """
         if outcome.state not in ("broken", "not_judged"):
             return outcome
-        meant = [(k, w) for k, w in enumerate(self._waivers) if self._means(w, outcome, place, robot)]
+        matching = [(k, w) for k, w in enumerate(self._waivers) if self._means(w, outcome, place, robot)]
         notes = [] if outcome.note is None else [outcome.note]
-        for k, waiver in meant:
+        for k, waiver in matching:
             self._needed.add(k)
             who = f"waiver by {waiver.owner} until {waiver.expires}: {waiver.reason}"
             if self._today > waiver.expires:

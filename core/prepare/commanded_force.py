@@ -1,4 +1,4 @@
-"""The meant tool force: from the wrist sensor to joint torques J(q)^T F (eq. 2)."""
+"""The commanded tool force: from the wrist sensor to joint torques J(q)^T F (eq. 2)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
-from collaudit.core.prepare.usual_force import ExcessForce, excess_findings, meant_share
+from collaudit.core.prepare.usual_force import ExcessForce, commanded_share, excess_findings
 from collaudit.core.robot.robot_model import RobotModel
 
 _BIAS_S = 1.0
@@ -46,9 +46,9 @@ def contact_torque(
     config: Config,
     sensor: SensorFacts | None = None,
 ) -> CommandedTorque:
-    """Joint torque of the force that the tool is meant to exert, eq. (2).
+    """Joint torque of the force that the tool is commanded to exert, eq. (2).
 
-    Where phases are known, a force outside contact is not meant (eq. 1) and stays in the residual.
+    Where phases are known, a force outside contact is not commanded (eq. 1) and stays in the residual.
 
     Raises:
         ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
@@ -63,10 +63,10 @@ def contact_torque(
         motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
         torque = robot.contact_torque(*motion, force, frame, carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
-    return _meant_torque(torque, size, series, phases, config, findings)
+    return _commanded_torque(torque, size, series, phases, config, findings)
 
 
-def _meant_torque(
+def _commanded_torque(
     torque: FloatArray,
     size: FloatArray,
     series: UniformSeries,
@@ -74,16 +74,18 @@ def _meant_torque(
     config: Config,
     findings: list[Finding],
 ) -> CommandedTorque:
-    """What of the torque (n, j), which is changed, and of a force of that size (n,) is meant; and what to say of it."""
-    share, excess = meant_share(series.time_s, size, contact_mask(phases), config.phases)
+    """What is commanded of a torque (n, j), which is changed, and of its force (n,); and what to say of it."""
+    share, excess = commanded_share(series.time_s, size, contact_mask(phases), config.phases)
     if not (share == 1.0).all():
         torque *= share[:, None]
     findings = [*findings, *excess_findings(excess, config.phases)]
     if np.any(phases != PHASES.index("free")):
-        meant = widened(contact_mask(phases), round(_RELEASE_S / series.period_s))  # with building it up and letting go
-        torque[~meant] = 0.0  # eq. (1): outside contact no force is meant
+        commanded = widened(
+            contact_mask(phases), round(_RELEASE_S / series.period_s)
+        )  # with building it up and letting go
+        torque[~commanded] = 0.0  # eq. (1): outside contact no force is commanded
     else:
-        findings = [*findings, _always_meant()]
+        findings = [*findings, _always_commanded()]
     return CommandedTorque(torque, tuple(findings), excess)
 
 
@@ -150,7 +152,7 @@ def _calibrated(sensor: SensorFacts) -> Finding:
     return Finding("log-wrench-bias", "info", text)
 
 
-def _always_meant() -> Finding:
+def _always_commanded() -> Finding:
     return Finding(
         "phases-unknown",
         "warning",

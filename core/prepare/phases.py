@@ -17,7 +17,7 @@ from collaudit.core.numeric.runs import closed, lasting, run_bounds
 #: Force is smoothed over this before it is compared.
 _SMOOTH_S = 0.05
 #: Approach and retreat that are found rather than stated last this long.
-_BESIDE_S = 2.0
+_MARGIN_S = 2.0
 #: Contacts and separations shorter than this are not phases, s: a tool that bounces has not left the part.
 _LEAST_S = 0.5
 
@@ -100,10 +100,10 @@ def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> N
     least = round(_LEAST_S / period_s)
     touching = lasting(closed(smooth > config.contact_force_n, least - 1), least)
     labels = np.zeros(force_n.size, dtype=np.int8)
-    beside = round(_BESIDE_S / period_s)
+    margin = round(_MARGIN_S / period_s)
     starts, stops = run_bounds(touching)
     for a, b in zip(starts, stops, strict=True):
-        before, after = labels[max(0, a - beside) : a], labels[b : b + beside]
+        before, after = labels[max(0, a - margin) : a], labels[b : b + margin]
         before[before == 0] = PHASES.index("approach")
         after[after == 0] = PHASES.index("retreat")
     labels[touching] = PHASES.index("contact")
@@ -144,7 +144,7 @@ def phase_findings(
             count = run_bounds(contact_mask(labels))[0].size
             text = (
                 f"{count} contact phase{'' if count == 1 else 's'} found where the tool's force exceeds "
-                f"{config.contact_force_n:g} N; approach and retreat are the {_BESIDE_S:g} s before and after."
+                f"{config.contact_force_n:g} N; approach and retreat are the {_MARGIN_S:g} s before and after."
             )
             findings.append(fact(text))
     if not labels.any():

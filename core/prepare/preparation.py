@@ -182,7 +182,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     delay = None
     if rigid is not None and series.effort is not None:
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        gains = _with_a_tool_beside(gains, series, robot, rigid, start, contact, config)
+        gains = _gains_with_free_tool(gains, series, robot, rigid, start, contact, config)
         if not switched:
             inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
             findings += payload_findings(series, robot, explained, [j for j in start.judged if j not in inverted])
@@ -228,7 +228,7 @@ def _described_gains(
     return described_gains(series, start.robot, contact, start.load_nm, lacking, config.robot.tool.frame)
 
 
-def _with_a_tool_beside(
+def _gains_with_free_tool(
     gains: tuple[EffortGain, ...],
     series: UniformSeries,
     robot: RobotModel,
@@ -245,10 +245,10 @@ def _with_a_tool_beside(
         return gains
     upright = {sign.joint for sign in friction_signs(series, rigid, contact) if sign.positive}
     lacking, frame = ("rotor", "tool"), config.robot.tool.frame
-    beside = {g.joint: g for g in described_gains(series, robot, contact, start.load_nm, lacking, frame)}
+    described = {g.joint: g for g in described_gains(series, robot, contact, start.load_nm, lacking, frame)}
     doubted = {gain.joint for gain in gains if gain.inverted and gain.joint in upright}
     return tuple(
-        beside[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in beside
+        described[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in described
     )
 
 

@@ -86,8 +86,8 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
         rigid = prepared.rigid_nm[:, j] - np.nanmedian(prepared.rigid_nm[:, j])
         off = np.where(quiet, np.abs(torque[:, j] - level), 0.0)
         tail = null_tail(block_peaks(np.nan_to_num(off), quiet, series.period_s), contact_free=True)
-        told = 0.0 if tail is None else MARGIN * tail.level(ARM_PER_HOUR / len(prepared.judged))
-        gamma = max(told, _SPREADS * (spread if tail is None else least))
+        needed = 0.0 if tail is None else MARGIN * tail.level(ARM_PER_HOUR / len(prepared.judged))
+        gamma = max(needed, _SPREADS * (spread if tail is None else least))
         out[joint] = QuietLevel(level - rigid, spread, gamma, count * series.period_s, stretch)
     return out
 

@@ -1,4 +1,4 @@
-"""How much of the tool's force was meant: in contact what is usual there, and not the blow that stands out of it."""
+"""How much of the tool's force was commanded: in contact what is usual there, and not a blow that stands out of it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ExcessForce:
     Attributes:
         start_s, end_s: seconds from the log's first sample.
         peak_n: its largest force.
-        limit_n: what was taken as meant.
+        limit_n: what was taken as commanded.
     """
 
     start_s: float
@@ -39,17 +39,17 @@ class ExcessForce:
     limit_n: float
 
 
-def meant_share(
+def commanded_share(
     time_s: FloatArray, force_n: FloatArray, contact: BoolArray, config: PhasesConfig
 ) -> tuple[FloatArray, tuple[ExcessForce, ...]]:
-    """The share of the measured force that is taken as meant.
+    """The share of the measured force that is taken as commanded.
 
-    A force above the limit is meant up to the limit; what exceeds it stays in the residual, where it can alarm.
+    A force above the limit counts as commanded up to it; what exceeds it stays in the residual, where it can alarm.
 
     Args:
         time_s: (n,) s.
         force_n: (n,) size of the tool's force.
-        contact: (n,) samples in which force is meant; none where phases are not known.
+        contact: (n,) samples in which force is commanded; none where phases are not known.
         config: ``force_limit_n``; when absent, 1.5 times the level kept for 95 % of the contact, and 5 N more.
 
     Returns:

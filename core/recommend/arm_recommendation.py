@@ -121,8 +121,8 @@ def recommend_arm(
     outliers = outlying_stretches(gathered, wanted)
     evidence = without_outliers(gathered, outliers)
     joints, found = recommend_joints(evidence, wanted, per_hour)
-    told = {joint: unit for audit in audits for joint, unit in audit.result.log.units.items()}
-    units = {joint: told.get(joint, "N·m") for joint in joints}
+    recorded = {joint: unit for audit in audits for joint, unit in audit.result.log.units.items()}
+    units = {joint: recorded.get(joint, "N·m") for joint in joints}
     stated = {log.name for log in evidence.logs if log.contact_known}
     unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
     return ArmRecommendation(

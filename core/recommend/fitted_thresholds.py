@@ -221,8 +221,8 @@ def _levels(
     series = log.judged_series
     laws, _ = friction_models(whole.fits, series)
     residual = residual_by(log, laws, detect)
-    told = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
-    judged = np.isfinite(residual.torque_nm) & (residual.state <= told)
+    worst_state = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
+    judged = np.isfinite(residual.torque_nm) & (residual.state <= worst_state)
     n = persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, series.period_s)
     out = {}
     for joint, features in motion.items():

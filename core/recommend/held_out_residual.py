@@ -69,7 +69,7 @@ class HeldOutResidual:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BesideFriction:
+class FrictionCovariates:
     """What friction goes with besides speed: trends with temperature, and corrections, by joint."""
 
     variation: Mapping[str, FrictionVariation]
@@ -80,7 +80,7 @@ def held_out_residuals(
     logs: Sequence[Prepared],
     whole: ArmFit,
     taken: Candidate,
-    beside: BesideFriction,
+    covariates: FrictionCovariates,
     config: Config,
     progress: Progress | None = None,
 ) -> list[HeldOutResidual]:
@@ -90,7 +90,7 @@ def held_out_residuals(
         logs: as :func:`fit_arm` was given them.
         whole: the fit of all of them.
         taken: what is identified.
-        beside: of the whole fit.
+        covariates: of the whole fit.
         config: detector, number of folds.
         progress: called with steps done and in all.
     """
@@ -99,11 +99,11 @@ def held_out_residuals(
     total = sum(log.series.time_s.size for log in logs)
     count = config.fit.blocks if total <= _MANY else _FEWEST_FOLDS
     folds = [fold_of_sample(log.series, count) for log in logs]
-    out = [_Filling.of(log, bool(beside.corrections)) for log in whole.logs]
+    out = [_Filling.of(log, bool(covariates.corrections)) for log in whole.logs]
     for k in range(count):
         rest = fit_arm(logs, taken, config, [fold == k for fold in folds], whole)
         for log, fold, filling in zip(rest.logs, folds, out, strict=True):
-            filling.fill(log, np.flatnonzero(fold == k), whole, rest, beside, config)
+            filling.fill(log, np.flatnonzero(fold == k), whole, rest, covariates, config)
         if progress is not None:
             progress(k + 1, count)
     return [filling.made(log) for filling, log in zip(out, whole.logs, strict=True)]
@@ -138,7 +138,7 @@ class _Filling:
         return cls(torque, torque.copy(order="K") if corrected else None, state, np.zeros(shape, dtype=np.bool_))
 
     def fill(
-        self, log: Prepared, rows: IntArray, whole: ArmFit, rest: ArmFit, beside: BesideFriction, config: Config
+        self, log: Prepared, rows: IntArray, whole: ArmFit, rest: ArmFit, covariates: FrictionCovariates, config: Config
     ) -> None:
         """Fill the samples of one fold by the fit without it; joints that it cannot carry keep the law of the whole."""
         series = log.judged_series
@@ -147,11 +147,11 @@ class _Filling:
         kept = {joint: _carries(rest.fits[joint], fit) for joint, fit in whole.fits.items() if joint in own}
         own = {joint: law for joint, law in own.items() if joint in laws and kept[joint]}
         held = np.array([joint in own for joint in series.joint_names])
-        laws = laws_at_temperature({**laws, **own}, beside.variation, series)[0]
+        laws = laws_at_temperature({**laws, **own}, covariates.variation, series)[0]
         found = residual_by(log, laws, config.detect)
         self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[rows], found.state[rows], held
         if self.corrected is not None and not np.isfinite(self.corrected).any():  # one fold tells whether they help
-            with_them = corrected_laws(laws, beside.corrections)
+            with_them = corrected_laws(laws, covariates.corrections)
             self.corrected[rows] = residual_by(log, with_them, config.detect).torque_nm[rows]
 
     def made(self, log: Prepared) -> HeldOutResidual:

@@ -74,14 +74,14 @@ def follow_level(
     information = np.add.reduceat(f**2, starts)
     count = np.add.reduceat(use.astype(np.float64), starts)
     decay = float(np.exp(-block * step * period_s / _WINDOW_S))
-    told = information
+    weight = information
     cost, information, count = (_windowed(x, decay, causal) for x in (cost, information, count))
     together = max(1.0, _CORRELATION_S / (step * period_s))
     scale = np.maximum(cost.min(axis=1) / np.maximum(count, 1.0), _FLOOR_NM)
     total = cost / (scale * together)[:, None] + _GRID**2 / (2.0 * prior_sd**2)
     sd = 1.0 / np.sqrt(information / (scale**2 * together) + 1.0 / prior_sd**2)
     deviation = _minimum(total)
-    mean = float(deviation @ told / told.sum()) if told.any() else 0.0
+    mean = float(deviation @ weight / weight.sum()) if weight.any() else 0.0
     deviation, sd = (_over_time(x, starts, block, step, n, causal) for x in (deviation, sd))
     return FrictionLevel(deviation, sd, mean)
 

@@ -34,12 +34,12 @@ def force_map(prepared: Prepared, detectable_nm: FloatArray, samples: IntArray, 
         None without a kinematic model or a moment at which anything was judged.
     """
     robot = prepared.robot
-    told = np.isfinite(prepared.series.position_rad[samples]).all(axis=1) & np.isfinite(detectable_nm).any(axis=1)
+    known = np.isfinite(prepared.series.position_rad[samples]).all(axis=1) & np.isfinite(detectable_nm).any(axis=1)
     there = arm_places(robot, tool)
-    if not there or not told.any():
+    if not there or not known.any():
         return None
-    samples, level = samples[told], np.full((int(told.sum()), len(robot.joint_names)), np.inf)
-    level[:, prepared.columns()] = detectable_nm[told]
+    samples, level = samples[known], np.full((int(known.sum()), len(robot.joint_names)), np.inf)
+    level[:, prepared.columns()] = detectable_nm[known]
     felt = {place: _felt(prepared, place, samples, level) for place in there}
     blind = [_blind(prepared, place, samples, shares) for place, (shares, _) in felt.items()]
     shares, origin = felt[there[-1]]

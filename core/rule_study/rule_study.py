@@ -227,8 +227,8 @@ def _map(studied: StudiedLog) -> ForceMap | None:
     if not judges_joints(run) or not studied.columns:
         return None
     push = Push.of(studied.config.policy.observable_ms / 1e3, run.residual.balance.kernel, n, series.period_s)
-    told = np.asarray((run.detected.state <= State.FRICTION_INTERVAL).any(axis=1))
-    samples = push.moments(told, _MAP_MOMENTS)
+    known = np.asarray((run.detected.state <= State.FRICTION_INTERVAL).any(axis=1))
+    samples = push.moments(known, _MAP_MOMENTS)
     level = np.full((samples.size, len(series.joint_names)), np.inf)
     for j in studied.columns:
         level[:, j] = noticed_torque(run, j, push, samples)

@@ -22,7 +22,7 @@ _LEAST_S = 20.0
 #: The level is one that is sustained once in so long: a minute where there are ten of them.
 _SELDOM_S, _OFTEN_S, _ENOUGH_S = 60.0, 20.0, 600.0
 #: Samples this close to an interval of friction are part of a reversal.
-_BESIDE_S = 0.2
+_MARGIN_S = 0.2
 #: Bins of position of one gear's ripple, rad (m), and of speed.
 _BIN_RAD, _SPEED_BINS = 0.005, 16
 _RIDGE = 1e-6
@@ -69,7 +69,7 @@ def threshold_parts(joint: PartInputs, n: int) -> ThresholdParts | None:
 
     whole = level(residual)
     turns = (np.arange(residual.size) * joint.period_s // _TURN_S).astype(np.int64) % 2 == 0
-    near = _near(joint.interval, round(_BESIDE_S / joint.period_s))
+    near = _near(joint.interval, round(_MARGIN_S / joint.period_s))
     sliding = joint.clean & ~near
     explained = {
         "drift": _drift(residual, joint.clean, joint.period_s),

@@ -29,7 +29,7 @@ _DIRECTIONS = 0.8
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RequiredForce:
     """A force that must have alarmed, N, and who asks for it."""
 
     force_n: float
@@ -38,7 +38,7 @@ class Asked:
 
 def asked_forces(
     policy: PolicyConfig, robot: RobotModel, places: Sequence[Place], position_rad: FloatArray, limit_nm: FloatArray
-) -> dict[str, Asked]:
+) -> dict[str, RequiredForce]:
     """The forces asked for, by place.
 
     Args:
@@ -64,18 +64,18 @@ def asked_forces(
     out = {}
     for place in places:
         if place.name in policy.observable_n:
-            out[place.name] = Asked(policy.observable_n[place.name], "stated")
+            out[place.name] = RequiredForce(policy.observable_n[place.name], "stated")
         elif place.name in DEFAULT_N:
             out[place.name] = _default(robot, place, position_rad, limit_nm)
     return out
 
 
-def _default(robot: RobotModel, place: Place, position_rad: FloatArray, limit_nm: FloatArray) -> Asked:
+def _default(robot: RobotModel, place: Place, position_rad: FloatArray, limit_nm: FloatArray) -> RequiredForce:
     usual = DEFAULT_N[place.name]
     strength = exerted_force(robot, place, position_rad, limit_nm)
     if strength is None or _OF_STRENGTH * strength >= usual:
-        return Asked(usual, "default")
-    return Asked(_rounded_down(_OF_STRENGTH * strength), "arm-limits")
+        return RequiredForce(usual, "default")
+    return RequiredForce(_rounded_down(_OF_STRENGTH * strength), "arm-limits")
 
 
 def exerted_force(robot: RobotModel, place: Place, position_rad: FloatArray, limit_nm: FloatArray) -> float | None:

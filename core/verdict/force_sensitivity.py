@@ -15,7 +15,7 @@ from collaudit.core.data.sensitivity_result import AskedForce, ForceLevel, Notic
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import Place, directions, torque_per_newton
-from collaudit.core.verdict.asked_forces import Asked
+from collaudit.core.verdict.asked_forces import RequiredForce
 from collaudit.core.verdict.time_levels import level_at, longest_unseen
 
 #: A force is noticed when it alarms from so many of the directions that load a watched joint. All of them would ask for
@@ -53,7 +53,7 @@ def noticed_forces(
     places: Sequence[Place],
     counted: Moments,
     recorded: Moments,
-    asked: Mapping[str, Asked],
+    asked: Mapping[str, RequiredForce],
     share: float,
 ) -> tuple[NoticedForce, ...]:
     """What force would have alarmed at each place.
@@ -85,7 +85,7 @@ def _at(
     joints: tuple[str, ...],
     counted: Moments,
     recorded: Moments,
-    asked: Asked | None,
+    asked: RequiredForce | None,
     share: float,
 ) -> NoticedForce:
     here = _forces(robot, place, counted)

@@ -40,8 +40,8 @@ def noticed_text(sensitivity: Sensitivity | None) -> str | None:
     if sensitivity is None or sensitivity.time is None or not forces:
         return None
     time = sensitivity.time
-    told = listed([f"{force_text(force.at(time.share))} at {place_text(force)}" for force in forces])
-    return f"{told}, {time_text(time)}"
+    text = listed([f"{force_text(force.at(time.share))} at {place_text(force)}" for force in forces])
+    return f"{text}, {time_text(time)}"
 
 
 def too_insensitive(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
@@ -53,9 +53,9 @@ def too_insensitive(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedF
 
 def noticed_sentence(sensitivity: Sensitivity) -> str | None:
     """What a pass says it would have noticed; None where nothing is told."""
-    told = noticed_text(sensitivity)
-    if told is not None and sensitivity.time is not None:
-        return f"Would have noticed a push ({1e3 * sensitivity.time.push_s:.4g} ms) of {told}."
+    text = noticed_text(sensitivity)
+    if text is not None and sensitivity.time is not None:
+        return f"Would have noticed a push ({1e3 * sensitivity.time.push_s:.4g} ms) of {text}."
     shares = [s.asked.share for s in sensitivity.joints.values() if s.asked is not None and s.motion_s > 0]
     if not shares:
         return None

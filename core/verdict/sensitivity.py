@@ -24,7 +24,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.arm_places import arm_places
-from collaudit.core.verdict.asked_forces import Asked, asked_forces
+from collaudit.core.verdict.asked_forces import RequiredForce, asked_forces
 from collaudit.core.verdict.force_sensitivity import Moments, noticed_forces
 from collaudit.core.verdict.noticed_torque import Push, noticed_torque
 from collaudit.core.verdict.time_levels import level_at, longest_unseen
@@ -93,7 +93,7 @@ def measure_sensitivity(
     moves = float(np.count_nonzero(moved)) * log.period_s >= BRIEF_S
     recorded = log.moments(log.any_watched, gaps_s)
     counted = log.moments(moved, gaps_s) if moves else recorded
-    asked: dict[str, Asked] = {}
+    asked: dict[str, RequiredForce] = {}
     if config.policy.observable_n or not observable.keys() >= set(log.joints):
         asked = asked_forces(config.policy, prepared.robot, places, counted.position_rad, _limits(prepared))
     share = config.policy.observable_share

@@ -57,7 +57,9 @@ def shortfalls(
     for joint, s in sensitivity.joints.items():
         if joint in inputs.not_judged:
             continue
-        text = _untold(policy, joint, s, coverage.joints[joint]) or _unnoticed(policy, joint, s, coverage.joints[joint])
+        text = _undetermined(policy, joint, s, coverage.joints[joint]) or _unnoticed(
+            policy, joint, s, coverage.joints[joint]
+        )
         if text is not None:
             out.append(Shortfall(joint, text_in_joint_units(text, joint, sliding)))
     if inputs.not_judged:
@@ -93,7 +95,7 @@ def _of_arm(
         return _nothing_asked(sensitivity, rule)
     short = too_insensitive(sensitivity)
     if short:
-        told = [
+        forces = [
             f"{force_text(force.at(time.share))} at {place_text(force)}, {need.force_n:.3g} N asked"
             for force, need in short
         ]
@@ -102,7 +104,7 @@ def _of_arm(
         )
         limit = "" if joint is None else f"; limited by {joint} (γ {_gamma(joint, rule, sliding)})"
         lower = "" if first is None else _lower(first.at(time.share), joint, choice)
-        return f"Too insensitive: {'; '.join(told)}; {time_text(time)}{limit}{lower}. {_REMEDY}"
+        return f"Too insensitive: {'; '.join(forces)}; {time_text(time)}{limit}{lower}. {_REMEDY}"
     long = [(force, need) for force, need in asked if need.longest_unnoticed_s > policy.max_hidden_s]
     if long:
         force, need = long[0]
@@ -159,7 +161,7 @@ def _nothing_asked(sensitivity: Sensitivity, rule: RuleFacts) -> str | None:
     )
 
 
-def _untold(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
+def _undetermined(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
     lost_s = s.motion_s - s.told_s
     if s.told_s >= policy.min_coverage * s.motion_s or lost_s < BRIEF_S:
         return None

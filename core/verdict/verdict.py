@@ -48,11 +48,11 @@ def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str
         The verdict, and its reasons in words.
     """
     broken = _broken(policy, evidence)
-    untold = unjudged(policy, evidence)
+    undecided = unjudged(policy, evidence)
     if broken:
-        return "fail", tuple(broken + untold)
-    if untold:
-        return "not_judged", tuple(untold)
+        return "fail", tuple(broken + undecided)
+    if undecided:
+        return "not_judged", tuple(undecided)
     return "pass", (_found(evidence),)
 
 

@@ -83,13 +83,13 @@ def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = 
 
 def _write_tables(path: Path, audits: Sequence[Audit], write: _Writer, progress: Progress | None) -> tuple[Path, ...]:
     """Events, which are few, and then signals: gathering them is a quarter of the work, writing them the rest."""
-    beside = path.with_name(f"{path.stem}.signals{path.suffix}")
+    signals_path = path.with_name(f"{path.stem}.signals{path.suffix}")
     with staged(path) as part:
         write(_event_table(audits), part, stage(None, 0.0, 1.0))
     signals = _signal_table(audits)
-    with staged(beside) as part:
+    with staged(signals_path) as part:
         write(signals, part, stage(progress, 0.25, 1.0))
-    return path, beside
+    return path, signals_path
 
 
 def _csv(table: pa.Table, path: Path, progress: Progress) -> None:

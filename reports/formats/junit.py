@@ -86,5 +86,5 @@ def _sensitivity(result: AuditResult) -> list[tuple[str, str]]:
 def _named(name: str, found: Section) -> Iterator[tuple[str, str]]:
     """A property a row."""
     for place, *values in found.rows:
-        told = "; ".join(f"{term} {value}" for term, value in zip(found.columns[1:], values, strict=True) if value)
-        yield f"{name}_{visible(place).removesuffix(' (forearm)').replace(' ', '_')}", told
+        text = "; ".join(f"{term} {value}" for term, value in zip(found.columns[1:], values, strict=True) if value)
+        yield f"{name}_{visible(place).removesuffix(' (forearm)').replace(' ', '_')}", text

@@ -82,8 +82,8 @@ def _view(arm: DrawnArm, view: FloatArray, span: float, left: float, reacted: Se
     scale = max((s for s in _SCALES_M if s <= 0.4 * span), default=_SCALES_M[0])
     start, low = limits[0][0] + 0.04 * span, limits[1][0] + 0.03 * span
     panel.line(np.array([start, start + scale]), np.array([low, low]), "arm-scale")
-    beside, level = float(panel.px(start + scale)) + 4.0, float(panel.py(low)) + 3.0
-    panel.frame.append(f'<text class="tiny" x="{beside:.0f}" y="{level:.0f}">{scale:g} m</text>')
+    right, level = float(panel.px(start + scale)) + 4.0, float(panel.py(low)) + 3.0
+    panel.frame.append(f'<text class="tiny" x="{right:.0f}" y="{level:.0f}">{scale:g} m</text>')
     return panel
 
 

@@ -51,10 +51,10 @@ def contact_window(trace: JointTrace, contact: Contact) -> ContactWindow | None:
     if len(trace.time_s[part]) < 2:
         return None
     state, residual = trace.state[part], trace.residual_nm[part]
-    told = (state == State.JUDGED) | (state == State.FRICTION_INTERVAL)
+    judged = (state == State.JUDGED) | (state == State.FRICTION_INTERVAL)
     reacted = trace.joint in contact.joints
     points = _POINTS if reacted else _OTHER_POINTS
-    time_s, ratio = thin(trace.time_s[part], np.where(told, residual / trace.gamma_nm, np.nan), points)
+    time_s, ratio = thin(trace.time_s[part], np.where(judged, residual / trace.gamma_nm, np.nan), points)
     step = max(1, len(residual) // _POINTS)
     least, most = model_range(trace, part)
     measured = trace.measured_nm[part][::step].astype(np.float64)

@@ -56,15 +56,15 @@ def draw_overview(
     return drawing(_WIDTH, _HEIGHT, label, [panel], name, stretch=True), height, beyond
 
 
-def _height(trace: JointTrace, peaks_nm: Sequence[float], told: float, largest: float) -> tuple[float, str | None]:
+def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest: float) -> tuple[float, str | None]:
     """What the axis must show: all that was judged, ±γ, every event; the rest when it is not far more.
 
     Args:
         trace: of the joint.
         peaks_nm: of its events.
-        told, largest: the largest residual that was judged, and that was not.
+        judged, largest: the largest residual that was judged, and that was not.
     """
-    wanted = [1.12 * abs(peak) for peak in peaks_nm] + [1.12 * told]
+    wanted = [1.12 * abs(peak) for peak in peaks_nm] + [1.12 * judged]
     wanted += [1.3 * trace.gamma_nm] if np.isfinite(trace.gamma_nm) else []
     height = max(wanted) or 1.12 * largest or 1.0
     if 1.12 * largest <= 2 * height:
@@ -106,8 +106,8 @@ def _column_extremes(values: Series, mask: BoolArray, columns: int) -> tuple[Int
         return edges, np.empty(0), np.empty(0)
     low, high = np.full(len(edges) - 1, np.nan), np.full(len(edges) - 1, np.nan)
     for k, (start, stop) in enumerate(pairwise(edges.tolist())):  # each stretch stays in the processor's cache
-        told = values[start:stop][mask[start:stop]]
-        told = told[np.isfinite(told)]
-        if told.size:
-            low[k], high[k] = told.min(), told.max()
+        judged = values[start:stop][mask[start:stop]]
+        judged = judged[np.isfinite(judged)]
+        if judged.size:
+            low[k], high[k] = judged.min(), judged.max()
     return edges, low, high

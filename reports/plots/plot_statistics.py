@@ -59,11 +59,11 @@ def autocorrelation(trace: JointTrace) -> tuple[FloatArray, FloatArray]:
     samples = np.unique(np.linspace(0, min(_LAG_S / trace.period_s, known.size / 2), _LAGS).astype(int))
     length = 1 << int(np.ceil(np.log2(x.size + samples[-1] + 1)))
     sums, pairs = (_products(y, length)[samples] for y in (x, known.astype(np.float64)))
-    told = pairs >= _LEAST / 2
-    if not told.any() or sums[0] <= 0:
+    enough = pairs >= _LEAST / 2
+    if not enough.any() or sums[0] <= 0:
         return np.empty(0), np.empty(0)
-    covariance = sums[told] / pairs[told]
-    return samples[told] * trace.period_s, covariance / covariance[0]
+    covariance = sums[enough] / pairs[enough]
+    return samples[enough] * trace.period_s, covariance / covariance[0]
 
 
 def _products(x: FloatArray, length: int) -> FloatArray:

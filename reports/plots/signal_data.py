@@ -77,7 +77,7 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     torque_low, torque_step = scale_of(np.concatenate([measured, least, most]), _COARSE)
     arrays = [
         np.diff(kept, prepend=0).astype("<u2"),
-        _beside_gamma(to_steps(residual, low, step), residual, low, step, trace.gamma_nm),
+        _same_side_of_gamma(to_steps(residual, low, step), residual, low, step, trace.gamma_nm),
         *(to_steps(x, torque_low, torque_step) for x in (measured, least, most)),
         state,
     ]
@@ -109,7 +109,7 @@ def scale_of(values: FloatArray, steps: int) -> tuple[float, float]:
     return low, (high - low) / steps or 1.0
 
 
-def _beside_gamma(steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: float) -> np.ndarray:
+def _same_side_of_gamma(steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: float) -> np.ndarray:
     """Steps moved by one where rounding has carried a residual over its threshold, in or out."""
     shown = low + step * steps
     over = (np.abs(values) > gamma_nm) & (np.abs(shown) <= gamma_nm)

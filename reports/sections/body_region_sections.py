@@ -68,9 +68,9 @@ def body_region_rows(result: AuditResult, limits: BodyLimits) -> list[BodyRegion
         for region in limits.region:
             for kind, limit in (("quasi-static", region.quasi_static_n), ("transient", region.transient_n)):
                 if limit is not None:
-                    beside = _beside(contact.force, limit)
-                    told = (record["onset"], record["joints"], record["force (95 %)"])
-                    made.append(BodyRegionRow(*told, region.name, f"{limit:g} N {kind}", beside))
+                    beside = _against_limit(contact.force, limit)
+                    shown = (record["onset"], record["joints"], record["force (95 %)"])
+                    made.append(BodyRegionRow(*shown, region.name, f"{limit:g} N {kind}", beside))
     return made
 
 
@@ -82,7 +82,7 @@ def body_region_section(result: AuditResult, limits: BodyLimits) -> Section:
     return Section(result.log.name, head, lines, () if lines else (none,))
 
 
-def _beside(force: ContactForce | None, limit_n: float) -> str:
+def _against_limit(force: ContactForce | None, limit_n: float) -> str:
     """How the interval of a force lies to a limit; without an interval nothing is said."""
     if force is None:
         return "force not determinable"

@@ -45,7 +45,7 @@ def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequenc
     worst = max(alarms, key=height, default=None)
     others = len(contact.joints) - 1
     first = contact.joints[0] if worst is None and contact.joints else NONE if worst is None else worst.joint
-    peak, gamma = (NONE, NONE) if worst is None else _beside_gamma(worst, result)
+    peak, gamma = (NONE, NONE) if worst is None else _peak_and_gamma(worst, result)
     flags = () if result.detection is None else result.detection.flags
     mark = next((mark_text(flag) for flag in flags if flag.detected_s == contact.detected_s), "not compared")
     tool_speed = None if contact.scene is None else contact.scene.tool_speed_m_s
@@ -76,7 +76,9 @@ def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
     moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(fit) if fit is not None else 'rad/s')}"
     margin = apart([height(alarm), 1.0])[0]
     gamma = "lower γ" if alarm.lasting else "γ"
-    return f"{alarm.joint} {_beside_gamma(alarm, result)[0]} (× {margin} {gamma}), {duration(alarm.duration_s)}{moved}"
+    return (
+        f"{alarm.joint} {_peak_and_gamma(alarm, result)[0]} (× {margin} {gamma}), {duration(alarm.duration_s)}{moved}"
+    )
 
 
 def alarm_section(result: AuditResult) -> Section:
@@ -87,7 +89,7 @@ def alarm_section(result: AuditResult) -> Section:
             _time(alarm.onset_s, result),
             _time(alarm.detected_s, result),
             _lasted(alarm.duration_s, result),
-            *_beside_gamma(alarm, result),
+            *_peak_and_gamma(alarm, result),
             alarm.phase,
         )
         for alarm in in_time(result.collisions)
@@ -103,7 +105,7 @@ def near_miss_section(result: AuditResult) -> Section:
             str(number),
             near.joint,
             closeness(near, result.rule),
-            *_beside_gamma(near, result),
+            *_peak_and_gamma(near, result),
             _lasted(near.duration_s, result),
             near.kind,
             _time(near.onset_s, result),
@@ -151,7 +153,7 @@ def disturbance_section(result: AuditResult) -> Section:
     return Section(title, head, tuple(rows), windows=windows)
 
 
-def _beside_gamma(event: Collision | NearMiss, result: AuditResult) -> tuple[str, str]:
+def _peak_and_gamma(event: Collision | NearMiss, result: AuditResult) -> tuple[str, str]:
     """Peak and threshold, which compare as the numbers do."""
     unit = torque_unit(result, event.joint)
     peak, gamma = against(event.peak_nm, event.gamma_nm)

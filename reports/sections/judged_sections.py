@@ -57,14 +57,14 @@ def _torques(joint: str, result: AuditResult) -> tuple[str, str, str, str]:
     levels = {level.share: level.torque_nm for level in s.levels}
     limit = None if s.asked is None else s.asked.torque_nm
     half, most, always = (
-        NONE if value is None else f"{_beside(value, limit)} {unit}"
+        NONE if value is None else f"{_against_limit(value, limit)} {unit}"
         for value in (*(levels.get(share) for share in SHOWN), s.largest_nm)
     )
     asked = "" if s.asked is None else f"{stated(s.asked.torque_nm)} {unit}: {percent(s.asked.share)} of its motion"
     return half, most, always, asked
 
 
-def _beside(value: float, limit: float | None) -> str:
+def _against_limit(value: float, limit: float | None) -> str:
     """A torque in three digits, or as many as it takes to differ from what was asked for."""
     text = significant(value)
     if limit is None or text != significant(limit) or value == limit:
@@ -76,8 +76,8 @@ def _why_not(cover: JointCoverage) -> str:
     if not cover.watched:
         return f"not watched: {cover.why}"
     longest = sorted(cover.not_judged_s.items(), key=lambda item: (-item[1], item[0]))
-    told = "; ".join(f"{duration(seconds)}: {reason_text(code)}" for code, seconds in longest if seconds > 0)
-    return f"not judged {told}" if told else ""
+    text = "; ".join(f"{duration(seconds)}: {reason_text(code)}" for code, seconds in longest if seconds > 0)
+    return f"not judged {text}" if text else ""
 
 
 def force_section(result: AuditResult) -> Section:
@@ -155,12 +155,12 @@ def _residual_row(joint: str, result: AuditResult) -> tuple[str, ...]:
     peaks = [*alarms, *(abs(near.peak_nm) for near in result.near_misses if near.joint == joint)]
     largest_nm = max((x for x in (stats.max_abs_nm, *peaks) if x is not None), default=None)
     values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, largest_nm, stats.clean_mean_abs_nm)
-    beside = [apart([value, gamma]) for value in values]
+    pairs = [apart([value, gamma]) for value in values]
     above = [gamma is not None and (value or 0.0) > gamma for value in values]
     texts = [
         NONE if value is None else f"{text} {unit}{' ▲' if high else ''}"
-        for value, (text, _), high in zip(values, beside, above, strict=True)
+        for value, (text, _), high in zip(values, pairs, above, strict=True)
     ]
-    limit = NONE if gamma is None else f"{max((limit for _, limit in beside), key=len)} {unit}"  # holds for every value
+    limit = NONE if gamma is None else f"{max((limit for _, limit in pairs), key=len)} {unit}"  # holds for every value
     count = counted(len(peaks), result)
     return joint, *texts[:4], limit, duration(stats.judged_s), texts[4], count

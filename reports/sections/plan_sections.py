@@ -120,8 +120,8 @@ def _clean_words(plan: PlanFile) -> str:
         repeated = (
             f" The exciting trajectory takes {duration(turn)}: {3600.0 * more / turn:.0f} times would be as long."
         )
-    told = any(one.gamma_nm is not None for one in plan.clean.values())
-    runs = "" if told else " Runs (RUN/ of an audit) among the inputs would say thresholds."
+    known = any(one.gamma_nm is not None for one in plan.clean.values())
+    runs = "" if known else " Runs (RUN/ of an audit) among the inputs would say thresholds."
     return (
         f"Thresholds for {stated(plan.per_hour)} false alarms of the whole arm an hour need "
         f"{duration(3600.0 * enough)} of motion without contact, of the kind that is to be judged later; "

@@ -54,9 +54,9 @@ class Section:
         if not self.rows:
             return self
         kept = [self.columns.index(name) for name in columns]
-        told = [k for k in kept if any(row[k] for row in self.rows)]
-        cells = tuple(tuple(row[k] for k in told) for row in self.rows)
-        return replace(self, columns=tuple(self.columns[k] for k in told), rows=cells)
+        filled = [k for k in kept if any(row[k] for row in self.rows)]
+        cells = tuple(tuple(row[k] for k in filled) for row in self.rows)
+        return replace(self, columns=tuple(self.columns[k] for k in filled), rows=cells)
 
     def part(self, start: int, stop: int | None = None) -> Section:
         """With some of the rows; the notes stay with the first of them."""

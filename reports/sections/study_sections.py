@@ -69,15 +69,15 @@ def _noticed(study: RuleStudy) -> Section:
 def _by_place(study: RuleStudy) -> Iterator[Section]:
     """What each rule notices by place and by motion; nothing where contacts were not told apart so."""
     for rule in study.rules:
-        told = {
+        cells = {
             (contact.place or contact.motion, contact.shape): _forces(contact)
             for contact in rule.contacts
             if contact.place is not None or contact.motion is not None
         }
-        shapes = tuple(dict.fromkeys(shape for _, shape in told))
+        shapes = tuple(dict.fromkeys(shape for _, shape in cells))
         rows = tuple(
-            (where or "", words, *(told[where, shape][k] if (where, shape) in told else NONE for shape in shapes))
-            for where in dict.fromkeys(where for where, _ in told)
+            (where or "", words, *(cells[where, shape][k] if (where, shape) in cells else NONE for shape in shapes))
+            for where in dict.fromkeys(where for where, _ in cells)
             for k, words in enumerate(("half at N", "90 % at N", "at no force"))
         )
         if rows:

@@ -34,8 +34,8 @@ def threshold_evidence(result: AuditResult) -> Section:
 
 def _row(joint: str, rule: RecommendedRule, result: AuditResult) -> tuple[str, ...]:
     unit, used = torque_unit(result, joint), result.rule.gamma_nm.get(joint)
-    beside = apart([used, rule.gamma_nm, rule.largest_clean_nm])
-    values = zip((used, rule.gamma_nm, rule.largest_clean_nm), beside, strict=True)
+    texts = apart([used, rule.gamma_nm, rule.largest_clean_nm])
+    values = zip((used, rule.gamma_nm, rule.largest_clean_nm), texts, strict=True)
     expected, upper = rule.false_alarms_per_hour, rule.false_alarms_per_hour_upper95
     return (
         joint,

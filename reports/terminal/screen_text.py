@@ -105,8 +105,8 @@ def verdict_text(result: AuditResult, most: int | None = None, width: int | None
     """The verdict, its reasons and what it does not cover, ``most`` of each at most, in lines of ``width``."""
     head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n"
     noticed = noticed_line(result)
-    told = [*_listed(result.reasons, most, width), *_listed([noticed] if noticed else [], 1, width)]
-    text = head + "".join(told)
+    lines = [*_listed(result.reasons, most, width), *_listed([noticed] if noticed else [], 1, width)]
+    text = head + "".join(lines)
     return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")
 
 

@@ -240,10 +240,10 @@ def _change(change: Literal["lost", "gained"], contact: Contact, other: Signals)
     """A contact that the other audit does not have: because it saw none, or because it could not judge."""
     share = _judged_share(contact, other)
     where = "after" if change == "lost" else "before"
-    told = share >= _JUDGED_SHARE
+    enough = share >= _JUDGED_SHARE
     why = (
         f"judged {where}, and no alarm"
-        if told
+        if enough
         else f"hidden by friction or not judged {where}: its absence says nothing"
     )
     return ContactChange(change, contact.onset_s, contact.end_s, contact.joints, share, why)

@@ -15,10 +15,10 @@ from collaudit.core.verdict.noticed_words import (
 def noticed_line(result: AuditResult) -> str | None:
     """What would have been noticed, in a sentence; None where nothing is told, or the verdict's reasons say it."""
     sensitivity = result.sensitivity
-    told = None if sensitivity is None else noticed_sentence(sensitivity)
-    if sensitivity is None or told is None or too_insensitive(sensitivity):
+    sentence = None if sensitivity is None else noticed_sentence(sensitivity)
+    if sensitivity is None or sentence is None or too_insensitive(sensitivity):
         return None
-    return None if any(told in reason for reason in result.reasons) else told
+    return None if any(sentence in reason for reason in result.reasons) else sentence
 
 
 def noticed_brief(result: AuditResult) -> str:

@@ -52,7 +52,7 @@ def in_steps(x: FloatArray, step: float) -> np.ndarray[tuple[int], np.dtype[np.f
     return out.astype(np.float32)
 
 
-def in_steps_beside(x: FloatArray, step: float, limit: float) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+def in_steps_within(x: FloatArray, step: float, limit: float) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
     """(n,) as of :func:`in_steps`, but a size above a limit stays above it, and one up to it does not pass it."""
     out = in_steps(x, step)
     if not limit > 0.0:
@@ -92,5 +92,5 @@ def stored(name: str, values: np.ndarray[Any, Any], step: float, gamma_nm: float
     if name == "state":
         return values
     if name == "residual_nm":
-        return in_steps_beside(values, step, gamma_nm)
+        return in_steps_within(values, step, gamma_nm)
     return in_steps(values, {"position_rad": POSITION_STEP, "velocity_rad_s": VELOCITY_STEP}.get(name, step))

@@ -14,7 +14,7 @@ from collaudit.core.conditioning.measured.stalled_logger import without_stalls
 from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, RobotConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError
-from collaudit.core.prepare.usual_force import excess_findings, meant_share
+from collaudit.core.prepare.usual_force import commanded_share, excess_findings
 from collaudit.core.robot import load_robot
 from collaudit.fixtures.robots.robot_registry import robot_named
 
@@ -65,11 +65,11 @@ def test_a_blow_in_contact_is_meant_up_to_what_is_usual() -> None:
     t = T * np.arange(10_000)
     contact = (t > 5) & (t < 15)
     force = np.where(contact, 28.0 + 5.0 * np.sin(t), 0.1)
-    share, excess = meant_share(t, force, contact, PhasesConfig())
+    share, excess = commanded_share(t, force, contact, PhasesConfig())
     assert (share == 1.0).all()
     assert excess == ()
     force[(t > 8) & (t < 8.2)] = 150.0
-    share, (found,) = meant_share(t, force, contact, PhasesConfig())
+    share, (found,) = commanded_share(t, force, contact, PhasesConfig())
     (said,) = excess_findings((found,), PhasesConfig())
     assert said.code == "tool-force-unusual"
     assert (said.start_s, said.end_s) == (found.start_s, found.end_s)
@@ -77,7 +77,7 @@ def test_a_blow_in_contact_is_meant_up_to_what_is_usual() -> None:
     blow = (t > 8) & (t < 8.2)
     assert (share[~blow] == 1.0).all()
     assert 50.0 < float((share * force)[blow].max()) < 60.0
-    share, _ = meant_share(t, force, contact, PhasesConfig(force_limit_n=40.0))
+    share, _ = commanded_share(t, force, contact, PhasesConfig(force_limit_n=40.0))
     assert float((share * force)[blow].max()) == pytest.approx(40.0)
 
 

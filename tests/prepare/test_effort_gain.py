@@ -11,7 +11,7 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.effort.effort_gain import EffortGain, _beside, _gain, effort_gains
+from collaudit.core.prepare.effort.effort_gain import EffortGain, _gain, _nuisance, effort_gains
 from collaudit.core.prepare.effort.gain_findings import scale_findings, sign_findings
 
 
@@ -165,7 +165,7 @@ def touching(push: float, sign: float = 1.0) -> tuple[EffortGain, EffortGain | N
     series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
     (found,) = effort_gains(series, gravity[:, None])
     use = np.abs(v) > MOVING_RAD_S
-    return found, _gain("joint1", effort[use], gravity[use], _beside(v[use], None), np.floor(t[use]).astype(np.int64))
+    return found, _gain("joint1", effort[use], gravity[use], _nuisance(v[use], None), np.floor(t[use]).astype(np.int64))
 
 
 @pytest.mark.parametrize("push", [8.0, 15.0])

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from collaudit.core.data.signals import State
 from collaudit.reports.files.run_files import open_run, read_run
 from collaudit.reports.files.run_folder import write_run
-from collaudit.reports.values.signal_steps import in_steps, in_steps_beside, torque_step_nm
+from collaudit.reports.values.signal_steps import in_steps, in_steps_within, torque_step_nm
 
 GAMMA = 4.0
 
@@ -44,7 +44,7 @@ def test_a_step_is_below_a_thousandth_of_gamma_and_far_below_the_noise(
 def test_no_value_crosses_the_threshold(values: list[float], gamma: float, step: float) -> None:
     around = [gamma, np.nextafter(gamma, 0.0), np.nextafter(gamma, np.inf), gamma + step / 2, gamma - step / 2]
     x = np.array([*values, *around, *(-np.array(around)), np.nan])
-    stored = in_steps_beside(x, step, gamma).astype(np.float64)
+    stored = in_steps_within(x, step, gamma).astype(np.float64)
     np.testing.assert_array_equal(np.abs(stored) > gamma, np.abs(x) > gamma)
     np.testing.assert_allclose(stored, x, rtol=2e-7, atol=step + 1e-30)
     plain = in_steps(x, step)

@@ -13,7 +13,7 @@ from collaudit.core.data.sensitivity_result import NoticedForce
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import arm_places, directions
-from collaudit.core.verdict.asked_forces import Asked
+from collaudit.core.verdict.asked_forces import RequiredForce
 from collaudit.core.verdict.force_sensitivity import Moments, noticed_forces
 from collaudit.core.verdict.time_levels import level_at, longest_unseen
 
@@ -43,7 +43,7 @@ def moments(
 
 
 def force(robot: RobotModel, at: Moments, place: str = "tool", asked_n: float | None = None) -> NoticedForce:
-    asked = {} if asked_n is None else {place: Asked(asked_n, "stated")}
+    asked = {} if asked_n is None else {place: RequiredForce(asked_n, "stated")}
     (found,) = [f for f in noticed_forces(robot, arm_places(robot, None), at, at, asked, 0.9) if f.place == place]
     return found
 

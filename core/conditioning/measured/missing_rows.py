@@ -93,9 +93,9 @@ def _leaps(log: JointLog, q: FloatArray, j: int, order: IntArray, period: float)
     at = at[(at >= 2) & (at < step.size - 2) & (dt[np.minimum(at, dt.size - 1)] < 2.0 * period)]
     if not at.size:
         return _Leaps(rows[:0], none, none, none)
-    beside = np.stack([step[at + k] / dt[at + k] for k in (-2, -1, 1, 2)])
-    excess = step[at] - np.median(beside, axis=0) * dt[at]
-    speed = np.abs(beside).max(axis=0)
+    neighbours = np.stack([step[at + k] / dt[at + k] for k in (-2, -1, 1, 2)])
+    excess = step[at] - np.median(neighbours, axis=0) * dt[at]
+    speed = np.abs(neighbours).max(axis=0)
     fast = quantile_of(np.abs(step), _FAST) / period
     speed = np.where(speed > MOVING_RAD_S, speed, max(fast, MOVING_RAD_S))
     keep = np.abs(excess) > limit

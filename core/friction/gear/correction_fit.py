@@ -63,9 +63,9 @@ def _load_friction(data: Settled, cluster: IntArray, fold: IntArray) -> LoadFric
         return None
     sign, held = np.sign(data.friction), np.clip(data.load, low, high)
     errors = np.column_stack([data.torque, np.cos(data.position), np.sin(data.position)])
-    beside = np.column_stack([any_law(data.friction, data.speed, data.torque_rate), errors])
+    nuisance = np.column_stack([any_law(data.friction, data.speed, data.torque_rate), errors])
     column = sign * (held - float(held.mean()))
-    found = jackknifed(column, data.residual, beside, cluster)
+    found = jackknifed(column, data.residual, nuisance, cluster)
     if found is None:
         return None
     slope, (lower, upper) = found
@@ -74,7 +74,7 @@ def _load_friction(data: Settled, cluster: IntArray, fold: IntArray) -> LoadFric
         return None
     speeds, usual = _usual_loads(data.speed, held)
     change = sign * (held - np.interp(data.speed, speeds, usual))
-    without = held_out_slopes(column, data.residual, beside, fold)
+    without = held_out_slopes(column, data.residual, nuisance, fold)
     if not np.all(without > 0):
         return None
     after = data.residual - without[fold] * change

@@ -60,11 +60,11 @@ def direction_difference(logs: Sequence[Sequence[PairSum]]) -> DirectionDifferen
     if len(pairs) < _FEWEST_PAIRS:
         return None
     speed, half, se = (np.array([getattr(p, n) for p in pairs]) for n in ("speed_rad_s", "half_nm", "se_nm"))
-    beside = np.concatenate([_drift(used), _model_errors(pairs)], axis=1)
+    nuisance = np.concatenate([_drift(used), _model_errors(pairs)], axis=1)
     weight = 1.0 / np.sqrt(se**2 + float(np.median(se)) ** 2 + 1e-12)
     slow, fast = float(speed.min()), float(speed.max())
     shapes = [weight * shape(speed, slow) for shape in (_viscous, _fading)]
-    left, rank = _without(np.stack([*shapes, weight * half], axis=1), weight[:, None] * beside)
+    left, rank = _without(np.stack([*shapes, weight * half], axis=1), weight[:, None] * nuisance)
     freedom = len(pairs) - rank
     if freedom < _LEAST_FREEDOM or not any(_shows(left[:, k], left[:, 2], shapes[k], freedom - 1) for k in (0, 1)):
         return None

@@ -33,7 +33,7 @@ class PairGains:
     sd: FloatArray
 
     @property
-    def told(self) -> BoolArray:
+    def determined(self) -> BoolArray:
         """(j,) joints whose gain the loads tell."""
         return np.asarray(np.isfinite(self.gain))
 

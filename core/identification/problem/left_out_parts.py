@@ -103,9 +103,9 @@ def held_out(terms: Terms, unknowns: Unknowns, divisions: Sequence[IntArray]) ->
     part finds follows from the normal equations less that part's share of them. Samples at which a joint does not count
     are NaN.
     """
-    told = terms.over(replace(terms.motion, moving=terms.motion.moving & np.isfinite(unknowns.gain))).without_drift()
-    moving, whole = told.motion.moving, linearised(told, solve(told, unknowns, HELD_OUT_STEPS), unknowns)
-    squares = np.zeros_like(told.motion.effort)
+    known = terms.over(replace(terms.motion, moving=terms.motion.moving & np.isfinite(unknowns.gain))).without_drift()
+    moving, whole = known.motion.moving, linearised(known, solve(known, unknowns, HELD_OUT_STEPS), unknowns)
+    squares = np.zeros_like(known.motion.effort)
     for part in divisions:
         for number in np.unique(part):
             out = np.asarray(part == number)

@@ -139,8 +139,8 @@ def _count(runs: Runs) -> int:
 def _usable(counts: dict[str, int]) -> dict[str, int]:
     """Without temperatures and second torques that some joints lack: motion is not lost for that."""
     motion = max((counts.get(name, 0) for name in MOTION), default=0)
-    beside = ("temperature", "joint_torque")
-    return {name: count for name, count in counts.items() if name not in beside or count == motion}
+    optional = ("temperature", "joint_torque")
+    return {name: count for name, count in counts.items() if name not in optional or count == motion}
 
 
 def _checked(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:

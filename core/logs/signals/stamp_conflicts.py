@@ -86,7 +86,7 @@ def _in_order(time_s: FloatArray) -> tuple[IntArray | None, BoolArray]:
 def _two_courses(values: FloatArray, fresh: BoolArray, repeats: bool) -> str | None:
     """What shows that samples (n,), in order of their stamps, belong to two courses; None where nothing does."""
     if repeats:
-        count = int(np.count_nonzero(_beside(values, fresh)))
+        count = int(np.count_nonzero(_off_course(values, fresh)))
         if count >= _FEW:
             return f"{count} samples have the stamp of another one and give"
     at = _springing(values)
@@ -122,7 +122,7 @@ def contradicting(time_s: FloatArray, values: FloatArray) -> BoolArray | None:
     order, fresh = _in_order(time_s)
     if bool(fresh.all()) or np.count_nonzero(fresh) < _FEW:
         return None
-    wrong = _beside(values if order is None else values[order], fresh)
+    wrong = _off_course(values if order is None else values[order], fresh)
     if not wrong.any():
         return None
     stamps = np.zeros(int(np.count_nonzero(fresh)), dtype=np.bool_)
@@ -133,7 +133,7 @@ def contradicting(time_s: FloatArray, values: FloatArray) -> BoolArray | None:
     return out
 
 
-def _beside(values: FloatArray, fresh: BoolArray) -> BoolArray:
+def _off_course(values: FloatArray, fresh: BoolArray) -> BoolArray:
     """(m,) of the samples whose stamp repeats, those that lie beside the way from the first of it to the next stamp's.
 
     Args:
@@ -153,18 +153,18 @@ def _beside(values: FloatArray, fresh: BoolArray) -> BoolArray:
     before, here = course[np.maximum(group - 1, 0)], course[group]
     after, there = course[np.minimum(group + 1, kept.size - 1)], values[again]
     motion = np.fmax(np.abs(after - here), np.abs(here - before))
-    beside = there - np.clip(there, np.fmin(here, after), np.fmax(here, after))
-    beside[group + 1 == kept.size] = 0.0  # where the last one leads to is not known
+    excess = there - np.clip(there, np.fmin(here, after), np.fmax(here, after))
+    excess[group + 1 == kept.size] = 0.0  # where the last one leads to is not known
     few = np.bincount(group, minlength=kept.size)[group] <= _MOST_ALIKE
-    beside, motion = np.where(few & np.isfinite(beside), beside, 0.0), np.where(np.isfinite(motion), motion, 0.0)
+    excess, motion = np.where(few & np.isfinite(excess), excess, 0.0), np.where(np.isfinite(motion), motion, 0.0)
     out = np.zeros(again.size, dtype=np.bool_)
     for count in _TOGETHER:
         if again.size < count:
             break
-        size, moved = _sums(beside, count), _sums(motion, count)
+        size, moved = _sums(excess, count), _sums(motion, count)
         first = np.flatnonzero(np.abs(size) > noise * np.sqrt(count) + _ON_THE_WAY * moved)
         out |= marked(first, first + count, again.size)
-    return np.asarray(out & (beside != 0.0))
+    return np.asarray(out & (excess != 0.0))
 
 
 def _sums(x: FloatArray, count: int) -> FloatArray:

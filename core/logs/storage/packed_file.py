@@ -18,7 +18,7 @@ from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
 _HEAD = 4096
 _PIECE = 1 << 20
 #: What else lies in archives of one log.
-_BESIDES = ("__MACOSX/", ".DS_Store", "._")
+_METADATA = ("__MACOSX/", ".DS_Store", "._")
 
 Reader = TypeVar("Reader")
 
@@ -43,7 +43,7 @@ def _only_member(path: Path) -> Source:
         archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError) as error:
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
-    names = [name for name in archive.namelist() if not name.endswith("/") and not _beside(name)]
+    names = [name for name in archive.namelist() if not name.endswith("/") and not _is_metadata(name)]
     if len(names) != 1:
         shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
         raise LogError(
@@ -58,8 +58,8 @@ def _only_member(path: Path) -> Source:
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
 
 
-def _beside(name: str) -> bool:
-    return name.startswith(_BESIDES[0]) or name.rpartition("/")[2].startswith(_BESIDES[1:])
+def _is_metadata(name: str) -> bool:
+    return name.startswith(_METADATA[0]) or name.rpartition("/")[2].startswith(_METADATA[1:])
 
 
 def inner_head(path: Path, method: str) -> bytes:

@@ -182,15 +182,15 @@ def _of_group(group: Group) -> Found:
 
 def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
     """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
-    words_beside: dict[str, str] = {}
+    words_of_pattern: dict[str, str] = {}
     for text in {form.strip().lower() for name in names for form in (name, bare(name))}:
         for cut in _BETWEEN.finditer(text):
-            words_beside["{joint}" + text[cut.start() :]] = text[cut.end() :]
-            words_beside[text[: cut.end()] + "{joint}"] = text[: cut.start()]
-    meant = ((pattern, meaning_of(words)) for pattern, words in words_beside.items())
+            words_of_pattern["{joint}" + text[cut.start() :]] = text[cut.end() :]
+            words_of_pattern[text[: cut.end()] + "{joint}"] = text[: cut.start()]
+    candidates = ((pattern, meaning_of(words)) for pattern, words in words_of_pattern.items())
     known = [
         (pattern, meaning)
-        for pattern, meaning in meant
+        for pattern, meaning in candidates
         if meaning is not None and meaning.quantity == quantity and is_measured(meaning) and not meaning.motor
     ]
     best: Found | None = None

@@ -185,13 +185,13 @@ def _with_named_joints(reader: TableReader, assignment: Assignment) -> Assignmen
     for quantity in MOTION:
         found = quantities.get(quantity)
         if found is not None and counts_message(found.pattern) and is_numbered(found):
-            joints = _names_beside(reader, found)
+            joints = _joint_names_of(reader, found)
             if joints is not None:
                 quantities[quantity] = replace(found, joints=joints)
     return replace(assignment, quantities=quantities)
 
 
-def _names_beside(reader: TableReader, found: Found) -> tuple[str, ...] | None:
+def _joint_names_of(reader: TableReader, found: Found) -> tuple[str, ...] | None:
     """What the columns ``name`` of the same message say, where there are as many."""
     columns = match_pattern(reader.names, _QUANTITY.sub("name", found.pattern))
     if columns is None or len(columns.columns) != len(found.columns):

@@ -32,7 +32,7 @@ def effort_shift(
         series: the log, with effort.
         robot: with inertials.
         joints: whose efforts count.
-        contact: (n, j) torque of the meant tool force, or None.
+        contact: (n, j) torque of the commanded tool force, or None.
     """
     if series.effort is None or not joints:
         return None
@@ -47,8 +47,8 @@ def effort_shift(
     known &= ~series.edge
     margin = round(_STEADY_S / series.period_s)
     slides = dict(zip(loaded, ordered_map(lambda j: steady(v[:, j], MOVING_RAD_S, margin), loaded), strict=True))
-    told = all_known([effort], loaded)
-    rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, told)
+    recorded = all_known([effort], loaded)
+    rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, recorded)
     if rows.size == 0:
         return None
     rigid = robot.inverse_dynamics(*(np.ascontiguousarray(x[rows]) for x in (series.position_rad, v, acceleration)))
@@ -100,11 +100,11 @@ def all_known(tables: Sequence[FloatArray], columns: Sequence[int] | None = None
     return out
 
 
-def thinned(rows: IntArray, series: UniformSeries, told: BoolArray) -> IntArray:
+def thinned(rows: IntArray, series: UniformSeries, recorded: BoolArray) -> IntArray:
     """At most ``_MAX_ROWS`` of the rows, none without the channel, (n,) told, within reach of the shifts."""
     back, ahead = reach(series.period_s)
-    holes = np.concatenate([[0], np.cumsum(~told)])
-    rows = rows[(rows + back >= 0) & (rows + ahead < told.size)]
+    holes = np.concatenate([[0], np.cumsum(~recorded)])
+    rows = rows[(rows + back >= 0) & (rows + ahead < recorded.size)]
     rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
     return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
 

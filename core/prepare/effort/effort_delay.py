@@ -37,7 +37,7 @@ def effort_findings(
         series: the log.
         robot: with inertials.
         rigid: (n, j) rigid-body torque.
-        contact: (n, j) torque of the meant tool force, or None.
+        contact: (n, j) torque of the commanded tool force, or None.
         gains: effort against both together.
         judged: joints to speak of.
         taken_off_ms: delay that the configuration states, and that is taken off already; None where it states none.

@@ -71,7 +71,7 @@ def effort_gains(
     series: UniformSeries,
     model_torque: FloatArray,
     contact_nm: FloatArray | None = None,
-    beside: FloatArray | None = None,
+    nuisance: FloatArray | None = None,
 ) -> tuple[EffortGain, ...]:
     """Least squares of effort = gain·tau_model + c·sgn(v) + d·v + offset per joint, over moving samples.
 
@@ -81,8 +81,8 @@ def effort_gains(
     Args:
         series: the log on its uniform time base.
         model_torque: (n, j) rigid-body torque, N·m.
-        contact_nm: (n, j) torque of the meant tool force, which adds to it where it is known.
-        beside: (n, j, k) columns that may explain the effort besides: what the model may lack.
+        contact_nm: (n, j) torque of the commanded tool force, which adds to it where it is known.
+        nuisance: (n, j, k) columns that may explain the effort besides: what the model may lack.
 
     Returns:
         One entry for each joint with enough motion.
@@ -99,7 +99,7 @@ def effort_gains(
         if contact_nm is not None:
             model = model + np.nan_to_num(contact_nm[use, j])
         cluster: IntArray = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
-        others = _beside(velocity[use, j], None if beside is None else beside[use, j])
+        others = _nuisance(velocity[use, j], None if nuisance is None else nuisance[use, j])
         found = _gain(names[j], effort[use, j], model, others, cluster)
         if found is not None and found.inverted:
             return _unless_few_say_so(found, effort[use, j], model, others, cluster)
@@ -122,7 +122,7 @@ def _samples(effort: FloatArray, model: FloatArray, velocity: FloatArray) -> Int
     return found[:: max(1, found.size // _MAX_SAMPLES)]
 
 
-def _beside(v: FloatArray, more: FloatArray | None) -> FloatArray:
+def _nuisance(v: FloatArray, more: FloatArray | None) -> FloatArray:
     """(n, k) columns of friction, an offset, and what else may explain the effort."""
     columns = [np.sign(v), v, np.ones_like(v), *([] if more is None else more.T)]
     size = [np.linalg.norm(column) for column in columns]
@@ -195,7 +195,7 @@ def described_gains(
     Args:
         series: the log.
         robot: as described, with inertials.
-        contact_nm: (n, j) torque of the meant tool force.
+        contact_nm: (n, j) torque of the commanded tool force.
         load_nm: (n, j) torque of a known load.
         lacking: what was identified.
         tool_frame: frame of the tool; None for the last one.
@@ -221,8 +221,8 @@ def described_gains(
         body = robot.bodies.frame_in_joint(tool_frame or robot.bodies.frame_names[-1])[2]
         motion = (np.nan_to_num(x) for x in (q, v, a))
         columns.append(robot.torque_regressor(*motion)[:, :, 10 * body : 10 * body + 4])
-    beside = np.concatenate(columns, axis=2) if columns else None
-    return effort_gains(part, rigid, None if contact_nm is None else contact_nm[rows], beside)
+    nuisance = np.concatenate(columns, axis=2) if columns else None
+    return effort_gains(part, rigid, None if contact_nm is None else contact_nm[rows], nuisance)
 
 
 def overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:

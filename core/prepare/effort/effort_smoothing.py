@@ -88,8 +88,10 @@ def effort_smoothing(
             return grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], friction[j], margins_s, calm_s)
 
         found = dict(zip(friction, ordered_map(of_joint, friction), strict=True))
-        told = [{j: one for j, each in found.items() if (one := each[k]) is not None} for k in range(len(margins_s))]
-        return [_of_each(one, friction) if one else {} for one in told]
+        by_margin = [
+            {j: one for j, each in found.items() if (one := each[k]) is not None} for k in range(len(margins_s))
+        ]
+        return [_of_each(one, friction) if one else {} for one in by_margin]
 
     one_way, about_reversals = of_joints(0.0, _REVERSAL_S, 0.0)
     if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
@@ -100,12 +102,12 @@ def effort_smoothing(
     return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}
 
 
-def _of_each(told: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
+def _of_each(explained: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
     """What all joints together tell, of each joint that does not clearly differ."""
-    own = {j: _interval([one]) for j, one in told.items()}
-    best_s = _interval(list(told.values())).best_s
+    own = {j: _interval([one]) for j, one in explained.items()}
+    best_s = _interval(list(explained.values())).best_s
     apart = {j: one for j, one in own.items() if not one.low_s <= best_s <= one.high_s}
-    alike = [one for j, one in told.items() if j not in apart]
+    alike = [one for j, one in explained.items() if j not in apart]
     arm = _interval(alike) if alike else max(own.values(), key=lambda one: one.high_s)
     return {j: apart.get(j, arm) for j in joints}
 
@@ -244,21 +246,21 @@ class _Grid:
         return np.concatenate([np.column_stack(piece) for piece in pieces])
 
 
-def _interval(told: Sequence[_Explained]) -> Smoothing:
+def _interval(explained: Sequence[_Explained]) -> Smoothing:
     """From below the best window to above it, half a step before the next that clearly leaves more.
 
     With r what the best window leaves and r + d what another one does, that leaves sum(d² + 2 r d) more. Of this only
     r d is chance; its error is that of blocks of time.
 
     Args:
-        told: joints whose efforts are smoothed alike; each counts in units of what its own best window leaves.
+        explained: joints whose efforts are smoothed alike; each counts in units of what its own best window leaves.
     """
-    total = np.sum([one.totals / one.scale for one in told], axis=0)
+    total = np.sum([one.totals / one.scale for one in explained], axis=0)
     delay = total.argmin(axis=1)
     more = total[np.arange(len(total)), delay]
     best = int(more.argmin())
     chance = np.zeros((len(total), _BLOCKS))
-    for one in told:
+    for one in explained:
         left = one.left(delay)
         chance += one.by_block(left[best] * (left - left[best])) / one.scale
     error = 2.0 * np.sqrt(np.sum(chance**2, axis=1))

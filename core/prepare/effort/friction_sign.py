@@ -69,7 +69,7 @@ def friction_signs(
     Args:
         series: the log on its uniform time base.
         model_torque: (n, j) rigid-body torque, N·m.
-        contact_nm: (n, j) torque of the meant tool force, which adds to it where it is known.
+        contact_nm: (n, j) torque of the commanded tool force, which adds to it where it is known.
     """
     if series.effort is None:
         return ()
@@ -81,10 +81,10 @@ def friction_signs(
             contact = contact_nm[:, j]
             known = known + (contact if np.isfinite(contact.sum()) else np.nan_to_num(contact))
         rates = differentiate(known, series.segments, series.period_s)
-        told = (np.abs(velocity[:, j]) > MOVING_RAD_S) & ~series.edge
+        sliding = (np.abs(velocity[:, j]) > MOVING_RAD_S) & ~series.edge
         if not np.isfinite(effort[:, j].sum() + known.sum()):
-            told &= np.isfinite(effort[:, j] + known + rates)
-        use = np.flatnonzero(told)
+            sliding &= np.isfinite(effort[:, j] + known + rates)
+        use = np.flatnonzero(sliding)
         use = use[:: max(1, use.size // _MAX_SAMPLES)]
         second = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
         v = velocity[use, j]

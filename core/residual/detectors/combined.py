@@ -83,8 +83,8 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     beyond = np.sign(torque) * np.maximum(np.abs(torque) - by_joint.uncertainty_nm, 0.0)
     share = np.where(evidence, beyond, 0.0) / noise
     in_nm = np.where(np.isfinite(noise), noise, np.nan)  # no torque of a joint that is judged nowhere
-    told = np.count_nonzero((state == State.JUDGED) | (share != 0.0), axis=1)
-    norm = excess_norm(np.sum(share**2, axis=1), told)
+    known = np.count_nonzero((state == State.JUDGED) | (share != 0.0), axis=1)
+    norm = excess_norm(np.sum(share**2, axis=1), known)
     somewhere = np.any(evidence, axis=1, keepdims=True)
     shown = np.where(somewhere & (state > State.FRICTION_INTERVAL), np.int8(State.FRICTION_INTERVAL), state)
     series = prepared.judged_series

@@ -96,7 +96,7 @@ def effort_smoothing(
     one_way, about_reversals = of_joints(0.0, _REVERSAL_S, 0.0)
     if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
         return {j: replace(one, low_s=0.0) for j, one in about_reversals.items()}
-    seems = any(one.shown for one in one_way.values())
+    seems = any(one.best_s >= _SHOWN_S for one in one_way.values())
     calmed = of_joints(_CALM_S, _REVERSAL_S)[0] if seems else {}
     shown_s = {j: calmed[j].low_s if j in calmed else 0.0 for j in one_way}
     return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}

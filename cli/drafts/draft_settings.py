@@ -58,7 +58,7 @@ def add_rule(sections: Mapping[str, Section]) -> None:
     detect = sections["detect"]
     why = "of each joint, by the fit's own residual in friction.json; or a number, or numbers by joint"
     detect.add("gamma_nm", "auto", why, guess=True)
-    detect.add("persistence_ms", 25, "rounded up to whole samples", guess=True)
+    detect.add("persistence_ms", 25, "rounded up to whole samples; 12.5 where causal, unless stated", active=False)
     detect.add("watch", "auto", "joints under force control are not judged; or a list of names")
     phases = sections["phases"]
     phases.add("approach", [[0.0, 25.0]], "s from the log's first sample", active=False)

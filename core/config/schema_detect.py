@@ -10,6 +10,8 @@ from collaudit.core.config.detector_names import DetectorName
 
 #: Persistence where neither time nor samples are stated, ms (paper, section 5).
 DEFAULT_PERSISTENCE_MS = 25.0
+#: Of a causal detector with automatic thresholds, ms: those of half the time are hardly higher, and it alarms sooner.
+CAUSAL_PERSISTENCE_MS = 12.5
 
 
 class EvidenceConfig(ConfigTable, frozen=True, kw_only=True):
@@ -59,7 +61,11 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
         ),
     ] = {}
     persistence_ms: Annotated[
-        Positive | None, about("Persistence, ms; rounded up to samples. 25 when neither is given.")
+        Positive | None,
+        about(
+            "Persistence, ms; rounded up to samples. 25 when neither is given; 12.5, and three samples, of a "
+            "causal detector with automatic thresholds."
+        ),
     ] = None
     n: Annotated[Annotated[int, Meta(ge=1)] | None, about("Persistence in samples, instead of persistence_ms.")] = None
     watch: Annotated[Literal["auto"] | list[str], about("Joints whose residual is judged.")] = "auto"
@@ -116,6 +122,16 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
         """One persistence."""
         if self.persistence_ms is not None and self.n is not None:
             raise ValueError("give either persistence_ms or n, not both")
+
+    @property
+    def short_persistence(self) -> bool:
+        """Whether the persistence is not stated, and that of a causal detector with automatic thresholds."""
+        return self.causal and self.gamma_nm == "auto" and self.persistence_ms is None and self.n is None
+
+    @property
+    def asked_persistence_ms(self) -> float:
+        """Persistence where it is not stated in samples, ms: as stated, or what stands for it."""
+        return self.persistence_ms or (CAUSAL_PERSISTENCE_MS if self.short_persistence else DEFAULT_PERSISTENCE_MS)
 
 
 class NearMissConfig(ConfigTable, frozen=True, kw_only=True):

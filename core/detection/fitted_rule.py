@@ -77,8 +77,10 @@ def with_fitted_thresholds(
     if usable is not None and used:
         findings.append(_source(usable, used, lower, series.joint_names))
         findings += exceeded_findings(usable, used)
-    detect = config.detect.changed({"gamma_nm": gamma})
-    return config.changed({"detect": detect}), follows, findings
+    changes: dict[str, object] = {"gamma_nm": gamma}
+    if config.detect.short_persistence:  # which goes with "auto"
+        changes["n"] = n
+    return config.changed({"detect": config.detect.changed(changes)}), follows, findings
 
 
 def _missing(joint: str, reason: str, travel_rad: float, others: bool) -> Finding:

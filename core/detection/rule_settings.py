@@ -21,6 +21,8 @@ from collaudit.core.prepare.phases import contact_mask
 #: What lasts for this long alarms at a lower threshold too, where thresholds are automatic, s: of noise little is left
 #: then, and a person who is hit or held pushes back for longer.
 LASTING_S = 0.1
+#: A spike of one sample or two does not alarm only to save time.
+_FEWEST_CAUSAL = 3
 
 
 def make_rule(
@@ -64,11 +66,13 @@ def make_rule(
 
 
 def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, float | None]:
-    """Persistence in samples, and in ms as it was asked for; None where it was stated in samples."""
+    """Persistence in samples, and in ms as it was asked for; None where it is told in samples."""
     if detect.n is not None:
         return detect.n, None
-    requested_ms = detect.persistence_ms or DEFAULT_PERSISTENCE_MS
-    return persistence_samples(requested_ms / 1e3, period_s), requested_ms
+    n = persistence_samples(detect.asked_persistence_ms / 1e3, period_s)
+    if detect.short_persistence:
+        return min(max(n, _FEWEST_CAUSAL), persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, period_s)), None
+    return n, detect.asked_persistence_ms
 
 
 def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
-from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.signals import State
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
 from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.detection.threshold import motion_features
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.arm_fit import ArmFit
@@ -42,7 +42,7 @@ from collaudit.core.recommend.null_level import (
 )
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
-_PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
+_PERSISTENCES_MS = (0.0, 5.0, 12.5, 25.0, 50.0, 100.0, 200.0)
 #: Evidence of which a larger share, and more seconds, lie above its own law is no evidence of contact-free
 #: motion: less is a single event, which the law leaves out.
 _EXCEEDED, _EVENT_S = 0.1, 1.0
@@ -171,15 +171,16 @@ def other_detectors(whole: ArmFit, thresholds: FittedThresholds, config: Config)
         for joint in known
         if joint in series.joint_names
     }
-    own = _levels(log, whole, thresholds, motion, config.detect)
     out: dict[str, dict[str, float]] = {}
-    for name in DETECTOR_NAMES:
-        for causal in (False, True):
+    for causal in (False, True):
+        n, _ = stated_persistence(DetectConfig(causal=causal, gamma_nm="auto"), series.period_s)
+        own = _levels(log, whole, thresholds, motion, config.detect, n)
+        for name in DETECTOR_NAMES:
             if (name, causal) == (thresholds.detector, thresholds.causal):
                 continue
             asked = config.detect.changed({"detector": name, "causal": causal})
             try:
-                found = _levels(log, whole, thresholds, motion, asked)
+                found = _levels(log, whole, thresholds, motion, asked, n)
             except ConfigError:  # a detector that has no causal form
                 continue
             factors = {joint: level / own[joint] for joint, level in found.items() if own.get(joint)}
@@ -209,6 +210,7 @@ def _levels(
     thresholds: FittedThresholds,
     motion: Mapping[str, FloatArray],
     detect: DetectConfig,
+    n: int,
 ) -> dict[str, float]:
     """By joint the level, in units of the scale, that the residual of a detector reaches as seldom as is accepted.
 
@@ -217,13 +219,13 @@ def _levels(
         whole, thresholds: as of :func:`other_detectors`.
         motion: by joint (n, 5) what its scale follows.
         detect: the detector.
+        n: persistence in samples.
     """
     series = log.judged_series
     laws, _ = friction_models(whole.fits, series)
     residual = residual_by(log, laws, detect)
     worst_state = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
     judged = np.isfinite(residual.torque_nm) & (residual.state <= worst_state)
-    n = persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, series.period_s)
     out = {}
     for joint, features in motion.items():
         j, scale = series.column(joint), thresholds.joints[joint].scale

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detection.rule import collisions, exceedances, persistence_samples, rule_events
+from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.recommend.sustained_levels import CleanResidual, sustained_level
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))
@@ -95,6 +97,18 @@ def test_rule_events_are_near_and_are_no_collisions(x: np.ndarray, seed: int, ga
 )
 def test_persistence_rounds_up(milliseconds: float, period: float, n: int) -> None:
     assert persistence_samples(milliseconds / 1e3, period) == n
+
+
+@pytest.mark.parametrize(("period", "n"), [(0.001, 13), (0.002, 7), (0.008, 3), (0.01, 3), (1 / 30, 1)])
+def test_a_causal_rule_waits_less_where_thresholds_are_automatic(period: float, n: int) -> None:
+    """Half as long, three samples, but no longer than any other rule."""
+    usual, _ = stated_persistence(DetectConfig(), period)
+    assert stated_persistence(DetectConfig(causal=True, gamma_nm="auto"), period) == (n, None)
+    assert stated_persistence(DetectConfig(gamma_nm="auto"), period) == (usual, 25.0)
+    assert stated_persistence(DetectConfig(causal=True), period) == (usual, 25.0), "whoever states γ means usual n"
+    stated = DetectConfig(causal=True, gamma_nm="auto", persistence_ms=25.0)
+    assert stated_persistence(stated, period) == (usual, 25.0)
+    assert stated_persistence(DetectConfig(causal=True, gamma_nm="auto", n=40), period) == (40, None)
 
 
 @given(arrays(np.float64, st.integers(20, 200), elements=st.floats(-10, 10)), MASKS, st.integers(1, 12))

@@ -137,10 +137,17 @@ def test_one_fit_serves_every_detector(
     friction = own_fit("free-clean", "paper6", duration_s=60.0)
     truth = read_truth(hits.with_suffix(".truth.json"))
     loaded = load_config(
-        hits.with_suffix(".toml"), {"detect.gamma_nm": "auto", "detect.detector": detector, "detect.causal": causal}
+        hits.with_suffix(".toml"),
+        {
+            "detect.gamma_nm": "auto",
+            "detect.detector": detector,
+            "detect.causal": causal,
+            "detect.persistence_ms": None,
+        },
     )
     found = audit_log(prepare((hits,), loaded), loaded.config, friction, NOBODY, truth).result
     assert found.verdict == "fail"
+    assert found.rule.n == (7 if causal else 13)
     assert found.detection is not None
     score = found.detection.scores[0]
     assert score.false_alarms == 0

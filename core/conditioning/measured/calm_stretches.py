@@ -14,7 +14,7 @@ from math import ceil, exp, log, sqrt
 
 import numpy as np
 
-from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS, DetectConfig
+from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import lasting, marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
@@ -234,5 +234,4 @@ def shortest_stretch(detect: DetectConfig, period_s: float) -> int:
         detect: the rule.
         period_s: usual step between stamps.
     """
-    asked_s = (detect.persistence_ms or DEFAULT_PERSISTENCE_MS) / 1e3
-    return max(_SHORTEST, detect.n or ceil(asked_s / period_s - _STRETCH_ROUNDING))
+    return max(_SHORTEST, detect.n or ceil(detect.asked_persistence_ms / 1e3 / period_s - _STRETCH_ROUNDING))

@@ -20,6 +20,8 @@ LONGEST_PERSISTENCE_S = 0.25
 _FAR = 10.0
 #: A threshold above this share of the range of the joint's torque tells little of what people do to an arm.
 _COARSE = 0.1
+#: Samples, drawn evenly, that tell that range.
+_DRAWN = 100_000
 
 
 def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) -> list[Finding]:
@@ -92,7 +94,8 @@ def coarse_findings(series: UniformSeries, rule: RuleFacts) -> list[Finding]:
 def _range(series: UniformSeries) -> Mapping[str, float]:
     """From the lowest to the highest effort of each joint, one in a hundred left out at either end, N·m or N."""
     assert series.effort is not None
-    known = [column[np.isfinite(column)] for column in series.effort.T]
+    some = series.effort[:: max(1, series.effort.shape[0] // _DRAWN)]
+    known = [column[np.isfinite(column)] for column in some.T]
     ends = [[quantile_of(x, share) if x.size else 0.0 for share in (0.01, 0.99)] for x in known]
     return {joint: b - a for joint, (a, b) in zip(series.joint_names, ends, strict=True)}
 

@@ -35,8 +35,9 @@ _BULK = 50_000
 _RIDGE = 1e-12
 #: Of the stretches at rest or after a reversal so many are taken to be free of contact.
 _REST_SHARE = 0.9
-#: What lasts reaches this share at least of what half of the peaks of single samples do: else the bulk is nothing.
-_LASTING = 0.25
+#: What lasts counts as at least this share of what half of the peaks of single samples reach: most of its own are zero
+#: where a residual swings.
+_LASTING = 0.4
 #: Share of the samples in which a feature must show to be followed.
 _SEEN = 0.02
 
@@ -151,11 +152,11 @@ def threshold_levels(
         if lasting is None:
             continue
         # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
-        level = sqrt(single.level(rate) * lasting.level(rate))
+        level = sqrt(single.level(rate) * max(lasting.level(rate), _LASTING * sqrt(single.start)))
         if contact_free:
             level = max(level, float(sustained.max()))  # what was seen without contact raises no alarm
         passed = float(np.mean(sustained[clean] > level)) > rate / lasting.per_hour
-        if out and (passed or lasting.level(rate) < _LASTING * sqrt(single.start)):
+        if out and passed:
             continue  # the bulk has no law of what lasts so long: the level of a shorter persistence serves
         seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
         over = float(np.mean(sustained > level))

@@ -96,6 +96,20 @@ def test_what_lasts_only_in_slow_motion_makes_no_law_of_its_own() -> None:
     assert np.convolve(over, np.ones(last.n), "valid").max() < last.n
 
 
+def test_a_residual_that_swings_has_a_level_of_what_lasts() -> None:
+    """A structure that vibrates at 18 Hz keeps nothing for 100 ms: that level is lower, and not zero."""
+    at = np.arange(round(3000.0 / PERIOD)) * PERIOD
+    residual = np.sin(2.0 * np.pi * 18.0 * at) * (1.0 + 0.3 * coloured(3000.0, 3)) + 0.1 * coloured(3000.0, 4)
+    one = evidence(residual[: round(300.0 / PERIOD)])
+    scale = scale_of([one])
+    assert scale is not None
+    single, _, lasting = threshold_levels([one], scale, [[n] for n in (1, 13, 50)], 6)
+    assert lasting.n == 50
+    assert 0.3 * single.gamma_nm < lasting.gamma_nm < 0.6 * single.gamma_nm
+    over = np.abs(residual) > lasting.gamma_nm
+    assert np.convolve(over, np.ones(50), "valid").max() < 25
+
+
 def test_it_follows_speed() -> None:
     velocity = swinging(60_000)
     size = 0.2 + 0.8 * np.abs(velocity[:, 0])

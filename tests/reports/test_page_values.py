@@ -56,13 +56,12 @@ def test_an_index_of_a_thousand_logs_is_quick(tmp_path: Path) -> None:
     assert time.process_time() - start < 5
 
 
-def test_a_page_costs_little_more_than_reading_the_signals(tmp_path: Path) -> None:
-    """Ten minutes of seven joints, in processes of their own; ``tests/bench/report_hour.py`` measures the hour."""
-    cost = {}
+def test_a_page_takes_little_more_memory_than_reading_the_signals(tmp_path: Path) -> None:
+    """Ten minutes of seven joints, in processes of their own; time is measured by ``tests/bench``."""
+    peak_mb = {}
     subprocess.run([sys.executable, BENCH / "report_hour.py", "write", tmp_path, "10"], check=True)
     for part in ("read", "report"):
         subprocess.run([sys.executable, BENCH / "report_hour.py", part, tmp_path], check=True)
-        cost[part] = [float(x) for x in (tmp_path / f"{part}.txt").read_text().split()]
-    assert cost["report"][0] < 2.5 * cost["read"][0]
-    assert cost["report"][1] < 1.2 * cost["read"][1]
+        peak_mb[part] = float((tmp_path / f"{part}.txt").read_text().split()[1])
+    assert peak_mb["report"] < 1.2 * peak_mb["read"]
     assert (tmp_path / "report.html").stat().st_size < 1_500_000

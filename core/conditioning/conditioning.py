@@ -233,6 +233,8 @@ def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray, bandwid
 
 def _ascending(wrench: WrenchSeries) -> tuple[FloatArray, FloatArray]:
     """Stamps (m,) in ascending order, each once and finite, and their rows (m, 6)."""
+    if np.all(np.diff(wrench.time_s) > 0) and np.isfinite(wrench.time_s).all():
+        return wrench.time_s, wrench.wrench
     keep = np.isfinite(wrench.time_s)
     order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
     stamps = wrench.time_s[order]

@@ -19,6 +19,7 @@ from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import BoolArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.numeric.tables import table
@@ -128,9 +129,12 @@ def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] 
     if spans is None:
         return None, None
     least, most = (table(state.shape[0], state.shape[1], np.float32) for _ in spans)
-    for j, states in enumerate(state.T):
+
+    def fill(j: int) -> None:
         for out, span in ((least, spans[0]), (most, spans[1])):
-            out[:, j] = np.where(states == State.FRICTION_INTERVAL, span[:, j], np.nan)
+            out[:, j] = np.where(state[:, j] == State.FRICTION_INTERVAL, span[:, j], np.nan)
+
+    each(fill, range(state.shape[1]))
     return least, most
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.sliding_extremes import centred_extremes
 from collaudit.core.numeric.stats import median_of, quantile_of
@@ -73,13 +74,17 @@ class RestBlocks:
         every = _means(series.position_rad, size)
         steps = np.array([_count(series.position_rad[:, j]) for j in columns])
         torque, model = (np.empty((count, len(columns)), order="F") for _ in range(2))
-        for k, j in enumerate(columns):
+        effort, rigid, contact = series.effort, prepared.rigid_nm, prepared.contact_nm
+
+        def fill(k: int) -> None:
             usable = run.detected.state[:, k] <= State.FRICTION_INTERVAL
             if off is not None:
                 usable &= ~off
-            modelled = prepared.rigid_nm[:, j] + (0.0 if prepared.contact_nm is None else prepared.contact_nm[:, j])
-            left = np.where(usable, series.effort[:, j] - modelled, np.nan)
+            modelled = rigid[:, columns[k]] + (0.0 if contact is None else contact[:, columns[k]])
+            left = np.where(usable, effort[:, columns[k]] - modelled, np.nan)
             torque[:, k], model[:, k] = _means(left, size), _means(modelled, size)
+
+        each(fill, range(len(columns)))
         stands = ~_moves(every, [Window.of(scale, period) for scale in SCALES])
         time_s = _means(series.time_s, size)
         return cls(time_s, period, every[:, columns], torque, model, steps, stands)

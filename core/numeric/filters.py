@@ -79,9 +79,13 @@ def gaussian_smoothed(x: FloatArray, deviation: float) -> FloatArray:
 def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
     """Central differences of (n,) or (n, j) inside each stretch, one-sided at its ends, NaN outside."""
     out = blank(x, segments)
-    for slopes, column in zip(np.atleast_2d(out.T), np.atleast_2d(x.T), strict=True):
+    slopes, columns = np.atleast_2d(out.T), np.atleast_2d(x.T)
+
+    def fill(c: int) -> None:
         for span in segments:
-            slopes[span.slice] = np.gradient(column[span.slice], period_s) if len(span) > 1 else np.nan
+            slopes[c, span.slice] = np.gradient(columns[c, span.slice], period_s) if len(span) > 1 else np.nan
+
+    each(fill, range(len(columns)))
     return out
 
 

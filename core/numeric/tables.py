@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from collaudit.core.numeric.parallel import each
+
 #: So many tables of a log's size must fit in memory, or all are put into files: an audit keeps twelve, and the columns
 #: that are worked on at the same time take as much as six.
 _AT_ONCE = 18
@@ -131,7 +133,7 @@ def copied(x: NDArray[Any]) -> NDArray[Any]:
 def combined(operation: np.ufunc, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
     """A table of an operation on two, value by value; errors as of :func:`table`."""
     out = table(*x.shape)
-    operation(x, y, out=out)
+    each(lambda j: operation(x[:, j], y[:, j], out=out[:, j]), range(x.shape[1]))
     return out
 
 

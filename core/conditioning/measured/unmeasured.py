@@ -176,7 +176,8 @@ def _moving(position: FloatArray, period: float) -> BoolArray:
     half = max(1, ceil(_SPEED_S / period / 2))
     out = np.zeros(position.shape, dtype=np.bool_, order="F")
     if position.shape[0] > 2 * half:
-        out[half:-half] = np.abs(position[2 * half :] - position[: -2 * half]) > MOVING_RAD_S * (2 * half * period)
+        for moves, x in zip(out.T, position.T, strict=True):
+            moves[half:-half] = np.abs(x[2 * half :] - x[: -2 * half]) > MOVING_RAD_S * (2 * half * period)
     return out
 
 

@@ -133,5 +133,6 @@ class McapIndex:
         for number, one in sorted(self.channels.items()):
             schema = self.schemas.get(one.schema_id) or records.Schema(0, b"", "", "")
             kind = ros_type(schema.name)
-            out.append(Channel(number, one.topic, kind, one.message_encoding, schema.encoding, schema.data))
+            claimed = self.counts.get(number, 0)
+            out.append(Channel(number, one.topic, kind, one.message_encoding, schema.encoding, schema.data, claimed))
         return tuple(out)

@@ -40,16 +40,18 @@ class Group:
         key: what its messages hold.
         columns: column name to rows: ``log_ns``, ``stamp_ns`` and ``place``, which of the topic's messages a row is,
             (n,) int64, and the quantities (n, j) float64.
+        claimed: rows that the topic is said to have.
     """
 
     key: GroupKey
     columns: dict[str, Growing] = field(default_factory=dict)
+    claimed: int = 0
 
     def add(self, columns: Mapping[str, Column]) -> None:
         """Take in rows, of the same columns each time."""
         for name, values in columns.items():
             if name not in self.columns:
-                self.columns[name] = Growing(values.shape[1] if values.ndim > 1 else 0)
+                self.columns[name] = Growing(values.shape[1] if values.ndim > 1 else 0, self.claimed)
             self.columns[name].add(values)
 
     def take(self, name: str) -> FloatArray | IntArray | None:
@@ -84,6 +86,7 @@ class Decoded:
         skipped: messages left out.
         problem: why the first of them was left out.
         bounds: how much may be read; None for no bounds.
+        claimed: messages that the file's summary claims.
     """
 
     groups: dict[GroupKey, Group] = field(default_factory=dict)
@@ -91,6 +94,7 @@ class Decoded:
     skipped: int = 0
     problem: str | None = None
     bounds: ReadingBounds | None = None
+    claimed: int = 0
 
     def skip(self, count: int, problem: str) -> None:
         """Count messages that could not be used."""
@@ -101,7 +105,7 @@ class Decoded:
         """The group of a key, made when new."""
         found = self.groups.get(key)
         if found is None:
-            found = self.groups[key] = Group(key)
+            found = self.groups[key] = Group(key, claimed=self.claimed)
             if self.bounds is not None:
                 self.bounds.check_layouts(len(self.groups))
         return found

@@ -122,8 +122,8 @@ def _without_rows(log: JointLog, far: BoolArray) -> JointLog:
 
 
 def _beyond(values: FloatArray, largest: float) -> bool:
-    """Whether any of the numbers (n, …) is larger."""
-    return bool((np.abs(values) > largest).any())
+    """Whether any of the numbers (n, c) is larger."""
+    return any(bool((np.abs(column) > largest).any()) for column in values.T)
 
 
 def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:

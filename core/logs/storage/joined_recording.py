@@ -55,7 +55,7 @@ def _joined(files: Sequence[Sequence[Channel]]) -> tuple[tuple[Channel, ...], tu
         counts: Counter[Channel] = Counter()
         names = {}
         for channel in channels:
-            kind = replace(channel, key=0)
+            kind = replace(channel, key=0, claimed=0)
             joined = out.setdefault((kind, counts[kind]), replace(channel, key=len(out)))
             counts[kind] += 1
             names[channel.key] = joined.key

@@ -30,6 +30,7 @@ class Channel:
         encoding: how messages are encoded: ``cdr``, ``ros1``, ``protobuf``, ``json`` …
         schema_encoding: how the schema is written: ``ros2msg``, ``ros1msg``, ``ros2idl``, ``protobuf`` …, or "".
         schema: the schema's bytes; empty when the file does not hold it.
+        claimed: messages that the file's summary claims; 0 where it claims none.
     """
 
     key: int
@@ -38,6 +39,7 @@ class Channel:
     encoding: str
     schema_encoding: str
     schema: bytes
+    claimed: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

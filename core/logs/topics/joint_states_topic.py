@@ -19,7 +19,7 @@ def peek_names(reader: MessageReader, topics: Sequence[Topic]) -> dict[str, tupl
     decode(reader, topics, limit=PEEK)
     names = {topic.name: all_names([topic.decoded]) for topic in topics}
     for topic in topics:
-        fresh = Decoded()
+        fresh = Decoded(bounds=topic.decoded.bounds)
         topic.decoded = fresh
         for decoder in topic.decoders.values():
             decoder.out = fresh

@@ -120,6 +120,7 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
     """
     decoders: dict[int, list[ChannelDecoder]] = {}
     for topic in topics:
+        topic.decoded.claimed = sum(decoder.channel.claimed for decoder in topic.decoders.values())
         for key, decoder in topic.decoders.items():
             decoders.setdefault(key, []).append(decoder)
     if not decoders:

@@ -134,7 +134,7 @@ def audit_log(
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, flags=alarms, scores=scores),
         contacts=contacts,
-        exclusions=exclusions(coverage, sensitivity, findings, units),
+        exclusions=exclusions(coverage, sensitivity, findings, units, config.log.effort_kind != "auto"),
         sensitivity=sensitivity,
         disturbances=disturbed,
         unjudged=tuple(unjudged(config.policy, evidence)),

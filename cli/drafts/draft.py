@@ -150,6 +150,8 @@ class Draft:
             self._columns()
         else:
             log.add("time", "auto", "the steadier of header and log time")
+        why = "or motor-current, or joint-torque: what is measured; no contact shows in what the controller computes"
+        log.add("effort_kind", "motor-torque", why, active=False)
 
     def _columns(self) -> None:
         csv, guess = self.sections["log.csv"], self._csv_guess

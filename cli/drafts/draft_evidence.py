@@ -75,7 +75,7 @@ def add_effort_kind(sections: Mapping[str, Section], prepared: Prepared) -> bool
     if prepared.start.effort_kind.compensated != "seen":
         return False
     why = "the effort holds the arm's inertia and none of its gravity; else motor-torque or joint-torque"
-    sections["log"].add("effort_kind", "gravity-compensated", why, guess=True)
+    sections["log"].guess("effort_kind", "gravity-compensated", why)
     return True
 
 

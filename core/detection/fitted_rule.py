@@ -21,7 +21,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.detection.rule_settings import LASTING_S, stated_persistence
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.stats import MARGIN
+from collaudit.core.numeric.null_tail import MARGIN
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 

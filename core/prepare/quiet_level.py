@@ -14,7 +14,8 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import ARM_PER_HOUR, MARGIN, SD_PER_MAD, block_peaks, null_tail, quantile_of
+from collaudit.core.numeric.null_tail import ARM_PER_HOUR, MARGIN, block_peaks, null_tail
+from collaudit.core.numeric.stats import SD_PER_MAD, quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).

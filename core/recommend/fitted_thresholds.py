@@ -19,16 +19,9 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, null_tail
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import (
-    ARM_PER_HOUR,
-    BLOCK_S,
-    FEWEST_BLOCKS,
-    median_of,
-    null_tail,
-    quantile_of,
-    robust_sd,
-)
+from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of

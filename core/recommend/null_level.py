@@ -13,18 +13,10 @@ from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.threshold import LEAST_SHARE, motion_features, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, MARGIN, block_peaks, null_tail
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
-from collaudit.core.numeric.stats import (
-    ARM_PER_HOUR,
-    BLOCK_S,
-    FEWEST_BLOCKS,
-    MARGIN,
-    SD_PER_MAD,
-    block_peaks,
-    median_of,
-    null_tail,
-)
+from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 
 #: A residual counts as at most so many times the scale while the scale is found.
 _CLIP = 2.5

@@ -14,6 +14,11 @@ from collaudit.core.verdict.noticed_words import listed, place_text
 _WORTH_SAYING_S, _WORTH_SAYING_OF_EDGES_S = 0.1, 1.0
 #: Share of the directions that is worth saying: fewer cross the axes of all joints in any pose.
 _WORTH_SAYING_OF_DIRECTIONS = 0.05
+#: Computed efforts with some noise look like those of an arm that its model describes well.
+_NOT_STATED = (
+    "Nothing states that the efforts are measured ([log] effort_kind): contact does not show in efforts that the "
+    "controller computes from its own model."
+)
 
 
 def exclusions(
@@ -21,6 +26,7 @@ def exclusions(
     sensitivity: Sensitivity,
     findings: Iterable[Finding] = (),
     units: Mapping[str, str] | None = None,
+    effort_stated: bool = True,
 ) -> tuple[str, ...]:
     """One sentence for each kind of contact, time or joint that the verdict does not cover.
 
@@ -29,6 +35,7 @@ def exclusions(
         sensitivity: of the watched joints and of the arm.
         findings: of the log and its detection; those that exclude a kind of contact are said first.
         units: by joint, of what its drive exerts; N·m where absent.
+        effort_stated: whether ``[log] effort_kind`` says what the efforts are.
     """
     out = list(dict.fromkeys(finding.text for finding in findings if finding.excludes))
     if coverage.gaps_s > 0:
@@ -37,7 +44,7 @@ def exclusions(
     if away:
         out.append(f"Joints not watched: {', '.join(away)}.")
     out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.recorded_s, units or {})]
-    return tuple(out)
+    return tuple(out) if effort_stated else (*out, _NOT_STATED)
 
 
 def _not_judged(coverage: Coverage) -> list[str]:

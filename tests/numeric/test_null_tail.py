@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS, block_peaks, null_tail
+from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS, block_peaks, null_tail
 
 PER_BLOCK = 10  # independent samples
 

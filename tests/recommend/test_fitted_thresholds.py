@@ -17,7 +17,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS
+from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.recommend.fitted_thresholds import _too_little, fitted_thresholds
 from collaudit.core.recommend.held_out_residual import fold_of_sample
 from collaudit.core.scoring.truth_events import read_truth

@@ -10,7 +10,7 @@ import pytest
 from synthetic import PERIOD, lugre, make_log, strokes
 
 from collaudit.core.audit import audit_log
-from collaudit.core.config.schema import Config, PolicyConfig
+from collaudit.core.config.schema import Config, LogConfig, PolicyConfig
 from collaudit.core.data.audit_result import Audit, Coverage, FrictionFile, Provenance
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.joint_log import JointLog
@@ -269,3 +269,11 @@ def test_a_pass_does_not_hide_what_cannot_be_seen() -> None:
     empty = Coverage(10.0, 0.0, {})
     assert exclusions(empty, Sensitivity({}), [*said, quiet, *said]) == tuple(finding.text for finding in said)
     assert exclusions(empty, Sensitivity({}), [quiet]) == ()
+
+
+def test_a_pass_says_that_nothing_states_whether_efforts_are_measured(clean: JointLog, friction: FrictionFile) -> None:
+    """Efforts that a controller computes, with some noise, cannot be told from those of a well described arm."""
+    for log, times in ((LogConfig(), 1), (LogConfig.of({"effort_kind": "motor-torque"}), 0)):
+        own = config().changed({"log": log})
+        found = audit_log(prepared(clean, own), own, friction, NOBODY).result.exclusions
+        assert sum("[log] effort_kind" in text for text in found) == times

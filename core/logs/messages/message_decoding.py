@@ -108,8 +108,7 @@ class ChannelDecoder:
             for index in range(count):
                 self._add_alone(batch.payload(index), batch.log_ns[index : index + 1], places[index : index + 1])
             return
-        for size in np.unique(batch.length).tolist():
-            mine = np.flatnonzero(batch.length == size)
+        for size, mine in _by_size(batch.length):
             self._equal_size(_Rows(rows_at(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
 
     def _add_alone(self, data: bytes, log_ns: IntArray, places: IntArray) -> Plan | None:
@@ -151,3 +150,10 @@ class ChannelDecoder:
         if self.tagged:
             columns["source"] = np.full(rows.places.shape[0], self.channel.key)
         self.out.add(plan.key, columns)
+
+
+def _by_size(length: IntArray) -> list[tuple[int, slice | IntArray]]:
+    """Each size of messages (n,), and its rows; all of them, as of most topics, without a copy."""
+    if length.size and (length == length[0]).all():
+        return [(int(length[0]), slice(None))]
+    return [(size, np.flatnonzero(length == size)) for size in np.unique(length).tolist()]

@@ -22,6 +22,7 @@ from collaudit.core.detection.detector_run import (
     judged_signals,
     run_detector,
 )
+from collaudit.core.detection.effort_spikes import spike_findings
 from collaudit.core.detection.fitted_rule import (
     change_findings,
     tight_threshold_findings,
@@ -94,6 +95,7 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     lambda log: scatter_findings(log.applied.fits, log.inputs.rule.gamma_nm),
     lambda log: detection_findings(log.series, log.run, log.inputs, log.facts.friction_level),
     lambda log: model_worth_findings(log.prepared, log.run, log.inputs),
+    lambda log: spike_findings(log.series, log.run.detected.collisions),
 )
 
 

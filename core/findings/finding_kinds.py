@@ -166,6 +166,11 @@ KINDS: dict[str, Kind] = {
         "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show.",
         _EXCLUDES,
     ),
+    "effort-spikes": Kind(
+        "Alarms surround single samples of an effort that lie far off both of their neighbours.",
+        "Look for faults of the channel (a bus, a driver, a logger), or for shocks of the arm. The alarms count.",
+        _WARNING,
+    ),
     "effort-switched": Kind(
         "A joint's effort changes its unit or its sign in the middle of the log.",
         "Look at what was set on the drive or recorder then; cut the log there, and judge each part with its unit.",

@@ -29,6 +29,7 @@ from collaudit.core.detection.fitted_rule import (
     with_fitted_thresholds,
     with_rest_thresholds,
 )
+from collaudit.core.detection.late_effort import late_effort_findings
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
@@ -96,6 +97,9 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     lambda log: detection_findings(log.series, log.run, log.inputs, log.facts.friction_level),
     lambda log: model_worth_findings(log.prepared, log.run, log.inputs),
     lambda log: spike_findings(log.series, log.run.detected.collisions),
+    lambda log: late_effort_findings(
+        log.prepared, log.run.detected.collisions, "effort_delay_ms" in log.config.log.given
+    ),
 )
 
 

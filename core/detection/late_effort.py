@@ -13,7 +13,7 @@ from collaudit.core.prepare.prepared import Prepared
 #: A delay that is surely longer is said, s.
 _LATE_S = 0.01
 #: So much of the log is looked at, s: it tells as much as an hour.
-_LOOKED_AT_S = 600.0
+_LOOKED_AT_S = 240.0
 
 
 def late_effort_findings(prepared: Prepared, collisions: Sequence[Collision], stated: bool) -> list[Finding]:

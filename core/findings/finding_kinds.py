@@ -169,7 +169,7 @@ KINDS: dict[str, Kind] = {
     "effort-spikes": Kind(
         "Alarms surround single samples of an effort that lie far off both of their neighbours.",
         "Look for faults of the channel (a bus, a driver, a logger), or for shocks of the arm. The alarms count.",
-        _WARNING,
+        _DOUBTS,
     ),
     "effort-switched": Kind(
         "A joint's effort changes its unit or its sign in the middle of the log.",

@@ -49,7 +49,7 @@ def test_of_noise_alone_nothing_sticks_out() -> None:
 def test_the_alarms_around_it_are_counted() -> None:
     alarms = [alarm(SPIKE), alarm(2_025, 60), alarm(STEP)]
     (found,) = spike_findings(series(effort()), alarms)
-    assert (found.code, found.effect, found.joint) == ("effort-spikes", "none", "elbow")
+    assert (found.code, found.effect, found.joint) == ("effort-spikes", "doubts-alarms", "elbow")
     assert found.text.startswith("1 of 3 alarms of joint 'elbow'")
     assert found.start_s == alarms[0].onset_s
     assert spike_findings(series(effort()), alarms[1:]) == []

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -76,13 +75,6 @@ class UniformSeries:
     def column(self, joint: str) -> int:
         """Index of a joint's column."""
         return self.joint_names.index(joint)
-
-    def head(self, samples: int) -> UniformSeries:
-        """The first samples of it, where they lie."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        cut: dict[str, Any] = {name: x[:samples] for name, x in values.items() if isinstance(x, np.ndarray)}
-        stretches = (Span(span.start, min(span.stop, samples)) for span in self.segments if span.start < samples)
-        return replace(self, segments=tuple(stretches), **cut)
 
     def mean_temperature_c(self, joint: str) -> float | None:
         """Mean temperature of a joint, °C; None where the log has none."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from collaudit.core.conditioning.measured.calm_stretches import bend_of
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
@@ -53,13 +54,9 @@ def spike_findings(series: UniformSeries, collisions: Sequence[Collision]) -> li
 
 def spikes(x: FloatArray) -> FloatArray:
     """(n,) how far each single sample that sticks out lies off the middle of its neighbours; 0 for every other."""
-    out = np.zeros(x.size)
-    if x.size < 3:
-        return out
-    off = np.abs(x[1:-1] - 0.5 * (x[:-2] + x[2:]))
+    off = 0.5 * bend_of(x)
     some = off[:: max(1, off.size // _DRAWN)]
     usual = median_of(some[np.isfinite(some)])
     with np.errstate(invalid="ignore"):
-        alone = (off > _FAR * usual) & (off > _ALONE * np.abs(x[2:] - x[:-2]))
-    out[1:-1][alone] = off[alone]
-    return out
+        alone = (off > _FAR * usual) & (off > _ALONE * 2.0 * np.abs(np.gradient(x)))
+    return np.where(alone, off, 0.0)

@@ -29,7 +29,6 @@ from collaudit.core.detection.fitted_rule import (
     with_fitted_thresholds,
     with_rest_thresholds,
 )
-from collaudit.core.detection.late_effort import late_effort_findings
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
@@ -38,6 +37,7 @@ from collaudit.core.detection.rule_settings import make_rule, watch_findings
 from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
+from collaudit.core.identification.channel_audit import late_effort_findings
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
@@ -97,9 +97,7 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     lambda log: detection_findings(log.series, log.run, log.inputs, log.facts.friction_level),
     lambda log: model_worth_findings(log.prepared, log.run, log.inputs),
     lambda log: spike_findings(log.series, log.run.detected.collisions),
-    lambda log: late_effort_findings(
-        log.prepared, log.run.detected.collisions, "effort_delay_ms" in log.config.log.given
-    ),
+    lambda log: late_effort_findings(log.prepared, log.config) if log.run.detected.collisions else (),
 )
 
 

@@ -13,7 +13,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.prepare.effort.channel_shift import (
     all_known,
     basis_of,
@@ -22,10 +22,13 @@ from collaudit.core.prepare.effort.channel_shift import (
     thinned,
 )
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift
+from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 
 _MATTERS_S = 0.02
 _UNSHARP_S = 0.03
+#: So much of a log tells a delay as well as an hour does, s.
+_ENOUGH_S = 240.0
 #: A delay, why there is none, or nothing to ask of.
 _Found = Delay | Undetermined | None
 
@@ -91,6 +94,15 @@ def audit_delays(prepared: Prepared, config: Config, effort: _Found, wrench: _Fo
             mend = f"To correct it: [log] {key} = {on + 1e3 * delay.seconds:.1f}."
             findings.append(Finding(code, "warning" if delay.seconds > 0 else "info", f"{text}. {mend}{lag}"))
     return findings
+
+
+def late_effort_findings(prepared: Prepared, config: Config) -> list[Finding]:
+    """What :func:`audit_delays` warns of a late effort, told from the first minutes of a log that alarms.
+
+    A model in time leaves a residual wherever the torque of a late effort changes.
+    """
+    part = part_of(prepared, Span(0, round(_ENOUGH_S / prepared.series.period_s)))
+    return [found for found in audit_delays(part, config, effort_delay(part), None) if found.severity == "warning"]
 
 
 def _is_significant(delay: Delay, period_s: float) -> bool:

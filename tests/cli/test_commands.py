@@ -268,6 +268,7 @@ def test_inspect_shows_an_inverted_effort(arm, collaudit, tmp_path: Path) -> Non
     assert "uncomment it" in started.err, "the way out is said"
     text = (tmp_path / "c.toml").read_text()
     assert "# effort_sign = { joint1 = -1 }" in text
+    assert '# effort_kind = "motor-torque"' in text
     mended = tmp_path / "mended.toml"
     mended.write_text(text.replace("# effort_sign", "effort_sign"))
     assert collaudit("inspect", log, "-c", mended).code == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -53,6 +54,7 @@ def test_the_alarms_around_it_are_counted() -> None:
     assert found.text.startswith("1 of 3 alarms of joint 'elbow'")
     assert found.start_s == alarms[0].onset_s
     assert spike_findings(series(effort()), alarms[1:]) == []
+    assert spike_findings(series(effort()), [replace(alarms[0], gamma_nm=31.0)]) == [], "too low for the alarm"
 
 
 def test_slow_logs_and_missing_values_say_nothing() -> None:

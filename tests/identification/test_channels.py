@@ -13,11 +13,10 @@ from origins import NOBODY, log_source
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import AuditResult, Collision, FrictionFile
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
-from collaudit.core.detection.late_effort import late_effort_findings
 from collaudit.core.fitting import fit_logs
-from collaudit.core.identification.channel_audit import audit_channels, audit_delays, effort_delay
+from collaudit.core.identification.channel_audit import audit_channels, audit_delays, effort_delay, late_effort_findings
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
@@ -120,26 +119,13 @@ def test_a_late_effort_is_measured_and_corrected(late: float) -> None:
         assert after.seconds == pytest.approx(0.0, abs=0.0015)
 
 
-@pytest.mark.parametrize(("late", "said"), [(0.0, 0), (0.004, 0), (0.05, 1)])
-def test_alarms_of_a_late_effort_are_said_to_be_that(late: float, said: int) -> None:
-    log = prepared(moving_log(late), settings())
-    alarm = Collision(log.series.joint_names[0], 1.0, 1.03, 0.05, 5.0, 4.0, "free")
-    found = late_effort_findings(log, [alarm], stated=False)
+@pytest.mark.parametrize(("late", "said"), [(0.0, 0), (0.05, 1)])
+def test_of_a_log_that_alarms_a_late_effort_is_said(late: float, said: int) -> None:
+    found = late_effort_findings(prepared(moving_log(late), settings()), settings())
     assert [(f.code, f.effect) for f in found] == said * [("effort-delay", "none")]
     assert all("effort_delay_ms = 50" in f.text for f in found)
-    assert late_effort_findings(log, [], stated=False) == []
-    assert late_effort_findings(log, [alarm], stated=True) == []
-
-
-def test_the_head_of_a_series_is_that_of_a_shorter_log() -> None:
-    series = prepared(moving_log(), settings()).series
-    head = series.head(1_000)
-    assert head.effort is not None and series.effort is not None
-    assert [(span.start, span.stop) for span in head.segments] == [(0, 1_000)]
-    assert head.time_s.size == head.edge.size == len(head.position_rad) == len(head.saturated) == 1_000
-    np.testing.assert_array_equal(head.effort, series.effort[:1_000])
-    whole = series.head(10**9)
-    assert (whole.segments, whole.time_s.size) == (series.segments, series.time_s.size)
+    mended = settings(effort_delay_ms=1e3 * late)
+    assert late_effort_findings(prepared(moving_log(late), mended), mended) == []
 
 
 def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:

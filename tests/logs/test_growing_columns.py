@@ -21,6 +21,12 @@ def test_rows_are_kept_in_order(claimed: int, width: int) -> None:
     np.testing.assert_array_equal(column.so_far(), rows)
 
 
+def test_a_claim_that_holds_is_all_the_room_there_is() -> None:
+    column = Growing(7, 5_000)
+    column.add(np.zeros((1_000, 7)))
+    assert column.so_far().base.shape == (5_000, 7)
+
+
 def test_a_false_claim_takes_no_memory() -> None:
     """Memory of 10^18 rows could not be had."""
     column = Growing(7, 10**18)

@@ -17,7 +17,10 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
+from collaudit.core.logs.opening import open_messages
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
+from collaudit.core.logs.topics.joint_states_topic import peek_names
+from collaudit.core.logs.topics.log_topics import topics_of
 
 SECONDS, MEGABYTES = 10, 1000
 
@@ -71,6 +74,16 @@ def test_the_bound_follows_the_file_and_can_be_raised(tmp_path: Path) -> None:
             read_log((path,), LogConfig.of({"limits": {key: value}}), robot_joints=None)
     tight = LogConfig.of({"limits": {"chunk_mb": 1e-4}})
     assert "log-partial" in {f.code for f in describe((path,), tight).findings}
+
+
+def test_a_look_at_joint_names_keeps_the_bounds(tmp_path: Path) -> None:
+    path = w.write_mcap(tmp_path / "log.mcap", w.motion(300, joints=3))
+    bounds = ReadingBounds(10**9, "log")
+    reader = open_messages((path,), bounds)
+    topics = topics_of(reader, None, bounds)
+    assert any(peek_names(reader, topics).values())
+    reader.close()
+    assert all(topic.decoded.bounds is bounds for topic in topics)
 
 
 def test_the_stated_defaults() -> None:

@@ -277,3 +277,13 @@ def test_a_pass_says_that_nothing_states_whether_efforts_are_measured(clean: Joi
         own = config().changed({"log": log})
         found = audit_log(prepared(clean, own), own, friction, NOBODY).result.exclusions
         assert sum("[log] effort_kind" in text for text in found) == times
+
+
+def test_alarms_of_glitches_are_in_doubt(clean: JointLog, friction: FrictionFile) -> None:
+    assert clean.effort is not None
+    effort = clean.effort.copy()
+    effort[1_000::2_000, 0] += 400.0
+    found = audit(replace(clean, effort=effort), friction).result
+    assert found.collisions
+    assert any("doubt the effort or the model of joint1" in reason for reason in found.reasons)
+    assert {f.joint for f in found.findings if f.code == "effort-spikes"} == {"joint1"}

@@ -1,7 +1,8 @@
-"""A stretch of a prepared log, as a log of its own."""
+"""Stretches of a prepared log, as a log of their own."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -12,22 +13,19 @@ from collaudit.core.numeric.arrays import Span
 from collaudit.core.prepare.prepared import Prepared
 
 
-def part_of(prepared: Prepared, span: Span) -> Prepared:
-    """The samples of a span, with the findings and checks of the whole log."""
+def part_of(prepared: Prepared, *spans: Span) -> Prepared:
+    """The samples of some spans that follow each other, with the findings and checks of the whole log."""
     series, n = prepared.series, prepared.series.time_s.size
-    if len(span) >= n:
+    if sum(map(len, spans)) >= n:
         return prepared
+    rows = spans[0].slice if len(spans) == 1 else np.concatenate([np.arange(s.start, s.stop) for s in spans])
 
     def cut(value: Any) -> Any:
-        rows = isinstance(value, np.ndarray) and value.shape[0] == n
-        return value[span.slice] if rows else value
+        of_samples = isinstance(value, np.ndarray) and value.shape[0] == n
+        return value.T[..., rows].T if of_samples else value  # columns stay contiguous
 
     columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
-    columns["segments"] = tuple(
-        Span(max(one.start, span.start) - span.start, min(one.stop, span.stop) - span.start)
-        for one in series.segments
-        if one.stop > span.start and one.start < span.stop
-    )
+    columns["segments"] = tuple(_segments_in(spans, series.segments))
     return replace(
         prepared,
         series=UniformSeries(**columns),
@@ -35,3 +33,15 @@ def part_of(prepared: Prepared, span: Span) -> Prepared:
         commanded=replace(prepared.commanded, torque_nm=cut(prepared.commanded.torque_nm)),
         phases=cut(prepared.phases),
     )
+
+
+def _segments_in(spans: Sequence[Span], segments: Sequence[Span]) -> list[Span]:
+    """What the spans have of each segment, where they lie one after the other."""
+    found, before = list[Span](), 0
+    for span in spans:
+        for one in segments:
+            start, stop = max(one.start, span.start), min(one.stop, span.stop)
+            if start < stop:
+                found.append(Span(before + start - span.start, before + stop - span.start))
+        before += len(span)
+    return found

@@ -19,8 +19,10 @@ from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
 from collaudit.core.friction.friction_temperature import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.identification.candidates import Candidate
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -28,6 +30,9 @@ from collaudit.core.residual.residual import Residual, ResidualInputs
 #: Blocks of time a fold at least, so that no fold is one kind of motion only.
 _BLOCKS_A_FOLD = 3
 _LONGEST_BLOCK_S = 10.0
+#: The residual of a block is computed with so much of the log on either side: what a joint did before tells where
+#: friction is steady, and how its level is.
+_AROUND_S = 2.0
 #: A law without so much of the speeds of the whole fit would judge beyond what it was fitted on.
 _LEAST_RANGE = 0.8
 #: With so many samples a fit without a third of them is as good as one without a fifth, and takes less time. A half
@@ -103,7 +108,7 @@ def held_out_residuals(
     for k in range(count):
         rest = fit_arm(logs, taken, config, [fold == k for fold in folds], whole)
         for log, fold, filling in zip(rest.logs, folds, out, strict=True):
-            filling.fill(log, np.flatnonzero(fold == k), whole, rest, covariates, config)
+            filling.fill(log, fold == k, whole, rest, covariates, config)
         if progress is not None:
             progress(k + 1, count)
     return [filling.made(log) for filling, log in zip(out, whole.logs, strict=True)]
@@ -138,27 +143,44 @@ class _Filling:
         return cls(torque, torque.copy(order="K") if corrected else None, state, np.zeros(shape, dtype=np.bool_))
 
     def fill(
-        self, log: Prepared, rows: IntArray, whole: ArmFit, rest: ArmFit, covariates: FrictionCovariates, config: Config
+        self,
+        log: Prepared,
+        own_fold: BoolArray,
+        whole: ArmFit,
+        rest: ArmFit,
+        covariates: FrictionCovariates,
+        config: Config,
     ) -> None:
         """Fill the samples of one fold by the fit without it; joints that it cannot carry keep the law of the whole."""
-        series = log.judged_series
+        if not own_fold.any():  # a log of less than a block
+            return
+        near = _with_surroundings(own_fold, log.series.period_s)
+        part = part_of(log, *(Span(a, b) for a, b in zip(*run_bounds(near), strict=True)))
+        rows, inside, series = np.flatnonzero(own_fold), own_fold[near], part.judged_series
         laws, _ = friction_models(whole.fits, series)
         own, _ = friction_models(rest.fits, series)
         kept = {joint: _carries(rest.fits[joint], fit) for joint, fit in whole.fits.items() if joint in own}
         own = {joint: law for joint, law in own.items() if joint in laws and kept[joint]}
         held = np.array([joint in own for joint in series.joint_names])
         laws = laws_at_temperature({**laws, **own}, covariates.variation, series)[0]
-        found = residual_by(log, laws, config.detect)
-        self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[rows], found.state[rows], held
+        found = residual_by(part, laws, config.detect)
+        self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[inside], found.state[inside], held
         if self.corrected is not None and not np.isfinite(self.corrected).any():  # one fold tells whether they help
             with_them = corrected_laws(laws, covariates.corrections)
-            self.corrected[rows] = residual_by(log, with_them, config.detect).torque_nm[rows]
+            self.corrected[rows] = residual_by(part, with_them, config.detect).torque_nm[inside]
 
     def made(self, log: Prepared) -> HeldOutResidual:
         """The whole of it."""
         usable = np.isfinite(self.torque) & ~log.judged_series.saturated
         evidence, judged = (np.asarray((self.state <= s) & usable) for s in (State.FRICTION_INTERVAL, State.JUDGED))
         return HeldOutResidual(log, self.torque, self.corrected, evidence, judged, self.held_out)
+
+
+def _with_surroundings(mask: BoolArray, period_s: float) -> BoolArray:
+    """(n,) the mask with so much before and after each of its runs."""
+    starts, stops = run_bounds(mask)
+    more = round(_AROUND_S / period_s)
+    return marked(np.maximum(starts - more, 0), np.minimum(stops + more, mask.size), mask.size)
 
 
 def residual_by(log: Prepared, laws: Mapping[str, FrictionModel], detect: DetectConfig) -> Residual:

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from collaudit.core.api import load_robot, open_log
+from collaudit.core.config import load_config
 from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.data.signals import State
+from collaudit.core.friction.arm_fit import fit_arm
 from collaudit.core.friction.friction_fitting import fit_friction
+from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.law_candidates import FrictionUnits
-from collaudit.core.recommend.held_out_residual import _carries
+from collaudit.core.identification.candidates import Candidate
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.recommend.held_out_residual import (
+    FrictionCovariates,
+    _carries,
+    fold_of_sample,
+    held_out_residuals,
+    residual_by,
+)
+from collaudit.fixtures.simulation import SimulatedFiles
 
 LAW = "asymmetric-lugre"
 UNITS = FrictionUnits("N·m", "rad/s", "nm", "rad")
@@ -34,3 +50,22 @@ def test_a_part_without_slow_motion_one_way_keeps_the_law_of_the_whole() -> None
     assert not any(_carries(one, whole) for one in lost)
     narrow = fit_friction(points({1: 0.01, -1: 0.01})[:30], UNITS, LAW)
     assert not _carries(narrow, whole), "less than four fifths of the speeds"
+
+
+def test_a_block_is_judged_as_within_the_whole_log(made: Callable[..., SimulatedFiles]) -> None:
+    """Two seconds around it are enough, but for joints that move too little in them to tell friction."""
+    files = made("free-clean", "paper6", seed=4, duration_s=100.0)
+    fixed = {"log.csv.wrench": None, "log.wrench_frame": None, "fit.blocks": 3, "detect.friction_level": "fixed"}
+    settings = load_config(files.config, fixed)
+    log = open_log(files.log, settings)
+    prepared, config = prepare(log, load_robot(settings, log.joint_names), settings.config), settings.config
+    taken = Candidate((), 0.2)
+    arm = fit_arm([prepared], taken, config)
+    (found,) = held_out_residuals([prepared], arm, taken, FrictionCovariates({}, {}), config)
+    fold = fold_of_sample(prepared.series, 3) == 1
+    rest = fit_arm([prepared], taken, config, [fold], arm)
+    whole = residual_by(rest.logs[0], friction_models(rest.fits, prepared.judged_series)[0], config.detect)
+    judged = (whole.state <= State.JUDGED) & fold[:, None]
+    both = judged & found.judged
+    assert np.count_nonzero(both) > 0.95 * np.count_nonzero(judged) > 0
+    assert float(np.max(np.abs((found.torque_nm - whole.torque_nm)[both]))) < 1e-3

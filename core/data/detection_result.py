@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-Mode = Literal["position", "force", "standing"]
 ContactKind = Literal["meant", "accidental", "undecided"]
 
 
@@ -226,21 +225,6 @@ class ControllerAlarmComparison:
 
 
 @dataclass(frozen=True, slots=True)
-class ControlMode:
-    """How a joint was controlled in a phase.
-
-    Attributes:
-        mode: position, force (it gives way to the force: many reversals over small strokes), or standing.
-        reversals_per_s: reversals a second.
-        stroke_rad: median way between them, rad (m if prismatic).
-    """
-
-    mode: Mode
-    reversals_per_s: float
-    stroke_rad: float
-
-
-@dataclass(frozen=True, slots=True)
 class Score:
     """How right a detector was, on one joint or on all combined.
 
@@ -283,7 +267,6 @@ class DetectionFacts:
         delay: its delay in parts.
         friction_level: by joint.
         detectors: other detectors on the same log.
-        control: by joint and phase, how the joint was controlled.
         flags: the controller's own alarms compared with ours; empty when none were given.
         scores: against known events, all joints combined first; empty when none are known.
     """
@@ -294,5 +277,4 @@ class DetectionFacts:
     friction_level: dict[str, LevelFacts]
     detectors: dict[str, DetectorFacts]
     flags: tuple[ControllerAlarmComparison, ...]
-    control: dict[str, dict[str, ControlMode]] = field(default_factory=dict)
     scores: tuple[Score, ...] = ()

@@ -34,7 +34,6 @@ from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule, watch_findings
-from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
@@ -174,5 +173,4 @@ def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config
             for name in dict.fromkeys(detect.compare)
         },
         flags=(),
-        control=control_modes(series, prepared.phases),
     )

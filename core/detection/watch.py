@@ -5,25 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
-from collaudit.core.data.detection_result import ControlMode, Mode
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.prepare.phases import PHASES
 
 #: A joint in contact that reverses more often a second, over smaller strokes (rad; m if prismatic), is taken as
 #: controlled by force: the paper's joints 2 to 5 do while they polish.
 _REVERSALS_PER_S, _REVERSAL_STROKE = 0.5, 0.02
 #: Strokes shorter than this are encoder noise of a standing joint, rad.
 _NOISE_STROKE = 2e-4
-#: A joint that stays within this in a phase stands, rad.
-_STANDING_TRAVEL = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +50,7 @@ def choose_watched(series: UniformSeries, contact: BoolArray, config: DetectConf
     out = {}
     for j, joint in enumerate(series.joint_names):
         rate, stroke = _reversals(series.position_rad[:, j], series.velocity_rad_s[:, j], contact, series.period_s)
-        if _force_controlled(rate, stroke):
+        if rate > _REVERSALS_PER_S and stroke < _REVERSAL_STROKE:
             why = (
                 f"force-controlled in contact: {rate:.2g} reversals a second over strokes of {stroke:.2g} rad "
                 "(median); friction at reversal hides what its residual would show"
@@ -86,28 +80,6 @@ def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watc
     return choice
 
 
-def control_modes(series: UniformSeries, phases: NDArray[np.int8]) -> dict[str, dict[str, ControlMode]]:
-    """How each joint was controlled in each phase that occurs: by position, by force, or standing."""
-    masks = {phase: np.asarray(phases == code) for code, phase in enumerate(PHASES)}
-
-    def of_joint(joint: str) -> dict[str, ControlMode]:
-        out: dict[str, ControlMode] = {}
-        j = series.column(joint)
-        q, v = series.position_rad[:, j], series.velocity_rad_s[:, j]
-        for phase, mask in masks.items():
-            if not mask.any():
-                continue
-            rate, stroke = _reversals(q, v, mask, series.period_s)
-            known = q[mask & np.isfinite(q)]
-            travel = float(np.ptp(known)) if known.size else 0.0
-            forced = _force_controlled(rate, stroke)
-            mode: Mode = "standing" if travel < _STANDING_TRAVEL else "force" if forced else "position"
-            out[phase] = ControlMode(mode, float(rate), stroke)
-        return out
-
-    return by_name(of_joint, series.joint_names)
-
-
 def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
     missing = [name for name in names if name not in joints]
     if missing:
@@ -124,10 +96,6 @@ def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
         else Watch(False, False, "not named in [detect] watch")
         for joint in joints
     }
-
-
-def _force_controlled(rate: float, stroke: float) -> bool:
-    return rate > _REVERSALS_PER_S and stroke < _REVERSAL_STROKE
 
 
 def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float) -> tuple[float, float]:

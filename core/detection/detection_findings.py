@@ -1,4 +1,4 @@
-"""Findings on a detection: slow filters, friction off its calibration, events cut off."""
+"""Findings on a detection: slow filters, friction off its calibration, events cut off, models that explain nothing."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from collaudit.core.data.audit_result import ResidualStats, RuleFacts
 from collaudit.core.data.detection_result import LevelFacts
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.friction_level import LARGEST
 from collaudit.core.residual.residual import Residual
 
@@ -23,6 +24,8 @@ _NOTABLE_LEVEL = 0.05
 #: A push of the persistence this many times the threshold is to be seen.
 _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
+#: A model that leaves this share of the torque's spread in so much motion, s, explains nothing.
+_NO_GAIN, _NO_GAIN_S = 0.9, 5.0
 #: What cuts an event off: signals that end or mean nothing there.
 _BLIND = [State.SATURATED, State.NOT_A_NUMBER, State.GAP, State.EDGE, State.NOT_DRIVEN]
 
@@ -159,3 +162,40 @@ def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, flo
         for joint, fit in fits.items()
         if joint in gamma_nm and fit.rmse_nm is not None and fit.rmse_nm > 0.5 * gamma_nm[joint]
     ]
+
+
+def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
+    """Watched joints whose residual in motion spreads as much as their measured torque does.
+
+    Args:
+        prepared: the log and its model.
+        run: what the detector made of it.
+        inputs: which joints are watched.
+    """
+    series, residual = prepared.judged_series, run.residual
+    if residual.effort_nm is None or prepared.rigid_nm is None or not residual.isolation.isolates:
+        return []
+
+    def of_joint(joint: str) -> Finding | None:
+        j = series.column(joint)
+        assert residual.effort_nm is not None
+        moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
+        good = (run.detected.state[:, j] == State.JUDGED) & moving & np.isfinite(residual.effort_nm[:, j])
+        if np.count_nonzero(good) * series.period_s < _NO_GAIN_S:
+            return None
+        effort = residual.effort_nm[:, j]
+        after = float(np.std(residual.torque_nm[:, j][good]))
+        smoothed = run.residual.balance.kernel.apply(effort[:, None], series.segments, series.period_s)
+        before = float(np.std(smoothed[good, 0]))
+        if after <= _NO_GAIN * before:
+            return None
+        text = (
+            f"Subtracting model and friction does not reduce the torque of joint '{joint}': in motion the "
+            f"residual spreads by {after:.3g} N·m (standard deviation), the measured torque by {before:.3g} N·m."
+        )
+        return Finding("model-no-gain", "warning", text, joint=joint)
+
+    found = by_name(
+        of_joint, [name for name in series.joint_names if inputs.watch[name].watched and name in inputs.laws]
+    )
+    return [finding for finding in found.values() if finding is not None]

@@ -12,7 +12,12 @@ from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.clean_samples import residual_stats
-from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
+from collaudit.core.detection.detection_findings import (
+    detection_findings,
+    model_worth_findings,
+    residual_level_findings,
+    scatter_findings,
+)
 from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
@@ -29,7 +34,6 @@ from collaudit.core.detection.fitted_rule import (
     with_fitted_thresholds,
     with_rest_thresholds,
 )
-from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings

@@ -367,8 +367,8 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "model-no-gain": Kind(
-        "Subtracting model and friction does not make a joint's torque smaller; the likely cause is named.",
-        "Check what is named: sign and gain of the effort, its delay, inertials and tool, or the filter's bandwidth.",
+        "Subtracting model and friction does not make a joint's torque smaller.",
+        "Check sign and gain of the effort, its delay and smoothing, inertials and tool, and the filter's bandwidth.",
         _DOUBTS,
     ),
     "gamma-missing": Kind(

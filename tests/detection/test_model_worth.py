@@ -1,4 +1,4 @@
-"""A model that makes the torque no smaller is said, with the cause that was put in."""
+"""A model that makes the torque no smaller is said."""
 
 from __future__ import annotations
 
@@ -72,16 +72,10 @@ def test_a_good_model_is_not_mentioned(friction: FrictionFile) -> None:
     assert not said(friction)
 
 
-@pytest.mark.parametrize(
-    ("factor", "words"), [(0.1, "the effort's gain"), (-1.0, "inverted sign")], ids=["gain", "sign"]
-)
-def test_gain_and_sign_are_named(friction: FrictionFile, factor: float, words: str) -> None:
-    finding = said(friction, factor=factor)["joint1"]
-    assert finding.effect == "doubts-alarms"
-    assert words in finding.text
-    assert f"factor {factor:.2g}" in finding.text
+@pytest.mark.parametrize("factor", [0.1, -1.0], ids=["gain", "sign"])
+def test_a_wrong_gain_or_sign_casts_doubt_on_alarms(friction: FrictionFile, factor: float) -> None:
+    assert said(friction, factor=factor)["joint1"].effect == "doubts-alarms"
 
 
-def test_noise_of_the_acceleration_is_named(friction: FrictionFile) -> None:
-    finding = said(friction, period=0.01, noise_rad=0.02)["joint1"]
-    assert "noise of the acceleration" in finding.text
+def test_noise_of_the_acceleration_casts_doubt_on_alarms(friction: FrictionFile) -> None:
+    assert said(friction, period=0.01, noise_rad=0.02)["joint1"].effect == "doubts-alarms"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +19,9 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, detect_events
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
-from collaudit.core.numeric.arrays import BoolArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import lasting
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.numeric.tables import table
 from collaudit.core.prepare.prepared import Prepared
@@ -150,28 +151,12 @@ def shortest_pushes(kernel: Kernel, n: int, period_s: float) -> tuple[ShortestPu
         n: persistence, samples.
         period_s: sample period, s.
     """
-    around = max(16, math.ceil(4.0 * kernel.settle_s / period_s))
-    longest = n + around
+    longest = n + max(16, math.ceil(4.0 * kernel.settle_s / period_s))
 
-    def alarms(length: IntArray) -> BoolArray:
-        """(k, ratios) whether pushes of these lengths (k,), in samples, alarm."""
-        pushes = np.zeros((2 * around + longest, length.size))
-        pushes[around:-around] = np.arange(longest)[:, None] < length
-        smoothed = kernel.apply(pushes, [Span(0, len(pushes))], period_s)
-        found = [[_longest_run(column > 1.0 / ratio) >= n for ratio in RATIOS] for column in smoothed.T]
-        return np.array(found)
+    def alarms(samples: int, ratio: float) -> bool:
+        response, _ = kernel.push_response(samples, period_s)
+        return bool(lasting(response > 1.0 / ratio, n).any())
 
-    # A longer push alarms where a shorter one does: lengths in steps first, then those of one step.
-    step = math.isqrt(longest)
-    coarse = np.append(np.arange(step, longest, step), longest)
-    lasting = {k: int(coarse[column.argmax()]) for k, column in enumerate(alarms(coarse).T) if column.any()}
-    if not lasting:
-        return ()
-    fine = np.unique(np.concatenate([np.arange(length - step, length) + 1 for length in lasting.values()]))
-    found = alarms(fine[fine > 0]).T
-    return tuple(ShortestPush(RATIOS[k], float(fine[fine > 0][found[k].argmax()]) * period_s) for k in lasting)
-
-
-def _longest_run(mask: BoolArray) -> int:
-    starts, stops = run_bounds(mask)
-    return int((stops - starts).max(initial=0))
+    # A longer push alarms where a shorter one does.
+    found = {r: bisect_left(range(longest + 1), True, key=partial(alarms, ratio=r)) for r in RATIOS}
+    return tuple(ShortestPush(ratio, count * period_s) for ratio, count in found.items() if count <= longest)

@@ -8,16 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, Phase
+from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.knocks import knock_width, knocks
 from collaudit.core.detection.rule import MERGE_S, Event, apart, collisions, rule_events
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
-from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import each, ordered_map
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import lasting
 from collaudit.core.prepare.phases import PHASES, contact_mask
 
 
@@ -47,26 +45,14 @@ def detect_events(threshold: Threshold, watch: Mapping[str, Watch], phases: NDAr
     merge = round(MERGE_S / series.period_s)
     watched = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
     columns = residual.isolation.judged_columns(watched, rule.gamma_nm)
+    width = knock_width(rule.n, residual.balance.kernel.settle_s, series.period_s)
     hits: list[Collision] = []
     near: list[NearMiss] = []
-
-    width = knock_width(rule.n, residual.balance.kernel.settle_s, series.period_s)
-
-    def events_of(j: int) -> _Found:
-        return _events(residual.torque_nm[:, j], state[:, j], threshold, j, merge, width)
-
-    def joint_of(j: int, event: Event) -> str:
-        return residual.isolation.joint_of(j, event.span.start)
-
-    for j, found in zip(columns, ordered_map(events_of, columns), strict=True):
-        gamma = rule.gamma_nm[series.joint_names[j]]
-        hits += [_collision(series, joint_of(j, e), e, gamma, phases) for e in found.fired]
-        lower = rule.lasting_nm.get(series.joint_names[j], gamma)
-        hits += [replace(_collision(series, joint_of(j, e), e, lower, phases), lasting=True) for e in found.lasting]
-        nearly: list[tuple[NearMissKind, Event, float]] = [("amplitude", e, abs(e.peak) / gamma) for e in found.low]
-        nearly += [("persistence", e, e.longest / rule.n) for e in found.brief]
-        nearly += [("impulse", e, ratio) for e, ratio in found.knocks]
-        near += [_near_miss(series, joint_of(j, e), e, gamma, kind, ratio, phases) for kind, e, ratio in nearly]
+    for its_hits, its_near in ordered_map(
+        lambda j: _events(threshold, j, state[:, j], phases, (merge, width)), columns
+    ):
+        hits += its_hits
+        near += its_near
     return DetectedEvents(
         tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
         tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
@@ -74,35 +60,47 @@ def detect_events(threshold: Threshold, watch: Mapping[str, Watch], phases: NDAr
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """One joint's collisions, those of the lower threshold of what lasts, and near misses.
-
-    These are by amplitude, by persistence and, with its ratio each, by impulse.
-    """
-
-    fired: list[Event]
-    lasting: list[Event]
-    low: list[Event]
-    brief: list[Event]
-    knocks: list[tuple[Event, float]]
-
-
 def _events(
-    torque_nm: FloatArray, state: NDArray[np.int8], threshold: Threshold, j: int, merge: int, width: int
-) -> _Found:
-    rule = threshold.rule
+    threshold: Threshold, j: int, state: NDArray[np.int8], phases: NDArray[np.int8], margins: tuple[int, int]
+) -> tuple[list[Collision], list[NearMiss]]:
+    """Collisions of one column, those of the lower threshold of what lasts among them, and near misses.
+
+    Args:
+        threshold, j: of a column.
+        state: (n,) of its samples.
+        phases: (n,) labels.
+        margins: samples within which events are one, and that a knock lies within.
+    """
+    series, residual, rule, (merge, width) = threshold.series, threshold.residual, threshold.rule, margins
+    gamma = rule.gamma_nm[series.joint_names[j]]
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
     (level, _), *lower = threshold.with_persistences(j)
-    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level)
+    x, level = np.ascontiguousarray(residual.torque_nm[:, j]), np.ascontiguousarray(level)
     fired, low, brief = rule_events(
         x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
     )
-    lasting = [e for less, n in lower for e in apart(collisions(x, evidence, less, n, merge), fired, merge)]
-    low, brief = apart(low, lasting, merge), apart(brief, lasting, merge)
+    held = [e for less, n in lower for e in apart(collisions(x, evidence, less, n, merge), fired, merge)]
+    low, brief = apart(low, held, merge), apart(brief, held, merge)
     ratios = dict(knocks(x, evidence, level, rule.n, width, rule.near_miss_impulse))
-    left = apart(list(ratios), [*fired, *lasting, *low, *brief], max(merge, width))
-    return _Found(fired, lasting, low, brief, [(e, ratios[e]) for e in left])
+    left = apart(list(ratios), [*fired, *held, *low, *brief], max(merge, width))
+
+    def hit(event: Event, gamma_nm: float) -> Collision:
+        return Collision(
+            joint=residual.isolation.joint_of(j, event.span.start),
+            onset_s=float(series.time_s[event.span.start]),
+            detected_s=float(series.time_s[event.detected]),
+            duration_s=len(event.span) * series.period_s,
+            peak_nm=event.peak,
+            gamma_nm=gamma_nm,
+            phase=PHASES[int(phases[event.span.start])],
+        )
+
+    hits = [hit(e, gamma) for e in fired]
+    hits += [replace(hit(e, rule.lasting_nm[series.joint_names[j]]), lasting=True) for e in held]
+    nearly: list[tuple[NearMissKind, Event, float]] = [("amplitude", e, abs(e.peak) / gamma) for e in low]
+    nearly += [("persistence", e, e.longest / rule.n) for e in brief]
+    nearly += [("impulse", e, ratios[e]) for e in left]
+    return hits, [_near_miss(hit(e, gamma), kind, ratio) for kind, e, ratio in nearly]
 
 
 def _with_unwatched(
@@ -119,51 +117,22 @@ def _with_unwatched(
             np.maximum(column, State.NOT_WATCHED, out=column)
         elif not its.in_contact:
             column[contact] = np.maximum(column[contact], State.NOT_WATCHED)
-        _mark_too_brief(column, n)
+        evidence = np.asarray(column <= State.FRICTION_INTERVAL)
+        column[evidence & ~lasting(evidence, n)] = State.TOO_BRIEF  # it cannot fire, whatever its residual
 
     each(fill_joint, range(len(joints)))
     return out
 
 
-def _mark_too_brief(state: NDArray[np.int8], n: int) -> None:
-    """Stretches of evidence shorter than n cannot fire: they were not judged, whatever their residual."""
-    starts, stops = run_bounds(np.asarray(state <= State.FRICTION_INTERVAL))
-    for k in np.flatnonzero(stops - starts < n):
-        state[starts[k] : stops[k]] = State.TOO_BRIEF
-
-
-def _phase(phases: NDArray[np.int8], sample: int) -> Phase:
-    return PHASES[int(phases[sample])]
-
-
-def _collision(series: UniformSeries, joint: str, event: Event, gamma: float, phases: NDArray[np.int8]) -> Collision:
-    return Collision(
-        joint=joint,
-        onset_s=float(series.time_s[event.span.start]),
-        detected_s=float(series.time_s[event.detected]),
-        duration_s=len(event.span) * series.period_s,
-        peak_nm=event.peak,
-        gamma_nm=gamma,
-        phase=_phase(phases, event.span.start),
-    )
-
-
-def _near_miss(
-    series: UniformSeries,
-    joint: str,
-    event: Event,
-    gamma: float,
-    kind: NearMissKind,
-    ratio: float,
-    phases: NDArray[np.int8],
-) -> NearMiss:
+def _near_miss(event: Collision, kind: NearMissKind, ratio: float) -> NearMiss:
+    """What nearly was this collision."""
     return NearMiss(
-        joint=joint,
-        onset_s=float(series.time_s[event.span.start]),
-        duration_s=len(event.span) * series.period_s,
-        peak_nm=event.peak,
-        gamma_nm=gamma,
+        joint=event.joint,
+        onset_s=event.onset_s,
+        duration_s=event.duration_s,
+        peak_nm=event.peak_nm,
+        gamma_nm=event.gamma_nm,
         ratio=ratio,
         kind=kind,
-        phase=_phase(phases, event.span.start),
+        phase=event.phase,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
@@ -54,14 +53,15 @@ def with_fitted_thresholds(
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
+    stated = {} if usable is None else usable.joints
     n, _ = stated_persistence(config.detect, series.period_s)
     long = persistence_samples(LASTING_S, series.period_s)
     follows = FollowedMotion()
     used: dict[str, ThresholdLevel] = {}
     lower: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
-        known = usable.joints.get(joint) if usable is not None else None
-        level = level_at(known, n, n * series.period_s) if known is not None else None
+        known = stated.get(joint)
+        level = None if known is None else level_at(known, n, n * series.period_s)
         if level is not None and known is not None and joint not in still:
             gamma[joint], used[joint] = level.gamma_nm, level
             lasting = level_at(known, long, long * series.period_s)
@@ -71,7 +71,7 @@ def with_fitted_thresholds(
                     lower[joint], follows.lasting_nm[joint] = lasting, lasting.gamma_nm
     for joint in series.joint_names:
         if joint not in gamma:
-            known = usable.joints.get(joint) if usable is not None else None
+            known = stated.get(joint)
             reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
             findings.append(_missing(joint, reason, _travel(series, joint), bool(used)))
     if usable is not None and used:
@@ -159,10 +159,10 @@ def _source(
 
 
 def _duration(hours: float) -> str:
+    if hours >= 2.0:
+        return f"{hours:.3g} h"
     seconds = hours * _HOUR_S
-    if seconds < 120.0:
-        return f"{seconds:.3g} s"
-    return f"{seconds / 60.0:.3g} min" if seconds < 2.0 * _HOUR_S and math.isfinite(seconds) else f"{hours:.3g} h"
+    return f"{seconds / 60.0:.3g} min" if seconds >= 120.0 else f"{seconds:.3g} s"
 
 
 def exceeded_findings(thresholds: FittedThresholds, joints: Collection[str]) -> list[Finding]:

@@ -36,7 +36,7 @@ from collaudit.core.detection.fitted_rule import (
 )
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
-from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
+from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, persistence_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule, watch_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
@@ -92,6 +92,7 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     ),
     lambda log: watch_findings(log.inputs.watch),
     lambda log: change_findings(log.prepared, log.applied.quiet, log.inputs.rule.gamma_nm),
+    lambda log: persistence_findings(log.inputs.rule),
     lambda log: reach_findings(log.series, log.prepared.robot, log.inputs.rule),
     lambda log: coarse_findings(log.series, log.inputs.rule),
     lambda log: pattern_findings(log.signals, log.inputs.rule.gamma_nm),

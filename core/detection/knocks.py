@@ -54,7 +54,7 @@ def knocks(
     out: list[tuple[Event, float]] = []
     for a, b in zip(starts, stops, strict=True):
         best = int(a) + int(np.argmax(ratio[a:b]))
-        out.append((_event(residual, best, width, gamma), float(ratio[best])))
+        out.append((_event(residual, best, width), float(ratio[best])))
     return out
 
 
@@ -86,7 +86,7 @@ def _impulse(total: FloatArray, n: int, width: int) -> FloatArray:
     return np.asarray(np.minimum(inside - width * middle, 2.0 * (inside - width * higher)))
 
 
-def _event(residual: FloatArray, start: int, width: int, gamma: Level) -> Event:
+def _event(residual: FloatArray, start: int, width: int) -> Event:
     """The part of an excursion that is at least half as high as its peak."""
     part = residual[start : start + width]
     size = np.abs(part)
@@ -94,6 +94,4 @@ def _event(residual: FloatArray, start: int, width: int, gamma: Level) -> Event:
     low = np.flatnonzero(size < 0.5 * size[top])
     first = int(low[low < top].max(initial=-1)) + 1
     last = int(low[low > top].min(initial=width))
-    level = gamma if isinstance(gamma, float) else gamma[start : start + width]
-    above = int(np.count_nonzero(size > level))
-    return Event(Span(start + first, start + last), start + last - 1, last - first, float(part[top]), above)
+    return Event(Span(start + first, start + last), start + last - 1, last - first, float(part[top]))

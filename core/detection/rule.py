@@ -31,14 +31,12 @@ class Event:
             for events on which it does not.
         longest: longest run of samples above the level.
         peak: value of the largest |residual|, signed.
-        above: samples above the level in all.
     """
 
     span: Span
     detected: int
     longest: int
     peak: float
-    above: int
 
 
 def persistence_samples(persistence_s: float, period_s: float) -> int:
@@ -57,21 +55,20 @@ def exceedances(residual: FloatArray, evidence: BoolArray, level: Level) -> tupl
         evidence: (n,) samples that may count; a gap is False and so breaks a run.
         level: N·m; one number, or (n,) when it varies.
     """
-    return _runs(residual, evidence, level, 1.0)
+    return run_bounds(_above(residual, evidence, level))
 
 
-def _runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float) -> tuple[IntArray, IntArray]:
+def _above(residual: FloatArray, evidence: BoolArray, level: Level) -> BoolArray:
+    """(n,) samples of evidence above the level."""
     with np.errstate(invalid="ignore"):
-        above = np.abs(residual) > share * level
+        above = np.abs(residual) > level
     above &= evidence
-    return run_bounds(above)
+    return above
 
 
-def _tolerant_runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float) -> tuple[IntArray, IntArray]:
-    """Runs above a share of the level, over single samples of evidence below it: noise does not end a near miss."""
-    with np.errstate(invalid="ignore"):
-        above = np.abs(residual) > share * level
-    above &= evidence
+def _tolerant_runs(residual: FloatArray, evidence: BoolArray, level: Level) -> tuple[IntArray, IntArray]:
+    """Runs above the level, over single samples of evidence below it: noise does not end a near miss."""
+    above = _above(residual, evidence, level)
     alone = ~above[1:-1] & above[:-2] & above[2:]
     above[1:-1] |= alone & evidence[1:-1]
     return run_bounds(above)
@@ -114,7 +111,7 @@ def rule_events(
     short = (length < n) & (length >= max(1, ceil(persistence * n - 1e-9)))
     brief = _events(residual, above[0][short], above[1][short], n, merge_samples)
     brief = apart(brief, hits, merge_samples)
-    low = _lasting(residual, _tolerant_runs(residual, evidence, gamma, amplitude), n, merge_samples)
+    low = _lasting(residual, _tolerant_runs(residual, evidence, amplitude * gamma), n, merge_samples)
     return hits, apart(low, hits + brief, merge_samples), brief
 
 
@@ -142,7 +139,7 @@ def _describe(residual: FloatArray, starts: IntArray, stops: IntArray, n: int) -
     detected = int(starts[fires[0]]) + n - 1 if fires.size else int(stops[longest]) - 1
     part = np.nan_to_num(residual[span.slice])
     peak = float(part[int(np.argmax(np.abs(part)))])
-    return Event(span, detected, int(length[longest]), peak, int(length.sum()))
+    return Event(span, detected, int(length[longest]), peak)
 
 
 def apart(events: Sequence[Event], others: Sequence[Event], margin: int) -> list[Event]:

@@ -25,7 +25,7 @@ _DRAWN = 100_000
 
 
 def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) -> list[Finding]:
-    """Thresholds and a persistence that nothing, or hardly anything, could exceed.
+    """Thresholds that nothing, or hardly anything, could exceed.
 
     A drive holds against an external torque with its own, so an external torque above the joint's limit does not build
     up for long. The largest torque on record says what the arm is used for: an alarm that needs more than that needs
@@ -37,7 +37,7 @@ def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) ->
         robot: their limits.
         rule: as applied.
     """
-    out = [found for found in (_persistence(rule),) if found is not None]
+    out: list[Finding] = []
     if series.effort_unit != "Nm":
         return out
     largest = largest_efforts(series)
@@ -123,14 +123,15 @@ def check_persistence(series: UniformSeries, n: int) -> None:
         )
 
 
-def _persistence(rule: RuleFacts) -> Finding | None:
-    if rule.persistence_s > LONGEST_PERSISTENCE_S:
-        text = (
-            f"The persistence n = {rule.n} is {rule.persistence_s:.4g} s: a contact shorter than that does not alarm, "
-            "however hard it is."
-        )
-        return Finding("persistence-long", "warning", text)
-    return None
+def persistence_findings(rule: RuleFacts) -> list[Finding]:
+    """A persistence that is longer than many contacts."""
+    if rule.persistence_s <= LONGEST_PERSISTENCE_S:
+        return []
+    text = (
+        f"The persistence n = {rule.n} is {rule.persistence_s:.4g} s: a contact shorter than that does not alarm, "
+        "however hard it is."
+    )
+    return [Finding("persistence-long", "warning", text)]
 
 
 def largest_efforts(series: UniformSeries) -> Mapping[str, float]:

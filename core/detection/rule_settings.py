@@ -42,7 +42,7 @@ def make_rule(
     """
     detect, follows = config.detect, follows or FollowedMotion()
     watch = choose_watched(series, contact_mask(phases), detect)
-    gamma = _gamma(series.joint_names, nominal_gamma(detect))
+    gamma = {} if detect.gamma_nm == "auto" else _gamma(series.joint_names, detect.gamma_nm)
     for joint in series.joint_names:
         if joint not in gamma and watch[joint].watched:
             watch[joint] = Watch(False, False, "there is no threshold for it")
@@ -73,13 +73,6 @@ def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, floa
     if detect.short_persistence:
         return min(max(n, _FEWEST_CAUSAL), persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, period_s)), None
     return n, detect.asked_persistence_ms
-
-
-def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
-    """The thresholds that are stated, N·m."""
-    if detect.gamma_nm == "auto":
-        return {}  # the friction file's take its place before: core/detection/fitted_rule.py
-    return detect.gamma_nm
 
 
 def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dict[str, float]:

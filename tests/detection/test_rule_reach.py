@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
+from collaudit.core.detection.rule_reach import (
+    check_persistence,
+    coarse_findings,
+    persistence_findings,
+    reach_findings,
+)
 from collaudit.core.errors import NotJudgedError
 
 TORQUE = 20.0, 6.0  # largest of each joint on record
@@ -22,7 +27,7 @@ def found(gamma: tuple[float, float], limits: tuple[float, float], n: int = 13, 
     rule: Any = SimpleNamespace(
         gamma_nm=dict(zip("ab", gamma, strict=True)), n=n, persistence_s=n * 0.002, watch=("a", "b")
     )
-    return reach_findings(series, robot, rule)
+    return [*persistence_findings(rule), *reach_findings(series, robot, rule)]
 
 
 NONE = (np.nan, np.nan)

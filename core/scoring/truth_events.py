@@ -37,16 +37,12 @@ def read_truth(path: Path) -> TruthFile:
         raise LogError("the true events cannot be read", where=str(path), found=str(error)) from error
 
 
-def true_events(
-    truth: TruthFile, joints: Sequence[str], factor: float = 1.0, lasting_s: float = 0.0
-) -> list[TrueEvent]:
+def true_events(truth: TruthFile, joints: Sequence[str]) -> list[TrueEvent]:
     """Events of a truth file (``.json``) or of a label table (``.csv`` with columns onset_s, end_s, joint).
 
     Args:
         truth: as :func:`read_truth` gives it.
         joints: judged joints; a label without a joint is required of any of them.
-        factor, lasting_s: of a truth file, the joints required are those whose true torque exceeds ``factor``
-            times gamma for at least ``lasting_s``; with the defaults those marked as collisions.
 
     Raises:
         LogError: the text is neither.
@@ -54,7 +50,7 @@ def true_events(
     if truth.name.lower().endswith(".csv"):
         return _labels(truth, joints)
     try:
-        return events_of_truth(json.loads(truth.text), factor, lasting_s)
+        return events_of_truth(json.loads(truth.text))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise LogError(
             "the true events cannot be understood",
@@ -64,9 +60,8 @@ def true_events(
         ) from error
 
 
-def events_of_truth(truth: Mapping[str, Any], factor: float = 1.0, lasting_s: float = 0.0) -> list[TrueEvent]:
+def events_of_truth(truth: Mapping[str, Any]) -> list[TrueEvent]:
     """Events of a simulated log's truth; see :func:`true_events`."""
-    gamma = float(truth["rule"]["gamma_nm"])
     out = []
     for kind in ("collisions", "near_misses", "below_threshold"):
         for push in truth[kind]:
@@ -74,22 +69,9 @@ def events_of_truth(truth: Mapping[str, Any], factor: float = 1.0, lasting_s: fl
                 joint: facts["crosses_gamma_s"]
                 for joint, facts in push["joints"].items()
                 if facts["kind"] == "collision"
-                and (factor <= 1.0 or above_s(push["duration_s"], facts, gamma, factor) >= lasting_s)
             }
             out.append(TrueEvent(push["onset_s"], push["onset_s"] + push["duration_s"], required))
     return sorted(out, key=lambda e: e.onset_s)
-
-
-def above_s(duration_s: float, facts: Mapping[str, Any], gamma_nm: float, factor: float) -> float:
-    """Seconds a push of raised-cosine edges keeps a joint above ``factor`` times gamma.
-
-    The length of its edges follows from its peak and the time it is above gamma itself.
-    """
-    peak = abs(float(facts["peak_nm"]))
-    if peak <= factor * gamma_nm:
-        return 0.0
-    edge = (duration_s - float(facts["above_gamma_s"])) * math.pi / (2.0 * math.acos(1.0 - 2.0 * gamma_nm / peak))
-    return max(0.0, duration_s - 2.0 * edge * math.acos(1.0 - 2.0 * factor * gamma_nm / peak) / math.pi)
 
 
 def _labels(truth: TruthFile, joints: Sequence[str]) -> list[TrueEvent]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from strong_pushes import strong_pushes
 
 from collaudit.core.api import prepare
 from collaudit.core.config import load_config
@@ -21,7 +22,6 @@ from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, Score, score
-from collaudit.core.scoring.truth_events import read_truth, true_events
 from collaudit.fixtures import simulation
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
@@ -103,7 +103,7 @@ class Bench:
         """
         series = self.prepared.judged_series
         rule = self.inputs.rule
-        events = true_events(read_truth(self.truth), series.joint_names, factor, (rule.n + 1) * series.period_s)
+        events = strong_pushes(self.truth, factor, (rule.n + 1) * series.period_s)
         if watch is not None:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
         alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from origins import NOBODY
+from strong_pushes import strong_pushes
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
@@ -16,7 +17,6 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, score
-from collaudit.core.scoring.truth_events import read_truth, true_events
 
 T = 0.002
 
@@ -38,7 +38,7 @@ def off(friction: FrictionFile, factor: float) -> FrictionFile:
 def missed_and_false(audit: Audit, log: Path) -> tuple[int, int]:
     """Pushes above 1.3 gamma for longer than n that were seen and missed; alarms that nobody caused."""
     names = audit.signals.joint_names
-    events = true_events(read_truth(log.with_suffix(".truth.json")), names, 1.3, 0.028)
+    events = strong_pushes(log.with_suffix(".truth.json"), 1.3, 0.028)
     alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in audit.result.collisions]
     ratio = audit.signals.residual_nm / audit.signals.gamma_nm
     judged = JudgedResidual(audit.signals.time_s, ratio, audit.signals.state, names, 13)

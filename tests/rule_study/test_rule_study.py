@@ -67,7 +67,7 @@ def test_a_study_survives_its_file_and_is_shown(studied: Audit, tmp_path: Path) 
     assert studied.study is not None and set(studied.study.set_rules) == {"joint1", "joint3"}
     text = study_text(studied.study, 120)
     assert "Verdict on what is set" in text and "too loose" not in study_text(studied.study, 120, answer=False)
-    assert "knock 10 ms" in text and "end of link1" in text
+    assert "knock 10 ms" in text and "By place and motion" in study_text(studied.study, 120, detail=True)
     assert all(len(line) <= 120 for line in text.splitlines())
     plain = Audit(studied.result, studied.signals)
     write_run(tmp_path, plain, None)

@@ -16,7 +16,7 @@ def read_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
     Raises:
         CollauditError: it cannot be read so.
     """
-    from collaudit.core.verdict.asked_findings import asked_findings
+    from collaudit.core.verdict.verdict import asked_findings
 
     with progress("reading") as report:
         return asked_findings(prepare(files, loaded, progress=report), loaded.config)

@@ -13,8 +13,7 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, F
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.detection.judgement import CHECKS, OnSignals, judge
-from collaudit.core.findings import Finding
-from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
@@ -26,12 +25,11 @@ from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
-from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
-from collaudit.core.verdict.verdict import Evidence, decide, unjudged
+from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged
 
 #: Of the time that a log takes, where its rule is studied too.
 _SHARE_WITH_A_STUDY = 0.2

@@ -13,8 +13,7 @@ from collaudit.core.data.audit_result import (
 )
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.detection.fitted_rule import exceeded_findings
-from collaudit.core.findings import Finding
-from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.arm_fit import fit_arm
 from collaudit.core.friction.friction_variation import friction_variation_findings
 from collaudit.core.friction.gear.correction_fit import correction_findings

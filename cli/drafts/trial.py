@@ -76,7 +76,7 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
     from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.preparation import calibrated, prepare
     from collaudit.core.provenance import make_provenance
-    from collaudit.core.verdict.asked_findings import asked_findings
+    from collaudit.core.verdict.verdict import asked_findings
     from collaudit.reports.files.run_files import read_friction
 
     config = loaded.config

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.contacts.looked_at import LookedAt
+from collaudit.core.contacts.contact_scene import LookedAt
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun

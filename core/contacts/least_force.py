@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.contacts.looked_at import LookedAt
+from collaudit.core.contacts.contact_scene import LookedAt
 from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.core.numeric.arrays import FloatArray
 

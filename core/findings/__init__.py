@@ -9,8 +9,21 @@ from collaudit.core.findings.finding import (
     Finding,
     fact,
     findings_with_level,
+    in_joint_units,
     joints_not_judged,
+    text_in_joint_units,
+    torque_unit_of,
     without_errors_of,
 )
 
-__all__ = ["CODES", "Finding", "fact", "findings_with_level", "joints_not_judged", "without_errors_of"]
+__all__ = [
+    "CODES",
+    "Finding",
+    "fact",
+    "findings_with_level",
+    "in_joint_units",
+    "joints_not_judged",
+    "text_in_joint_units",
+    "torque_unit_of",
+    "without_errors_of",
+]

@@ -15,8 +15,7 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding
-from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.tables import combined, copied
 from collaudit.core.prepare.calibration import (

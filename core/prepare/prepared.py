@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data import shown
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding
-from collaudit.core.findings.joint_units import torque_unit_of
+from collaudit.core.findings import Finding, torque_unit_of
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.calibration import (
     Calibration,

@@ -13,10 +13,9 @@ import numpy as np
 
 from collaudit.core.data.sensitivity_result import AskedForce, ForceLevel, NoticedForce
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import Place, directions, torque_per_newton
-from collaudit.core.verdict.asked_forces import RequiredForce
-from collaudit.core.verdict.time_levels import level_at, longest_unseen
+from collaudit.core.verdict.arm_places import Place, RequiredForce, directions, torque_per_newton
 
 #: A force is noticed when it alarms from so many of the directions that load a watched joint. All of them would ask for
 #: an infinite force: in any pose some direction nearly crosses every axis.
@@ -151,3 +150,24 @@ def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
 
 def _most(joints: IntArray, names: Sequence[str]) -> str | None:
     return names[int(np.bincount(joints).argmax())] if joints.size else None
+
+
+def level_at(known: FloatArray, count: float, shares: Sequence[float]) -> list[float | None]:
+    """The smallest of the known values that a share of all ``count`` values does not exceed; None: too few are known.
+
+    Args:
+        known: (k,) finite values, k <= count.
+        count: how many there are with the unknown ones, which exceed everything.
+        shares: above 0, to 1.
+    """
+    places = [max(int(np.ceil(share * count - 1e-9)), 1) - 1 for share in shares]
+    value = {place: float(np.partition(known, place)[place]) for place in set(places) if place < known.size}
+    return [value.get(place) for place in places]
+
+
+def longest_unseen(time_s: FloatArray, seen: BoolArray) -> float:
+    """Longest time, s, from one seen moment (k,) to the next, or the first or last of all, with unseen ones between."""
+    starts, stops = run_bounds(~seen)
+    if not starts.size:
+        return 0.0
+    return float((time_s[np.minimum(stops, seen.size - 1)] - time_s[np.maximum(starts - 1, 0)]).max())

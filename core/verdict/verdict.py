@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from collaudit.core.config.schema import PolicyConfig
+from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.sensitivity_result import Sensitivity
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, without_errors_of
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import by_joint, seconds_text, state_text
 from collaudit.core.verdict.noticed_words import noticed_sentence
@@ -113,3 +114,17 @@ def _nothing(evidence: Evidence) -> str:
             causes.setdefault("friction known only as a range", {})[joint] = cover.standing_s
     parts = [f"{reason}: {by_joint(seconds, len(watched))}" for reason, seconds in causes.items()]
     return f"No joint could be judged: {'; '.join(parts) or 'nothing was watched'}."
+
+
+def asked_findings(prepared: Prepared, config: Config) -> tuple[Finding, ...]:
+    """The findings of a prepared log; errors of joints that are not to be judged are warnings.
+
+    A joint is asked for when it is judged (``[robot] joints``) and watched (``[detect] watch``).
+
+    Args:
+        prepared: the log.
+        config: which joints are watched.
+    """
+    watch = config.detect.watch
+    asked = {joint for joint in prepared.judged if watch == "auto" or joint in watch}
+    return without_errors_of(prepared.findings, set(prepared.series.joint_names) - asked)

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from collaudit.core.contacts.contact_scene import LookedAt
 from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
-from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.signals import State
 from collaudit.fixtures.robots.robot_registry import robot_named
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from collaudit.core.contacts.contact_scene import LookedAt
 from collaudit.core.contacts.external_force import Unsmoothed
-from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.signals import State
 from collaudit.fixtures.robots.robot_registry import robot_named
 

@@ -12,8 +12,7 @@ from synthetic import PERIOD, make_log
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.findings import Finding, fact
-from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.findings import Finding, fact, in_joint_units
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.terminal.screen_text import rule_text

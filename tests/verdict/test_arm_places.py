@@ -14,8 +14,7 @@ from collaudit.core.config.schema import Config, PolicyConfig, RobotConfig
 from collaudit.core.errors import ConfigError
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import Place, arm_places
-from collaudit.core.verdict.asked_forces import asked_forces, exerted_force
+from collaudit.core.verdict.arm_places import Place, arm_places, asked_forces, exerted_force
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 

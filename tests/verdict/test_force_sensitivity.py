@@ -12,10 +12,8 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.sensitivity_result import NoticedForce
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import arm_places, directions
-from collaudit.core.verdict.asked_forces import RequiredForce
-from collaudit.core.verdict.force_sensitivity import Moments, noticed_forces
-from collaudit.core.verdict.time_levels import level_at, longest_unseen
+from collaudit.core.verdict.arm_places import RequiredForce, arm_places, directions
+from collaudit.core.verdict.force_sensitivity import Moments, level_at, longest_unseen, noticed_forces
 
 K = 100
 

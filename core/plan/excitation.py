@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.plan.checks import MoveCheck
-from collaudit.core.plan.timing import Motion, move
+from collaudit.core.plan.timing import Motion, MoveCheck, move
 from collaudit.core.plan.unknowns import Unknowns
 
 #: Between samples that count as independent: errors of a model and of a gear last about so long.

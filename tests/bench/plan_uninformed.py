@@ -13,9 +13,9 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan import sweeps as sw
-from collaudit.core.plan.checks import MoveCheck
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
 from collaudit.core.plan.planning import Plan
+from collaudit.core.plan.timing import MoveCheck
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from residual_audits import audit_of, coloured
 
-from collaudit.core.plan.clean_time import clean_times
+from collaudit.core.plan.prediction import clean_times
 from collaudit.core.recommend.arm_recommendation import recommend_arm
 
 

@@ -9,7 +9,7 @@ import click
 
 from collaudit.cli.settings import CommandFunction, free_option, labels_option
 from collaudit.core.errors import ConfigError
-from collaudit.core.scoring.truth_events import TruthFile, read_truth
+from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
 
 def contact_options(function: CommandFunction) -> CommandFunction:

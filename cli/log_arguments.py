@@ -55,7 +55,7 @@ def audit_files(
     """
     from collaudit.core import api
     from collaudit.core.provenance import file_sha256
-    from collaudit.core.scoring.truth_events import read_truth
+    from collaudit.core.scoring.detection_score import read_truth
 
     path = loaded.friction_path
     digest = file_sha256(path) if path else None

@@ -16,7 +16,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.scoring.truth_events import TruthFile
+from collaudit.core.scoring.detection_score import TruthFile
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -227,7 +227,7 @@ def audit(
         settings: robot, log, rule, policy.
         friction: as fitted before (``collaudit.reports.read_friction`` reads a file); None fits it on this very log,
             with a finding that says so.
-        truth: known events to score against (:func:`collaudit.core.scoring.truth_events.read_truth`).
+        truth: known events to score against (:func:`collaudit.core.scoring.detection_score.read_truth`).
         friction_sha256: hash of the friction file, for the provenance.
         progress: of reading and judging.
         on_signals: called with the signals and the log's hash while the rest is still judged, to write them meanwhile.

@@ -23,8 +23,8 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
+from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
-from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.sensitivity import measure_sensitivity

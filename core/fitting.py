@@ -30,8 +30,8 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, other_detectors
 from collaudit.core.recommend.held_out_residual import FrictionCovariates, held_out_residuals
 from collaudit.core.recommend.settled_motion import settled_motion
+from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import known_contact_times
-from collaudit.core.scoring.truth_events import TruthFile
 
 
 def fit_logs(

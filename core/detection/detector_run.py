@@ -17,8 +17,8 @@ from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, Dete
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, detect_events
+from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.detection.threshold import Threshold
-from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import lasting

@@ -46,8 +46,8 @@ from collaudit.core.rule_study.injected_contacts import (
 from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, frontier, joint_plane, plane_point
 from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
+from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import contact_times, label_times
-from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.noticed_torque import Push, noticed_torque
 
 #: Moments that planes and the map are computed at.

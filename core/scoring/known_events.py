@@ -14,8 +14,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.annotation_spans import absent_labels
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, score
-from collaudit.core.scoring.truth_events import TruthFile, true_events
+from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, TruthFile, score, true_events
 
 
 def score_detection(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.watch import Watch
+from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import range_exceeds

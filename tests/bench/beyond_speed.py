@@ -23,8 +23,7 @@ from collaudit.core.data.audit_result import Collision, FrictionFile, NearMiss
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.law_candidates import FrictionUnits
-from collaudit.core.scoring.detection_score import TrueEvent
-from collaudit.core.scoring.truth_events import read_truth, true_events
+from collaudit.core.scoring.detection_score import TrueEvent, read_truth, true_events
 
 CUTS_RAD_S = (0.9, 0.6, 0.3, 0.15)
 _FAST, _HIDDEN = 1.05, 0.3

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.audit_result import Collision
-from collaudit.core.detection.effort_spikes import spike_findings, spikes
+from collaudit.core.detection.detection_findings import spike_findings, spikes
 
 N, PERIOD_S = 5_000, 0.004
 SPIKE, PUSH, STEP = 1_000, slice(2_000, 2_050), 3_000

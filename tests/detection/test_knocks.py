@@ -9,7 +9,7 @@ import pytest
 from numpy.lib.stride_tricks import sliding_window_view
 
 from collaudit.core.detection.detector_run import RATIOS, shortest_pushes
-from collaudit.core.detection.knocks import _impulse_ratio, knock_width, knocks
+from collaudit.core.detection.events import _impulse_ratio, knock_width, knocks
 from collaudit.core.detection.rule import rule_events
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import identity

@@ -19,7 +19,7 @@ from collaudit.core.logs.log_hashing import Hashing
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.scoring.truth_events import TruthFile
+from collaudit.core.scoring.detection_score import TruthFile
 
 
 def share_fits(monkeypatch: pytest.MonkeyPatch, once: Callable[..., Any]) -> None:

@@ -9,8 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from collaudit.core.scoring.detection_score import TrueEvent
-from collaudit.core.scoring.truth_events import events_of_truth
+from collaudit.core.scoring.detection_score import TrueEvent, events_of_truth
 
 
 def strong_pushes(path: Path, factor: float, lasting_s: float) -> list[TrueEvent]:

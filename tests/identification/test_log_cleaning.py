@@ -21,7 +21,7 @@ from collaudit.core.identification.log_cleaning import cleaned
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.preparation import _modelled
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.scoring.truth_events import TruthFile
+from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles
 
 FREE = {"duration_s": 60.0}

@@ -20,7 +20,7 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.recommend.fitted_thresholds import _too_little, fitted_thresholds
 from collaudit.core.recommend.held_out_residual import fold_of_sample
-from collaudit.core.scoring.truth_events import read_truth
+from collaudit.core.scoring.detection_score import read_truth
 from collaudit.fixtures.simulation import SimulatedFiles
 
 FitOf = Callable[[str], FrictionFile]

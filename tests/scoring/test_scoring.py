@@ -14,8 +14,7 @@ from collaudit.core.contacts.controller_alarms import Mark, compare_controller_a
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
-from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, score
-from collaudit.core.scoring.truth_events import read_truth, true_events
+from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, read_truth, score, true_events
 
 T = 0.01
 

@@ -14,7 +14,7 @@ from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import CollauditError
 from collaudit.core.provenance import file_sha256
 from collaudit.core.robot.robot_description import describe_robot
-from collaudit.core.scoring.truth_events import read_truth
+from collaudit.core.scoring.detection_score import read_truth
 from collaudit.core.small_files import read_small
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.files.run_files import read_friction

@@ -28,7 +28,7 @@ from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.sensitivity import measure_sensitivity
-from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
+from collaudit.core.verdict.shortfalls import shortfalls
 from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged
 
 #: Of the time that a log takes, where its rule is studied too.
@@ -104,7 +104,7 @@ def audit_log(
             *judged.choices,
             *checked,
             *at_rest,
-            *coverage_findings(short),
+            *short,
             *beyond,
             *unlabelled,
         ),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,39 +67,32 @@ def _describe(
     series = prepared.judged_series
     names = [joint for joint in series.joint_names if any(c.joint == joint for c in group)]
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
-    place = _locate(prepared, run, known, at, names, peak)
-    kind, evidence = classify(prepared, run, group, place.force, config, phases_known=at.phases_known)
+    link, note, force, least = _locate(prepared, run, known, at, names, peak)
+    kind, evidence = classify(prepared, run, group, force, config, phases_known=at.phases_known)
     return Contact(
         onset_s=onset,
         detected_s=min(c.detected_s for c in group),
         end_s=end,
         joints=tuple(names),
-        link=place.link,
-        link_note=place.note,
-        force=place.force,
+        link=link,
+        link_note=note,
+        force=force,
         kind=kind,
         evidence=evidence,
-        least_force=place.least,
+        least_force=least,
         scene=scene_at(prepared, peak, at.stick),
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """The link of a contact, what that does not exclude, the external force there and the least that it can be."""
-
-    link: str
-    note: str
-    force: ContactForce | None
-    least: LeastForce | None
-
-
 def _locate(
     prepared: Prepared, run: DetectorRun, known: Unsmoothed, at: LookedAt, names: Sequence[str], peak: int
-) -> _Place:
-    """The link moved by the outermost of the joints that alarmed, base to tip, and the force at the peak's sample."""
+) -> tuple[str, str, ContactForce | None, LeastForce | None]:
+    """The link of a contact, what that does not exclude, the force at the peak's sample, the least that it can be.
+
+    It is the link moved by the outermost of the joints that alarmed, base to tip.
+    """
     if not run.residual.isolation.isolates:
-        return _Place("unknown", "This detector judges the arm as a whole and does not isolate.", None, None)
+        return "unknown", "This detector judges the arm as a whole and does not isolate.", None, None
     series, robot = prepared.judged_series, prepared.robot
     outer = robot.joint_names.index(names[-1])
     beyond = [joint for joint in series.joint_names if robot.joint_names.index(joint) > outer]
@@ -110,7 +102,7 @@ def _locate(
     sd = np.hypot(known.noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
     least = least_force(at, names, known.torque_nm(peak)[columns], sd, peak)
     force = with_least(estimate_force(at, run, known, names, peak), least)
-    return _Place(link, _note(beyond, blind), force, least)
+    return link, _note(beyond, blind), force, least
 
 
 def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision]) -> int:

@@ -35,10 +35,6 @@ class DetectedEvents:
     near_misses: tuple[NearMiss, ...]
     state: NDArray[np.int8]
 
-    def collision_times(self, joint: str) -> list[tuple[float, float]]:
-        """Start and end of a joint's collisions, s."""
-        return [(c.onset_s, c.onset_s + c.duration_s) for c in self.collisions if c.joint == joint]
-
 
 def detect_events(threshold: Threshold, watch: Mapping[str, Watch], phases: NDArray[np.int8]) -> DetectedEvents:
     """Rule (6) on every watched joint where its residual is evidence.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import ResidualStats
+from collaudit.core.data.audit_result import Collision, ResidualStats
 from collaudit.core.data.detection_result import DetectionFacts
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.threshold_result import FittedThresholds
@@ -42,7 +42,6 @@ from collaudit.core.detection.rule_settings import make_rule, watch_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
-from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import quantile_of
@@ -158,7 +157,7 @@ def judge(
         run=run,
         signals=signals,
         stats=by_name(
-            lambda joint: residual_stats(series, signals, run.detected.collision_times(joint), joint),
+            lambda joint: _residual_stats(series, signals, run.detected.collisions, joint),
             series.joint_names,
         ),
         facts=facts,
@@ -184,36 +183,20 @@ def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config
     )
 
 
+#: Samples count as clean so far from a collision of their joint, s.
 _AROUND_EVENT_S = 0.5
 
 
-def clean_samples(signals: Signals, collision_times: Sequence[tuple[float, float]], joint: str) -> BoolArray:
-    """(n,) samples of a joint that were judged and lie half a second away from its collisions.
-
-    Args:
-        signals: of an audit.
-        collision_times: start and end of the joint's collisions, s.
-        joint: its name.
-    """
+def _residual_stats(
+    series: UniformSeries, signals: Signals, collisions: Sequence[Collision], joint: str
+) -> ResidualStats:
+    """Level of one joint's residual over what was judged, and away from its collisions, at its temperature."""
     k = signals.joint_names.index(joint)
-    clean: BoolArray = np.asarray(signals.state[:, k] == State.JUDGED)
-    for start, end in collision_times:
+    judged = np.asarray(signals.state[:, k] == State.JUDGED)
+    clean = judged.copy()
+    for start, end in ((c.onset_s, c.onset_s + c.duration_s) for c in collisions if c.joint == joint):
         a, b = np.searchsorted(signals.time_s, [start - _AROUND_EVENT_S, end + _AROUND_EVENT_S])
         clean[a:b] = False
-    return clean
-
-
-def residual_stats(
-    series: UniformSeries, signals: Signals, collision_times: Sequence[tuple[float, float]], joint: str
-) -> ResidualStats:
-    """Level of one joint's residual over what was judged, and over its clean samples, at its temperature.
-
-    Args:
-        series: the judged joints.
-        signals, collision_times, joint: as of :func:`clean_samples`.
-    """
-    k = signals.joint_names.index(joint)
-    judged = signals.state[:, k] == State.JUDGED
     seconds = float(np.count_nonzero(judged)) * series.period_s
     residual = signals.residual_nm[:, k]
     mean_c, range_c = series.mean_temperature_c(joint), series.temperature_range_c(joint)
@@ -223,7 +206,7 @@ def residual_stats(
     np.abs(x, out=x)
     mean, rms, most = float(np.mean(x)), float(np.sqrt(np.mean(x**2))), float(np.max(x))
     p99 = quantile_of(x, 0.99)
-    x = residual[clean_samples(signals, collision_times, joint)]
+    x = residual[clean]
     np.abs(x, out=x)
     return ResidualStats(
         mean_abs_nm=mean,

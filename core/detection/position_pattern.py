@@ -69,7 +69,7 @@ def position_pattern(
         return None
     rows = rows[:: ceil(rows.size / _MOST_SAMPLES)]
     place, residual, direction = position[rows], residual[rows], direction[rows]
-    low, high = _ends(place)
+    low, high = quantile_of(place, 0.005), quantile_of(place, 0.995)  # a few positions are no place that is visited
     if not high - low > _LEAST_RANGE_RAD:
         return None
     visit = np.floor(time_s[rows] / _VISIT_S).astype(np.int64)
@@ -100,11 +100,6 @@ def position_pattern(
         low_rad=float(place[np.argmin(shape)]),
         high_rad=float(place[np.argmax(shape)]),
     )
-
-
-def _ends(position: FloatArray) -> tuple[float, float]:
-    """The positions below and above which 0.5 % of them lie each."""
-    return quantile_of(position, 0.005), quantile_of(position, 0.995)
 
 
 def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:

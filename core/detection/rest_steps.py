@@ -172,21 +172,13 @@ def _steps(
     with np.errstate(invalid="ignore"):
         still = np.isfinite(step_x)
         calm = still & (rest <= STILL * _STOOD_SHARE)
-        large_x = np.abs(step_x) > _torque_limit(step_x, calm, limits[0]) + changed
-        limit_q = _position_limit(step_q, calm, limits[1])
-        large_q = np.abs(step_q) > limit_q
+        limit_x = max(_TORQUE_SDS * _spread(step_x[calm]), _GAMMA_SHARE * limits[0])
+        limit_q = max(_POSITION_SDS * _spread(step_q[calm]), _COUNTS * limits[1], 1e-9)
+        large_x, large_q = np.abs(step_x) > limit_x + changed, np.abs(step_q) > limit_q
         both = still & large_x & large_q
         opposed = step_x * step_q < 0.0
         stood = rest <= np.maximum(limit_q, _STOOD_SHARE * np.abs(step_q))
     return both & opposed & stood, both & ~opposed
-
-
-def _torque_limit(step: FloatArray, calm: BoolArray, gamma_nm: float) -> float:
-    return max(_TORQUE_SDS * _spread(step[calm]), _GAMMA_SHARE * gamma_nm)
-
-
-def _position_limit(step: FloatArray, calm: BoolArray, count_rad: float) -> float:
-    return max(_POSITION_SDS * _spread(step[calm]), _COUNTS * count_rad, 1e-9)
 
 
 def _spread(x: FloatArray) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
@@ -24,14 +23,6 @@ _REMEDY = (
 _WORTH = 0.9
 
 
-@dataclass(frozen=True, slots=True)
-class Shortfall:
-    """What is missing for the policy, in words, and the joint on which; None: on the arm."""
-
-    joint: str | None
-    text: str
-
-
 def shortfalls(
     policy: PolicyConfig,
     coverage: Coverage,
@@ -39,8 +30,8 @@ def shortfalls(
     inputs: DetectionInputs,
     sliding: Collection[str] = (),
     choice: EstimateChoice | None = None,
-) -> tuple[Shortfall, ...]:
-    """What the arm lacks, then each watched joint: a force or torque that is noticed, motion that tells anything.
+) -> tuple[Finding, ...]:
+    """Findings on what the arm lacks, then each watched joint: a noticed force or torque, motion that tells anything.
 
     Args:
         policy: what is asked.
@@ -51,7 +42,7 @@ def shortfalls(
         choice: what the fit identified, and what would have left less.
     """
     if not sensitivity.push_alarms:
-        return (Shortfall(None, _too_short(policy, inputs.rule)),)
+        return (_finding(_too_short(policy, inputs.rule)),)
     out = []
     for joint, s in sensitivity.joints.items():
         if joint in inputs.not_judged:
@@ -60,16 +51,15 @@ def shortfalls(
             policy, joint, s, coverage.joints[joint]
         )
         if text is not None:
-            out.append(Shortfall(joint, text_in_joint_units(text, joint, sliding)))
+            out.append(_finding(text_in_joint_units(text, joint, sliding), joint))
     if inputs.not_judged:
         return tuple(out)
     arm = _of_arm(policy, sensitivity, inputs.rule, sliding, choice) or (None if out else _lost(sensitivity, coverage))
-    return (*out,) if arm is None else (Shortfall(None, arm), *out)
+    return (*out,) if arm is None else (_finding(arm), *out)
 
 
-def coverage_findings(missing: tuple[Shortfall, ...]) -> list[Finding]:
-    """The shortfalls as findings."""
-    return [Finding("coverage-low", "warning", short.text, joint=short.joint) for short in missing]
+def _finding(text: str, joint: str | None = None) -> Finding:
+    return Finding("coverage-low", "warning", text, joint=joint)
 
 
 def _too_short(policy: PolicyConfig, rule: RuleFacts) -> str:

@@ -14,7 +14,6 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import by_joint, seconds_text, state_text
 from collaudit.core.verdict.noticed_words import noticed_sentence
-from collaudit.core.verdict.shortfalls import Shortfall
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +33,7 @@ class Evidence:
     near_misses: Sequence[NearMiss]
     coverage: Coverage
     sensitivity: Sensitivity
-    shortfalls: Sequence[Shortfall]
+    shortfalls: Sequence[Finding]
     findings: Sequence[Finding]
 
 

@@ -15,7 +15,7 @@ from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.plan.excitation import Excitation
 from collaudit.core.plan.limits import ArmLimits
 from collaudit.core.plan.sweeps import JointSweeps
-from collaudit.core.plan.unknowns import Unknowns, reported_half_widths
+from collaudit.core.plan.unknowns import Unknowns, half_width, reported_half_widths
 from collaudit.core.recommend.arm_evidence import gather_evidence
 from collaudit.core.recommend.joint_thresholds import REACH, joint_evidence, threshold_with_hours
 from collaudit.core.recommend.tail_fit import JointTail
@@ -34,7 +34,7 @@ def sweep_predictions(
     for one in sweeps:
         joint = limits.joint_names[one.joint]
         fit = None if friction is None else friction.joints.get(joint)
-        known = {} if fit is None else {parameter_symbol(key): half for key, half in _half_widths(fit).items()}
+        known = _half_widths(fit)
         settled = len(one.design.guesses) == 1
         middle = one.design.guesses[len(one.design.guesses) // 2]
         for symbol, half in one.half_widths().items():
@@ -79,8 +79,7 @@ def delivered(plan: PlanFile, friction: FrictionFile) -> tuple[Delivered, ...]:
     out = []
     for prediction, found in zip(own, other, strict=True):
         fit = friction.joints.get(prediction.joint or "")
-        by_symbol = {} if fit is None else {parameter_symbol(key): half for key, half in _half_widths(fit).items()}
-        half = by_symbol.get(prediction.parameter, found)
+        half = _half_widths(fit).get(prediction.parameter, found)
         apart = exact and (prediction.joint is None or prediction.parameter in _WITH_INERTIALS)
         after = _of_the_found(prediction, fit)
         outcome = "not estimated" if apart else _outcome(after, half)
@@ -107,13 +106,10 @@ def _outcome(predicted: float | None, found: float | None) -> Outcome:
     return "better" if found < predicted / FACTOR else "as predicted"
 
 
-def _half_widths(fit: FrictionFit) -> dict[str, float]:
-    """Half widths of closed intervals, by key."""
-    return {
-        key: 0.5 * (bounds[1] - bounds[0])
-        for key, bounds in fit.ci95.items()
-        if bounds is not None and bounds[0] is not None and bounds[1] is not None and np.isfinite(bounds[1] - bounds[0])
-    }
+def _half_widths(fit: FrictionFit | None) -> dict[str, float]:
+    """Half widths of closed intervals, by symbol; none without a fit."""
+    halves = {} if fit is None else {parameter_symbol(key): half_width(bounds) for key, bounds in fit.ci95.items()}
+    return {symbol: half for symbol, half in halves.items() if half is not None and np.isfinite(half)}
 
 
 _STEPS = 48  # hours that are looked at, from those at hand to a hundred times those that support the rate

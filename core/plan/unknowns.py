@@ -155,10 +155,11 @@ def reported_half_widths(friction: FrictionFile | None, labels: Sequence[tuple[s
         for name, variation in friction.trends.items():
             loads = [trend.ci95 for trend in variation.trends if trend.against == "load"]
             known |= {("load friction", name): loads[0]} if loads else {}
-    return [_half(known.get(label)) for label in labels]
+    return [half_width(known.get(label)) for label in labels]
 
 
-def _half(bounds: tuple[float | None, float | None] | None) -> float | None:
+def half_width(bounds: tuple[float | None, float | None] | None) -> float | None:
+    """Half the width of an interval; None where it is open, or none is known."""
     if bounds is None or bounds[0] is None or bounds[1] is None:
         return None
     return 0.5 * (bounds[1] - bounds[0])

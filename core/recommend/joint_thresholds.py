@@ -61,13 +61,9 @@ def tail_evidence(peaks: SustainedPeaks, n: int) -> JointEvidence:
         windows = peaks.window_hours.size
         third = np.arange(windows - windows // 3, windows) if tail.drift > 1.0 else np.arange(windows // 3)
         worst = fit_tail(peaks.part(third))
-        tail = tail if worst is None else _of_all(worst, tail)
+        if worst is not None:  # with what all of the time tells
+            tail = replace(worst, drift=tail.drift, largest_nm=tail.largest_nm, hours=tail.hours, logs=tail.logs)
     return JointEvidence(n, peaks, tail)
-
-
-def _of_all(worst: JointTail, tail: JointTail) -> JointTail:
-    """The tail of the worst third, with what all of the time tells."""
-    return replace(worst, drift=tail.drift, largest_nm=tail.largest_nm, hours=tail.hours, logs=tail.logs)
 
 
 def recommend_joints(

@@ -51,10 +51,7 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
     found: dict[int, list[LeftOutStretch]] = {}
     together: dict[tuple[int, int], dict[str, float]] = {}
 
-    def peaks_of(joint: str) -> SustainedPeaks:
-        return evidence.peaks(joint, persistence_s)
-
-    for joint, peaks in by_name(peaks_of, evidence.joints).items():
+    for joint, peaks in by_name(lambda joint: evidence.peaks(joint, persistence_s), evidence.joints).items():
         logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
         if peaks.level_nm.size < _FEWEST:
             continue

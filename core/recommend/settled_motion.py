@@ -36,13 +36,8 @@ class SettledMotion:
     patterns: tuple[list[Finding], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Joint:
-    """One joint: its correction, and of each log that has settled motion, by its number, variation and findings."""
-
-    correction: FrictionCorrection | None
-    variation: dict[int, FrictionVariation]
-    patterns: dict[int, list[Finding]]
+#: Of one joint: its correction, and of each log that has settled motion, by its number, variation and findings.
+_Shown = tuple[FrictionCorrection | None, dict[int, FrictionVariation], dict[int, list[Finding]]]
 
 
 def settled_motion(
@@ -56,25 +51,22 @@ def settled_motion(
         progress: called with joints done and in all.
     """
 
-    def of_joint(joint: str) -> _Joint:
+    def of_joint(joint: str) -> _Shown:
         law = FrictionModel.of(fits[joint])
         if law is None or fits[joint].effort_unit == "raw":
-            return _Joint(None, {}, {})
+            return None, {}, {}
         logs = {k: log for k, log in enumerate(prepared) if joint in log.judged}
         parts = {k: left for k, log in logs.items() if (left := settled_residual(log, joint, law)) is not None}
         in_torque = [part for k, part in parts.items() if logs[k].series.effort_unit == "Nm"]
-        return _Joint(
+        return (
             joint_correction(in_torque) if in_torque else None,
             {k: joint_variation(logs[k].series.source.name, part) for k, part in parts.items()},
             {k: settled_pattern_findings(joint, part) for k, part in parts.items()},
         )
 
-    joints = by_name(of_joint, fits, progress)
-    numbers = range(len(prepared))
+    joints, numbers = by_name(of_joint, fits, progress), range(len(prepared))
     return SettledMotion(
-        {joint: found.correction for joint, found in joints.items() if found.correction is not None},
-        merged(
-            [{joint: found.variation[k] for joint, found in joints.items() if k in found.variation} for k in numbers]
-        ),
-        tuple([finding for found in joints.values() for finding in found.patterns.get(k, [])] for k in numbers),
+        {joint: correction for joint, (correction, _, _) in joints.items() if correction is not None},
+        merged([{joint: its[k] for joint, (_, its, _) in joints.items() if k in its} for k in numbers]),
+        tuple([finding for _, _, patterns in joints.values() for finding in patterns.get(k, [])] for k in numbers),
     )

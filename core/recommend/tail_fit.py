@@ -109,16 +109,12 @@ def fit_tail(peaks: SustainedPeaks) -> JointTail | None:
     sizes = max(1.0, _size_dispersion(excess, window), _size_dispersion(excess, log) if logs is not None else 1.0)
     by_log = logs is not None and counts > _CROWDED
     groups = int(np.count_nonzero(log_hours if by_log else peaks.window_hours)) if counts > 1.0 else excess.size
-    quantile = _quantile(groups)
+    # Student's: a scatter known from few groups is itself uncertain
+    quantile = float(student_quantile(max(_LEAST_FREEDOM, groups - 1), _CONFIDENCE))
     known = int(np.count_nonzero(log_hours))
     counts *= _skewed(window, peaks.window_hours, quantile)
     likelihood = tail_likelihood(excess, level, peaks.hours, (counts, sizes), quantile)
     return JointTail(likelihood, quantile, fit_p, minutes, logs, _drift(peaks), sqrt(order[0]), peaks.hours, known)
-
-
-def _quantile(groups: int) -> float:
-    """Student's quantile: a scatter known from few groups is itself uncertain."""
-    return float(student_quantile(max(_LEAST_FREEDOM, groups - 1), _CONFIDENCE))
 
 
 def _dispersion(owner: IntArray, hours: FloatArray, fewest: int) -> float | None:

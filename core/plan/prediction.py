@@ -12,10 +12,9 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.plan_result import CleanTime, Delivered, Outcome, PlanFile, Prediction
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.law_candidates import parameter_symbol
-from collaudit.core.plan.excitation import Excitation
+from collaudit.core.plan.excitation import Excitation, Unknowns, half_width, reported_half_widths
 from collaudit.core.plan.limits import ArmLimits
 from collaudit.core.plan.sweeps import JointSweeps
-from collaudit.core.plan.unknowns import Unknowns, half_width, reported_half_widths
 from collaudit.core.recommend.arm_evidence import gather_evidence
 from collaudit.core.recommend.joint_thresholds import REACH, joint_evidence, threshold_with_hours
 from collaudit.core.recommend.tail_fit import JointTail

@@ -48,7 +48,7 @@ from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import contact_times, label_times
-from collaudit.core.verdict.noticed_torque import Push, noticed_torque
+from collaudit.core.verdict.noticed_push import Push, noticed_torque
 
 #: Moments that planes and the map are computed at.
 _PUSH_MOMENTS, _MAP_MOMENTS = 160, 400

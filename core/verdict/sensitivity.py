@@ -24,8 +24,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.arm_places import RequiredForce, arm_places, asked_forces
-from collaudit.core.verdict.force_sensitivity import Moments, level_at, longest_unseen, noticed_forces
-from collaudit.core.verdict.noticed_torque import Push, noticed_torque
+from collaudit.core.verdict.noticed_push import Moments, Push, level_at, longest_unseen, noticed_forces, noticed_torque
 
 #: Moments of the time in motion, and of all recorded time, that are looked at: their share is that of the time to 1 %.
 MOMENTS = 500

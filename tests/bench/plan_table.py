@@ -25,10 +25,10 @@ from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan import excitation as ex
+from collaudit.core.plan.excitation import Unknowns, unknowns_of
 from collaudit.core.plan.planning import Plan, PlanRequest, make_plan, move_check
 from collaudit.core.plan.prediction import delivered
 from collaudit.core.plan.timing import MoveCheck
-from collaudit.core.plan.unknowns import Unknowns, unknowns_of
 from collaudit.fixtures import experiments
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.reports.files.run_files import write_friction

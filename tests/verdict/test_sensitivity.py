@@ -27,7 +27,7 @@ from collaudit.core.prepare import guided_stretches
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.verdict.noticed_torque import Push, _height
+from collaudit.core.verdict.noticed_push import Push, _height
 
 NAMES = ("joint1", "joint2")
 ROBOT = dh_robot(

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
@@ -55,15 +56,6 @@ class TrueEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class Alarm:
-    """An alarm to be scored."""
-
-    joint: str
-    onset_s: float
-    detected_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class JudgedResidual:
     """The residual that the alarms came from, and where it was judged.
 
@@ -82,7 +74,7 @@ class JudgedResidual:
     n: int
 
 
-def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], judged: JudgedResidual) -> list[Score]:
+def score(events: Sequence[TrueEvent], alarms: Sequence[Collision], judged: JudgedResidual) -> list[Score]:
     """Score all joints combined first, then each joint.
 
     Args:
@@ -96,7 +88,9 @@ def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], judged: JudgedRe
     return out
 
 
-def _score(joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Alarm], judged: JudgedResidual) -> Score:
+def _score(
+    joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Collision], judged: JudgedResidual
+) -> Score:
     needed = [e for e in events if e.counts_for(joint)]
     found, hidden, delays = 0, 0, []
     for event in needed:

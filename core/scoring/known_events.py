@@ -14,7 +14,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.annotation_spans import absent_labels
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, TruthFile, score, true_events
+from collaudit.core.scoring.detection_score import JudgedResidual, TrueEvent, TruthFile, score, true_events
 
 
 def score_detection(
@@ -38,10 +38,9 @@ def score_detection(
     watched = inputs.rule.watch
     joints = watched or series.joint_names  # of no watched joint: they happened, and none could be observed
     events = true_events(truth, joints) if truth is not None else _labelled_events(labels, joints)
-    alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in run.detected.collisions]
     ratio = run.residual.torque_nm / run.threshold.all_joints()
     judged = JudgedResidual(series.time_s, ratio, run.detected.state, series.joint_names, inputs.rule.n)
-    return tuple(s for s in score(events, alarms, judged) if s.joint is None or s.joint in watched)
+    return tuple(s for s in score(events, run.detected.collisions, judged) if s.joint is None or s.joint in watched)
 
 
 def known_contact_times(

@@ -21,7 +21,7 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.provenance import make_provenance
-from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, Score, score
+from collaudit.core.scoring.detection_score import JudgedResidual, Score, score
 from collaudit.fixtures import simulation
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
@@ -106,13 +106,12 @@ class Bench:
         events = strong_pushes(self.truth, factor, (rule.n + 1) * series.period_s)
         if watch is not None:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
-        alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
         ratio = found.residual.torque_nm / found.threshold.all_joints()
         judged = JudgedResidual(series.time_s, ratio, found.detected.state, series.joint_names, rule.n)
         columns = [k for k, name in enumerate(series.joint_names) if watch is None or name in watch]
         state = found.detected.state[:, columns]
         shares = (float(np.mean(state == State.JUDGED)), float(np.mean(state <= State.FRICTION_INTERVAL)))
-        return score(events, alarms, judged)[0], shares
+        return score(events, found.detected.collisions, judged)[0], shares
 
 
 def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None) -> Bench:

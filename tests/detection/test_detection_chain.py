@@ -16,7 +16,7 @@ from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
-from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, score
+from collaudit.core.scoring.detection_score import JudgedResidual, score
 
 T = 0.002
 
@@ -39,10 +39,9 @@ def missed_and_false(audit: Audit, log: Path) -> tuple[int, int]:
     """Pushes above 1.3 gamma for longer than n that were seen and missed; alarms that nobody caused."""
     names = audit.signals.joint_names
     events = strong_pushes(log.with_suffix(".truth.json"), 1.3, 0.028)
-    alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in audit.result.collisions]
     ratio = audit.signals.residual_nm / audit.signals.gamma_nm
     judged = JudgedResidual(audit.signals.time_s, ratio, audit.signals.state, names, 13)
-    both = score(events, alarms, judged)[0]
+    both = score(events, audit.result.collisions, judged)[0]
     return both.events - both.found - both.not_observable, both.false_alarms
 
 

@@ -11,10 +11,11 @@ import pytest
 from strong_pushes import above_s
 
 from collaudit.core.contacts.controller_alarms import Mark, compare_controller_alarms
+from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
-from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, read_truth, score, true_events
+from collaudit.core.scoring.detection_score import JudgedResidual, TrueEvent, read_truth, score, true_events
 
 T = 0.01
 
@@ -25,13 +26,17 @@ def judged(ratio: np.ndarray, state: np.ndarray | None = None) -> JudgedResidual
     return JudgedResidual(T * np.arange(n), ratio, codes, ("a", "b"), 3)
 
 
+def alarm(joint: str, onset_s: float, detected_s: float) -> Collision:
+    return Collision(joint, onset_s, detected_s, 0.04, 8.0, 4.0, "free")
+
+
 def test_recall_precision_and_delay_by_hand() -> None:
     ratio = np.full((3000, 2), 0.1)
     ratio[500:520, 0] = 2.0  # found at 5.02
     ratio[1500:1520, 1] = 0.9  # missed
     ratio[2500:2510, 1] = 1.5  # nobody there
     events = [TrueEvent(5.0, 5.2, {"a": 5.0}), TrueEvent(15.0, 15.2, {"b": 15.0}), TrueEvent(28.0, 28.1, {})]
-    alarms = [Alarm("a", 5.0, 5.02), Alarm("b", 25.0, 25.02)]
+    alarms = [alarm("a", 5.0, 5.02), alarm("b", 25.0, 25.02)]
     both, a, b = score(events, alarms, judged(ratio))
     assert (both.events, both.found, both.false_alarms) == (2, 1, 1)
     assert both.recall == 0.5

@@ -177,7 +177,8 @@ def joint_plane(joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque |
     found = joint.excess()
     seen = found[np.isfinite(found)]
     floor = robust_sd(seen - np.median(seen)) if seen.size else 0.0
-    gammas = np.array(_short(grid_gammas(floor, [gamma_nm], float(seen.max(initial=0.0)))))
+    every = grid_gammas(floor, [gamma_nm], float(seen.max(initial=0.0)))
+    gammas = np.array([float(f"{x:.5g}") for x in every])  # for files
     counts = grid_counts(joint.period_s, n)
     alarms = alarm_grid(found, gammas, counts, joint.merge_samples)
     torque = np.full(alarms.shape, np.nan) if push is None else smallest_torques(push, gammas, counts)
@@ -254,11 +255,6 @@ def _crossings(level: FloatArray, torques: FloatArray, gammas: FloatArray) -> Fl
         out[g] = np.where(passes, torques[low] + share * (torques[first] - torques[low]), np.inf)
         out[g][passes & (first == 0)] = 0.0
     return out
-
-
-def _short(values: FloatArray) -> list[float]:
-    """Numbers in five significant digits, for files."""
-    return [float(f"{x:.5g}") for x in values]
 
 
 def _known(values: Sequence[float] | FloatArray) -> list[float | None]:

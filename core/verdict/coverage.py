@@ -30,7 +30,11 @@ def joints_in_motion(series: UniformSeries, state: NDArray[np.int8]) -> dict[str
 
     def of_joint(joint: str) -> BoolArray:
         j = series.column(joint)
-        return moving_samples(travelling_velocity(series, j), state[:, j])
+        speed = np.abs(travelling_velocity(series, j))
+        moving = speed > _STANDING_RAD_S
+        moving &= (state[:, j] != State.FRICTION_INTERVAL) | (speed > _CREEPING_RAD_S)
+        moving &= state[:, j] != State.NOT_WATCHED
+        return moving
 
     return by_name(of_joint, series.joint_names)
 
@@ -87,14 +91,6 @@ def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
     known = position if np.isfinite(position.sum()) else np.where(np.isfinite(position), position, 0.0)
     travels = range_exceeds(known, width, _STANDING_RAD_S * _DITHER_S)
     return np.where(travels, series.velocity_rad_s[:, j], 0.0)
-
-
-def moving_samples(velocity: FloatArray, state: NDArray[np.int8]) -> BoolArray:
-    """(n,) samples at which a joint with these velocities and states moved while it was watched."""
-    moving = np.abs(velocity) > _STANDING_RAD_S
-    moving &= (state != State.FRICTION_INTERVAL) | (np.abs(velocity) > _CREEPING_RAD_S)
-    moving &= state != State.NOT_WATCHED
-    return moving
 
 
 def _spans(

@@ -88,7 +88,8 @@ def measure_sensitivity(
         return Sensitivity(joints, push_alarms=log.push.alarms)
     moved = np.logical_or.reduce([moving[joint] for joint in log.joints])
     moves = float(np.count_nonzero(moved)) * log.period_s >= BRIEF_S
-    recorded = log.moments(log.any_watched, gaps_s)
+    any_watched = np.asarray(np.logical_or.reduce([log.watched(joint) for joint in log.joints]))
+    recorded = log.moments(any_watched, gaps_s)
     counted = log.moments(moved, gaps_s) if moves else recorded
     asked: dict[str, RequiredForce] = {}
     if config.policy.observable_n or not observable.keys() >= set(log.joints):
@@ -136,11 +137,6 @@ class _Looked:
         """(n,) recorded samples at which a joint was watched."""
         state = self.run.detected.state[:, self.prepared.judged_series.column(joint)]
         return np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
-
-    @property
-    def any_watched(self) -> BoolArray:
-        """(n,) recorded samples at which a joint was."""
-        return np.asarray(np.logical_or.reduce([self.watched(joint) for joint in self.joints]))
 
     @property
     def longest(self) -> Push:

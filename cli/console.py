@@ -8,6 +8,7 @@ import shutil
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import TextIO
 
 import click
 
@@ -62,8 +63,7 @@ def say_document(text: str) -> None:
 
 def note(text: str) -> None:
     """Lines on stderr; on a terminal they are folded at words, under the text behind a label such as ``found:``."""
-
-    width = shutil.get_terminal_size().columns if sys.stderr.isatty() else None
+    width = terminal_width(sys.stderr)
     say("\n".join(wrapped(line, width, _under(line)) for line in text.split("\n")), err=True)
 
 
@@ -73,9 +73,9 @@ def _under(line: str) -> str:
     return " " * len(label[0]) if label else " " * (len(line) - len(line.lstrip()) + 2)
 
 
-def terminal_width() -> int | None:
-    """Columns of the terminal that results go to; None for a file or a pipe, where nothing is cut."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+def terminal_width(stream: TextIO | None = None) -> int | None:
+    """Columns of the terminal that a stream, or stdout, goes to; None for a file or a pipe, where nothing is cut."""
+    return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else None
 
 
 def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool = False) -> None:
@@ -85,8 +85,7 @@ def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool =
     """
     from collaudit.reports.sections.finding_sections import finding_lines
 
-    stream = sys.stderr if err else sys.stdout
-    width = shutil.get_terminal_size().columns if stream.isatty() else None
+    width = terminal_width(sys.stderr if err else sys.stdout)
     for severity, line in finding_lines(findings, brief):
         text = wrapped(f"  {severity:<8}{line}", width, " " * 10)
         head = click.style(f"  {severity:<8}", fg=_SEVERITY_COLOR[severity])

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from textwrap import wrap
 
@@ -20,29 +19,21 @@ _MORE = "Explain all options and exit."
 _ALIKE = 0.75
 
 
-@dataclass(frozen=True, slots=True)
-class CommandEntry:
-    """A command that has not been imported yet.
-
-    Attributes:
-        name: its name, also that of its module in ``collaudit.cli.commands``.
-        summary: the one line the group's help shows.
-    """
-
-    name: str
-    summary: str
-
-
-class ExampleCommand(click.Command):
+class ExamplesFirst(click.Command):
     """A command whose help starts with examples, then usage, words and options."""
 
     examples: tuple[str, ...] = ()
-    common: frozenset[str] = frozenset()
 
     def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the help, examples first."""
-        write_examples(formatter, self.examples)
+        """Write examples as they are typed, never wrapped; then the help."""
+        formatter.write("".join(["Examples:\n", *(f"  {example}\n" for example in self.examples), "\n"]))
         super().format_help(ctx, formatter)
+
+
+class ExampleCommand(ExamplesFirst):
+    """A command that refuses an output which is one of its inputs, and may explain its common options only."""
+
+    common: frozenset[str] = frozenset()
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """With ``--more`` where only the common options are explained at first."""
@@ -92,55 +83,41 @@ class ExampleCommand(click.Command):
             raise RuntimeError(f"a file ended too early: {error}") from error
 
 
-class LazyGroup(click.Group):
-    """A group that knows its commands by name and summary only, until one is asked for."""
+class LazyGroup(ExamplesFirst, click.Group):
+    """A group that imports a command only when it is asked for.
 
-    entries: tuple[CommandEntry, ...] = ()
-    examples: tuple[str, ...] = ()
+    Attributes:
+        summaries: the line that the group's help shows of each command, whose module in ``cli.commands`` has its name.
+    """
+
+    summaries: Mapping[str, str] = {}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order of an audit, not of the alphabet."""
-        return [entry.name for entry in self.entries]
+        return list(self.summaries)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
-        if cmd_name not in self.list_commands(ctx):
+        if cmd_name not in self.summaries:
             return None
         room_for_linear_algebra()
-        command = import_module(f"collaudit.cli.commands.{cmd_name}").command
-        if not isinstance(command, click.Command):
-            raise TypeError(f"collaudit.cli.commands.{cmd_name}.command is not a click command")
+        command: click.Command = import_module(f"collaudit.cli.commands.{cmd_name}").command
         return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """As click does it, with a near match for a misspelt command."""
-        if args and not args[0].startswith("-") and args[0] not in self.list_commands(ctx):
-            close = difflib.get_close_matches(args[0], self.list_commands(ctx), n=1)
+        if args and not args[0].startswith("-") and args[0] not in self.summaries:
+            close = difflib.get_close_matches(args[0], self.summaries, n=1)
             hint = f" Did you mean {close[0]!r}?" if close else ""
             ctx.fail(f"No such command {args[0]!r}.{hint}")
         return super().resolve_command(ctx, args)
 
-    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the help, examples first."""
-        write_examples(formatter, self.examples)
-        super().format_help(ctx, formatter)
-
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List commands and summaries without importing them."""
         with formatter.section("Commands"):
-            formatter.write_dl([(entry.name, entry.summary) for entry in self.entries])
-
-
-def write_examples(formatter: click.HelpFormatter, examples: Sequence[str]) -> None:
-    """Write examples as they are typed, never wrapped."""
-    if not examples:
-        return
-    formatter.write("Examples:\n")
-    for example in examples:
-        formatter.write(f"  {example}\n")
-    formatter.write("\n")
+            formatter.write_dl(list(self.summaries.items()))
 
 
 def _more(ctx: click.Context, _param: click.Parameter, given: bool) -> None:

@@ -8,13 +8,14 @@ import json
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Sequence
 from contextlib import suppress
 
 import click
 
 from collaudit.cli.console import note, say_json, silence_library_warnings
-from collaudit.cli.group import CommandEntry, LazyGroup
+from collaudit.cli.group import LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
 from collaudit.core.numeric.allocator import keep_freed_memory, memory_is_limited, one_thread_of_linear_algebra
 
@@ -27,41 +28,31 @@ _WITHOUT_MEMORY = ("failed to map segment from shared object", "cannot map zero-
 _WITHOUT_THREAD = ("can't start new thread", "Failed to launch worker thread")
 #: Said where no memory is left to say what happened; made while there is some.
 _LAST_WORDS = b"not enough memory to say what ended this command: nothing was judged\n"
-_COMMANDS = (
-    CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
-    CommandEntry("init", "Write a commented configuration for a log."),
-    CommandEntry("fit", "Identify friction from constant-velocity motion."),
-    CommandEntry("detect", "Judge one log: residuals, contacts, near misses."),
-    CommandEntry("recommend", "Recommend thresholds with their evidence."),
-    CommandEntry("report", "Write the report of finished runs."),
-    CommandEntry("audit", "Everything above, for one log or thousands."),
-    CommandEntry("plan", "Plan the motion that would settle what the data leave open."),
-    CommandEntry("trend", "What changed over the nights of a store of results."),
-    CommandEntry("query", "Ask a store of results in SQL."),
-    CommandEntry("check", "Check configurations without a log."),
-    CommandEntry("verify", "Compare an audit's folder with its manifest."),
-    CommandEntry("simulate", "Make a log whose truth is known."),
-    CommandEntry("selftest", "Prove this installation on logs whose truth is known."),
-    CommandEntry("demo", "The whole chain on simulated runs; ends with a report."),
-)
+_COMMANDS = {
+    "inspect": "What is in a log: topics, joints, rates, gaps, units, findings.",
+    "init": "Write a commented configuration for a log.",
+    "fit": "Identify friction from constant-velocity motion.",
+    "detect": "Judge one log: residuals, contacts, near misses.",
+    "recommend": "Recommend thresholds with their evidence.",
+    "report": "Write the report of finished runs.",
+    "audit": "Everything above, for one log or thousands.",
+    "plan": "Plan the motion that would settle what the data leave open.",
+    "trend": "What changed over the nights of a store of results.",
+    "query": "Ask a store of results in SQL.",
+    "check": "Check configurations without a log.",
+    "verify": "Compare an audit's folder with its manifest.",
+    "simulate": "Make a log whose truth is known.",
+    "selftest": "Prove this installation on logs whose truth is known.",
+    "demo": "The whole chain on simulated runs; ends with a report.",
+}
 ERROR_SCHEMA = "collaudit/error/1"
-
-
-def _print_version(ctx: click.Context, _param: click.Parameter, wanted: bool) -> None:
-    if wanted and not ctx.resilient_parsing:
-        from importlib.metadata import version
-
-        click.echo(f"collaudit {version('collaudit')}")
-        ctx.exit()
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option(
     "--debug", is_flag=True, expose_value=False, help="Show tracebacks of unexpected errors (also COLLAUDIT_DEBUG=1)."
 )
-@click.option(
-    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Show the version."
-)
+@click.version_option(package_name="collaudit", message="%(package)s %(version)s", help="Show the version.")
 def collaudit() -> None:
     """Audit robot logs for collisions: friction, residual torque, evidence.
 
@@ -72,7 +63,7 @@ def collaudit() -> None:
     """
 
 
-collaudit.entries = _COMMANDS
+collaudit.summaries = _COMMANDS
 collaudit.examples = (
     "collaudit demo",
     "collaudit inspect run.mcap",
@@ -160,7 +151,8 @@ def _answer(error: BaseException, args: list[str], debug: bool) -> int:
         code = _say_error(error, args, debug)
     if _wants_json(args):
         try:
-            _say_error_json(error, code)
+            content: dict[str, object] = {"schema": ERROR_SCHEMA, "exit_code": code, **_facts(error)}
+            say_json(json.dumps(content, indent=2, allow_nan=False) + "\n")
             sys.stdout.flush()
         except BrokenPipeError:
             _leave_stdout()
@@ -198,7 +190,8 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
     if isinstance(error, Exception) and any(words in str(error) for words in _WITHOUT_THREAD):
         note("no thread could be started, which memory or the number of processes forbids: nothing was judged")
         return EXIT_NOT_JUDGED
-    _show_traceback(error, debug)
+    if debug:
+        traceback.print_exception(error)
     if isinstance(error, OSError):
         note(f"{error.filename or 'input or output'}: {error.strerror or error}")
     else:
@@ -209,13 +202,6 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
 def _leave_stdout() -> None:
     """Nobody reads stdout any more: what is still to be written goes nowhere."""
     sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
-
-
-def _show_traceback(error: BaseException, debug: bool) -> None:
-    if debug:
-        import traceback
-
-        traceback.print_exception(error)
 
 
 def _bug_text(error: BaseException, args: list[str]) -> str:
@@ -230,17 +216,6 @@ def _wants_json(arguments: Sequence[str]) -> bool:
     """Whether a command line asks for JSON; what follows ``--`` is no option."""
     before = arguments[: arguments.index("--")] if "--" in arguments else arguments
     return "--json" in before
-
-
-def _say_error_json(error: BaseException, exit_code: int) -> None:
-    """Print an error as JSON on stdout.
-
-    Args:
-        error: what ended the command.
-        exit_code: of the command.
-    """
-    content: dict[str, object] = {"schema": ERROR_SCHEMA, "exit_code": exit_code, **_facts(error)}
-    say_json(json.dumps(content, ensure_ascii=True, indent=2, allow_nan=False) + "\n")
 
 
 def _facts(error: BaseException) -> dict[str, object]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 _PATH = "collaudit.config.path"
 _FOUND = "collaudit.config.found"
 _OVERRIDES = "collaudit.config.overrides"
-_PATHS = "collaudit.config.paths"
 #: Found in the working folder, this file is used by every command that takes ``-c`` and was given none.
 DEFAULT = Path("collaudit.toml")
 
+_FILE = click.Path(path_type=Path)
 CommandFunction = Callable[..., int]
 Decorator = Callable[[CommandFunction], CommandFunction]
 
@@ -51,12 +51,23 @@ def given_config() -> Path | None:
 
 def given_paths() -> dict[str, str]:
     """Dotted key to file, as the flags were typed."""
-    return dict(click.get_current_context().meta.get(_PATHS, {}))
+    return {key: str(value) for key, value in _stated().items() if isinstance(value, Path)}
 
 
 def overrides() -> dict[str, object]:
-    """Dotted key to value, of the flags given."""
-    return dict(click.get_current_context().meta.get(_OVERRIDES, {}))
+    """Dotted key to value, of the flags given; files are absolute."""
+    return {key: _absolute(value) for key, value in _stated().items()}
+
+
+def _stated() -> dict[str, object]:
+    stated: dict[str, object] = click.get_current_context().meta.get(_OVERRIDES, {})
+    return stated
+
+
+def _absolute(value: object) -> object:
+    if isinstance(value, list):
+        return [_absolute(item) for item in value]
+    return str(value.absolute()) if isinstance(value, Path) else value
 
 
 def load_settings(replaced: Path | None = None) -> LoadedConfig:
@@ -77,21 +88,26 @@ def load_settings(replaced: Path | None = None) -> LoadedConfig:
 
 def config_option(function: CommandFunction) -> CommandFunction:
     """Add ``-c`` and ``--set``."""
-    flags = (
-        _kept("-c --config", _PATH, "FILE", "Configuration (see collaudit init)."),
-        _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True),
-    )
-    return _all(flags, function)
+
+    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
+        ctx.meta[_PATH] = value
+
+    words = "Configuration (see collaudit init)."
+    config = click.option(
+        "-c", "--config", type=_FILE, callback=keep, expose_value=False, metavar="FILE", help=words
+    )  # fmt: skip
+    assignments = _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True)
+    return config(assignments(function))
 
 
 def robot_options(function: CommandFunction) -> CommandFunction:
     """Flags that say which robot and which signals, and how logs are read."""
     flags: tuple[Decorator, ...] = (
-        _flag("--urdf", "robot.urdf", _file, "FILE", "Robot model."),
+        _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model."),
         _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
         _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
         _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
-        _flag("--msg-path", "log.msg_path", _file, "DIR", "Folder of .msg files of types a log does not define.", True),
+        _flag("--msg-path", "log.msg_path", _FILE, "DIR", "Folder of .msg files of types a log does not define.", True),
     )
     return _all(flags, function)
 
@@ -105,11 +121,11 @@ def friction_options(function: CommandFunction) -> CommandFunction:
 def rule_options(function: CommandFunction) -> CommandFunction:
     """Flags for rule (6)."""
     flags: tuple[Decorator, ...] = (
-        _flag("--friction", "friction.file", _file, "FILE", "Friction to judge with (see collaudit fit)."),
+        _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit)."),
         _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
         _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto."),
-        _flag("--persistence-ms", "detect.persistence_ms", _number, "MS", "Persistence; rounded up to samples."),
-        _flag("--n", "detect.n", _integer, "SAMPLES", "Persistence in samples."),
+        _flag("--persistence-ms", "detect.persistence_ms", float, "MS", "Persistence; rounded up to samples."),
+        _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
         _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
     )
     return _all(flags, function)
@@ -155,53 +171,25 @@ def _switch(name: str, key: str, value: object, words: str) -> Decorator:
     return click.option(name, is_flag=True, callback=keep, expose_value=False, help=words)
 
 
-def _kept(name: str, place: str, metavar: str, words: str) -> Decorator:
-    """An option whose file waits in the context, and overrides nothing."""
+def _flag(name: str, key: str, kind: Any, metavar: str, words: str, multiple: bool = False) -> Decorator:
+    """An option whose value, of a type or by a function from its text, overrides ``key``; without one it has keys."""
 
-    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
-        ctx.meta[place] = value
+    def keep(ctx: click.Context, _param: click.Parameter, given: Any) -> None:
+        stated = ctx.meta.setdefault(_OVERRIDES, {})
+        if not key:
+            stated.update(given)
+        elif given not in (None, ()):
+            stated[key] = list(given) if multiple else given
 
-    path = click.Path(path_type=Path)
-    names = name.split()
-    return click.option(*names, type=path, callback=keep, expose_value=False, metavar=metavar, help=words)
-
-
-def _flag(
-    name: str, key: str, convert: Callable[[str], object], metavar: str, words: str, multiple: bool = False
-) -> Decorator:
-    """An option whose value overrides ``key``; with an empty key ``convert`` returns (key, value)."""
-
-    def keep(ctx: click.Context, param: click.Parameter, given: str | tuple[str, ...] | None) -> None:
-        values = given if isinstance(given, tuple) else () if given is None else (given,)
-        store = ctx.meta.setdefault(_OVERRIDES, {})
-        for text in values:
-            try:
-                value = convert(text)
-            except ValueError as error:
-                raise click.BadParameter(str(error), ctx=ctx, param=param) from error
-            if key:
-                if convert is _file:
-                    ctx.meta.setdefault(_PATHS, {})[key] = text
-                store[key] = [*store.get(key, []), value] if multiple else value
-            elif isinstance(value, tuple):
-                store[value[0]] = value[1]
-
-    def add(function: CommandFunction) -> CommandFunction:
-        return click.option(name, callback=keep, expose_value=False, metavar=metavar, help=words, multiple=multiple)(
-            function
-        )
-
-    return add
-
-
-def _file(text: str) -> str:
-    return str(Path(text).absolute())
+    return click.option(
+        name, type=kind, callback=keep, expose_value=False, metavar=metavar, help=words, multiple=multiple
+    )
 
 
 def _names(text: str) -> list[str]:
     names = [part.strip() for part in text.split(",") if part.strip()]
     if not names:
-        raise ValueError("no names given")
+        raise click.BadParameter("no names given")
     return names
 
 
@@ -222,20 +210,13 @@ def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise ValueError(f"{text!r} is not a number") from None
-
-
-def _integer(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise ValueError(f"{text!r} is not a whole number") from None
+        raise click.BadParameter(f"{text!r} is not a number") from None
 
 
 def _assignment(text: str) -> tuple[str, object]:
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
-        raise ValueError(f"{text!r} is not KEY=VALUE, such as detect.n=13")
+        raise click.BadParameter(f"{text!r} is not KEY=VALUE, such as detect.n=13")
     from collaudit.core.config.toml_parsing import parse_toml
 
     try:

@@ -172,9 +172,9 @@ def test_a_log_that_cannot_be_judged_is_an_error_in_json(collaudit, tmp_path: Pa
 
 def test_every_command_takes_json() -> None:
     without = [
-        entry.name
-        for entry in group.entries
-        if (command := group.get_command(None, entry.name)) is None  # type: ignore[arg-type]
+        name
+        for name in group.summaries
+        if (command := group.get_command(None, name)) is None  # type: ignore[arg-type]
         or not any("--json" in param.opts for param in command.params)
     ]
     assert without == []

@@ -90,11 +90,11 @@ def test_commands_and_scenarios_are_completed() -> None:
 
 def test_there_is_a_manual_page_for_each_command_and_every_option_is_in_it() -> None:
     made = man_pages()
-    assert {f"collaudit-{entry.name}.1" for entry in group.entries} | {"collaudit.1"} == set(made)
-    for each in group.entries:
-        command = group.get_command(None, each.name)  # type: ignore[arg-type]
+    assert {f"collaudit-{name}.1" for name in group.summaries} | {"collaudit.1"} == set(made)
+    for each in group.summaries:
+        command = group.get_command(None, each)  # type: ignore[arg-type]
         assert command is not None
-        page = made[f"collaudit-{each.name}.1"].replace("\\-", "-")
+        page = made[f"collaudit-{each}.1"].replace("\\-", "-")
         for param in command.params:
             assert param.param_type_name == "argument" or param.opts[0] in page
         assert "something could not be judged; never a pass" in page

@@ -24,10 +24,10 @@ def man_pages() -> dict[str, str]:
     """File name to manual page: one for the program, one for each command."""
     top = click.Context(collaudit, info_name="collaudit")
     made = {"collaudit.1": _program()}
-    for entry in collaudit.entries:
-        command = collaudit.get_command(top, entry.name)
+    for name, summary in collaudit.summaries.items():
+        command = collaudit.get_command(top, name)
         assert isinstance(command, ExampleCommand)
-        made[f"collaudit-{entry.name}.1"] = _command(command, entry.summary, top)
+        made[f"collaudit-{name}.1"] = _command(command, summary, top)
     return made
 
 
@@ -36,8 +36,8 @@ def _program() -> str:
     lines += [".SH SYNOPSIS", ".B collaudit", "COMMAND [OPTIONS] [ARGUMENTS]", ".SH DESCRIPTION"]
     lines += _paragraphs(collaudit.help or "")
     lines.append(".SH COMMANDS")
-    for entry in collaudit.entries:
-        lines += [".TP", f".BR collaudit\\-{entry.name} (1)", _roff(entry.summary)]
+    for name, summary in collaudit.summaries.items():
+        lines += [".TP", f".BR collaudit\\-{name} (1)", _roff(summary)]
     lines += [".SH OPTIONS", *_options(collaudit), *_exit_status(), ".SH ENVIRONMENT"]
     for name, text in (
         ("NO_COLOR", "No colours, if it is not empty."),

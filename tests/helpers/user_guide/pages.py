@@ -121,7 +121,7 @@ def commands_page() -> str:
         "What `collaudit --help` and `collaudit COMMAND --help` print, all options explained (`--more`).",
     ]
     lines += ["", "_Generated from the commands by `make docs`._"]
-    for name in ("", *(entry.name for entry in collaudit.entries)):
+    for name in ("", *collaudit.summaries):
         title = f"collaudit {name}".strip()
         lines += ["", f"## {title}", "", "```text", help_text(name), "```"]
     return "\n".join(lines) + "\n"

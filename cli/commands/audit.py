@@ -177,7 +177,7 @@ def command(
     from collaudit.cli.batch.finished_logs import finished_outcomes
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.cli.batch.logs_in_turn import audit_logs
-    from collaudit.cli.batch.store_append import night_records, with_records
+    from collaudit.cli.batch.night_records import night_records, with_records
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
     from collaudit.cli.fleet.log_inputs import night_of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
     from collaudit.cli.drafts.drafted_log import Drafted, Known
     from collaudit.core.logs.arms_in_log import Arm
+
+INIT_SCHEMA = "collaudit/init/1"
 
 
 @example_command(
@@ -45,9 +48,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
     from collaudit.cli.drafts.arm_drafts import arms_in
-    from collaudit.cli.drafts.draft_json import draft_json
     from collaudit.cli.drafts.drafted_log import Known, drafted
-    from collaudit.cli.drafts.earlier_guesses import guesses_of
+    from collaudit.cli.drafts.given_keys import guesses_of
     from collaudit.cli.drafts.trial_words import next_step
     from collaudit.cli.log_arguments import one_log
     from collaudit.core.logs.column_guess import guess_csv_columns
@@ -85,7 +87,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         _write(output, made.text)
     _say_trial(made)
     if as_json:
-        say_json(draft_json(made.text, output, made.trial, made.missing))
+        say_json(_json(made, output))
     if not made.missing:
         note(next_step(made.trial, " ".join(logs), output, fitted=loaded.friction_path is not None))
         return EXIT_PASS
@@ -117,6 +119,23 @@ def _of_arms(arms: Mapping[str, tuple[Arm, Known]], logs: tuple[str, ...], outpu
             f"{fits}\n  collaudit audit {' '.join(logs)} -c {output} -o out"
         )
     return code
+
+
+def _json(made: Drafted, output: Path | None) -> str:
+    """The draft, what trying it showed, and what keeps the log from being judged with it."""
+    from collaudit.reports.files.json_writer import json_text
+
+    content = {
+        "schema": INIT_SCHEMA,
+        "file": None if output is None else str(output),
+        "toml": made.text,
+        "guesses": made.text.count("GUESS:"),
+        "judged": not made.missing,
+        "verdict": None if made.trial.result is None else made.trial.result.verdict,
+        "missing": list(made.missing),
+        "findings": [asdict(finding) for finding in made.trial.findings],
+    }
+    return json_text(content, indent=2)
 
 
 def _write(output: Path, text: str) -> None:

@@ -1,15 +1,18 @@
-"""What a configuration file and flags state, as another file would write it."""
+"""What a configuration file and flags state, as another file would write it; and what of it nobody has stated yet."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.describe import all_keys
-from collaudit.core.config.relative_paths import located
+from collaudit.core.config.toml_lines import KeyPath, key_lines
+from collaudit.core.small_files import read_small
+
+_MARK = "# GUESS:"
 
 
 def given_keys(loaded: LoadedConfig, folder: Path, paths: Mapping[str, str]) -> Iterator[tuple[str, object]]:
@@ -30,7 +33,7 @@ def given_keys(loaded: LoadedConfig, folder: Path, paths: Mapping[str, str]) -> 
 
 def _placed(path: Path, base_dir: Path, folder: Path) -> str:
     """A path from ``base_dir`` as a file in ``folder`` writes it: unchanged wherever that finds the same file."""
-    found = located(path, base_dir)
+    found = base_dir / path
     if path.is_absolute() or found.resolve() == (folder / path).resolve():
         return str(path)
     return os.path.relpath(found, folder)
@@ -46,3 +49,18 @@ def _plain(value: object, base_dir: Path, folder: Path) -> object:
     if isinstance(value, dict):
         return {key: _plain(inner, base_dir, folder) for key, inner in value.items()}
     return value
+
+
+def guesses_of(path: Path | None, flags: Collection[str]) -> frozenset[KeyPath]:
+    """Paths of the keys whose lines in a configuration file are marked as guesses.
+
+    Args:
+        path: the file, which has been read as a configuration; None for none.
+        flags: dotted keys that flags state, which are no guesses.
+    """
+    if path is None:
+        return frozenset()
+    text = read_small(path).decode("utf-8-sig")
+    lines = text.splitlines()
+    stated = {tuple(flag.split(".")) for flag in flags}
+    return frozenset(key for key, line in key_lines(text).items() if _MARK in lines[line - 1] and key not in stated)

@@ -10,13 +10,13 @@ from typing import Any, Literal
 
 from collaudit.cli.commands.check import CHECK_SCHEMA
 from collaudit.cli.commands.demo import DEMO_SCHEMA
+from collaudit.cli.commands.init import INIT_SCHEMA
 from collaudit.cli.commands.inspect import INSPECT_SCHEMA
 from collaudit.cli.commands.query import QUERY_SCHEMA
 from collaudit.cli.commands.recommend import RECOMMEND_SCHEMA
 from collaudit.cli.commands.report import BODY_REGIONS_SCHEMA, WRITTEN_SCHEMA
 from collaudit.cli.commands.simulate import SIMULATED_SCHEMA
 from collaudit.cli.commands.verify import VERIFY_SCHEMA
-from collaudit.cli.drafts.draft_json import INIT_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score

@@ -76,16 +76,15 @@ def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str
     """
     from importlib.metadata import version
 
-    from collaudit.core.config.relative_paths import located
     from collaudit.core.logs.opening import also_files
     from collaudit.core.provenance import versions
 
     config = loaded.config
-    named = [config.robot.urdf, config.friction.file]
-    other_files = [located(path, loaded.base_dir) for path in named if path is not None]
+    named = [loaded.urdf_path, loaded.friction_path]
+    other_files = [path for path in named if path is not None]
     other_files += also_files(files, config.log.csv)
     for folder in config.log.msg_path:
-        other_files += sorted(located(folder, loaded.base_dir).rglob("*.msg"))
+        other_files += sorted(folder.rglob("*.msg"))
     return {
         "log": log_sha256,
         "settings": loaded.sha256,

@@ -46,17 +46,14 @@ def _check(path: Path) -> None:
     from collaudit.cli.fleet.night_policy import NightPolicy
     from collaudit.cli.fleet.robot_matching import fleet_robots
     from collaudit.core.config import load_config
-    from collaudit.core.config.relative_paths import located
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)
     robots = fleet_robots(loaded)
     for settings in (loaded, *LogSettings(loaded, {}, robots).robot_settings()):
-        urdf = settings.config.robot.urdf
-        if urdf is not None and not located(urdf, settings.base_dir).is_file():
-            raise ConfigError(
-                "the robot's description is not there", where=str(path), found=str(located(urdf, settings.base_dir))
-            )
+        urdf = settings.urdf_path
+        if urdf is not None and not urdf.is_file():
+            raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))
         if settings.friction_path is not None:
             read_friction(settings.friction_path)
     expired = NightPolicy(loaded.config.policy, None).decide((), ()).file.findings

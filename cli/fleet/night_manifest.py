@@ -9,7 +9,6 @@ from collaudit.cli.batch.audit_one import Outcome
 from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.fleet.night_policy import Decisions
 from collaudit.core.config import LoadedConfig
-from collaudit.core.config.relative_paths import located
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
 from collaudit.core.provenance import versions
@@ -98,5 +97,5 @@ def _settings_files(loaded: LoadedConfig) -> Iterator[tuple[Path, Role]]:
         yield config.fleet.file, "fleet"
     if config.friction.file is not None:
         yield config.friction.file, "friction"
-    if config.robot.urdf is not None:
-        yield located(config.robot.urdf, loaded.base_dir), "robot"
+    if loaded.urdf_path is not None:
+        yield loaded.urdf_path, "robot"

@@ -12,8 +12,7 @@ from pathlib import Path
 import msgspec
 
 from collaudit.core.config.config_table import toml_values
-from collaudit.core.config.relative_paths import located, located_fleet
-from collaudit.core.config.schema import Config
+from collaudit.core.config.schema import Config, FleetRobot
 from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_parsing import parse_toml
 from collaudit.core.errors import ConfigError
@@ -47,6 +46,12 @@ class LoadedConfig:
     def friction_path(self) -> Path | None:
         """The friction file that the configuration names; None when it names none."""
         return self.config.friction.file
+
+    @property
+    def urdf_path(self) -> Path | None:
+        """The robot's description as it is found from the working folder; None when the configuration names none."""
+        urdf = self.config.robot.urdf
+        return None if urdf is None else self.base_dir / urdf
 
 
 def load_config(path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
@@ -98,13 +103,20 @@ def _placed(config: Config, base_dir: Path) -> Config:
     """The configuration with its files and folders as they are found from the working folder."""
     friction, log = config.friction, config.log
     if friction.file is not None:
-        friction = friction.changed({"file": located(friction.file, base_dir)})
+        friction = friction.changed({"file": base_dir / friction.file})
     if log.msg_path:
-        log = log.changed({"msg_path": [located(folder, base_dir) for folder in log.msg_path]})
+        log = log.changed({"msg_path": [base_dir / folder for folder in log.msg_path]})
     placed = config.changed({"friction": friction, "log": log})
     if "fleet" in config.given:
-        placed = placed.changed({"fleet": located_fleet(config.fleet, base_dir)})
+        file = None if config.fleet.file is None else base_dir / config.fleet.file
+        robots = {name: _placed_robot(robot, base_dir) for name, robot in config.fleet.robots.items()}
+        placed = placed.changed({"fleet": config.fleet.changed({"file": file, "robots": robots})})
     return placed
+
+
+def _placed_robot(robot: FleetRobot, base_dir: Path) -> FleetRobot:
+    names = {"config": robot.config, "urdf": robot.urdf, "friction": robot.friction}
+    return robot.changed({name: base_dir / path for name, path in names.items() if path is not None})
 
 
 def config_sha256(config: Config) -> str:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from collaudit.core.config.relative_paths import located
 from collaudit.core.config.schema import DhRow, RobotConfig
 from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError, did_you_mean
@@ -80,7 +79,7 @@ def describe_robot(config: RobotConfig, base_dir: Path) -> Description | None:
         RobotError: it cannot be read.
     """
     if config.urdf is not None:
-        return _describe_urdf(located(config.urdf, base_dir), str(config.urdf))
+        return _describe_urdf(base_dir / config.urdf, str(config.urdf))
     if config.dh:
         return _describe_dh(config.dh, config.dh_convention or "standard")
     return None

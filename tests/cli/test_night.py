@@ -276,3 +276,17 @@ def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
         assert not kept(), f"{file.name} is gone"
         file.write_bytes(whole)
         assert kept()
+
+
+def test_a_configuration_in_another_folder_names_its_friction_file(
+    arm, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Paths start from the configuration's folder, also where that is given relative to the working folder."""
+    monkeypatch.chdir(tmp_path)
+    settings = Path("settings")
+    settings.mkdir()
+    (settings / "friction.json").write_bytes(arm.friction.read_bytes())
+    text = arm.config.read_text(encoding="utf-8")
+    (settings / "arm.toml").write_text(f'{text}\n[friction]\nfile = "friction.json"\n', encoding="utf-8")
+    done = collaudit("audit", arm.clean, "-c", settings / "arm.toml", "-o", "out", "--json")
+    assert (done.code, json.loads(done.out)["logs"][0]["verdict"]) == (0, "pass"), done.err

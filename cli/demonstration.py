@@ -66,16 +66,10 @@ def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         scenarios = {"friction": "friction", **_RUNS}
         futures: dict[str, Future[SimulatedFiles]] = {
-            name: pool.submit(simulate_one, scenario, seed, out / f"{scenario}.mcap")
+            name: pool.submit(simulate_to, scenario, ROBOT, seed, "mcap", out / f"{scenario}.mcap")
             for name, scenario in scenarios.items()
         }
         return {name: future.result() for name, future in futures.items()}
-
-
-def simulate_one(scenario: str, seed: int, path: Path) -> SimulatedFiles:
-    """Simulate one scenario of the paper's arm (a worker's job)."""
-
-    return simulate_to(scenario, ROBOT, seed, "mcap", path)
 
 
 def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) -> Demo:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import json
 import stat
 from pathlib import Path
+from typing import Any
 
 #: No description of a robot, configuration, list of labels or note of a run is larger.
 MOST_BYTES = 64 << 20
@@ -33,3 +35,12 @@ def read_small(path: Path, most: int = MOST_BYTES) -> bytes:
     if len(data) > most:
         raise OSError(errno.EFBIG, f"longer than {most >> 20} MiB", str(path))
     return data
+
+
+def read_object(path: Path, most: int = MOST_BYTES) -> dict[str, Any]:
+    """The JSON object in a file of at most so many bytes; empty where it cannot be read or is none."""
+    try:
+        content = json.loads(read_small(path, most))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}

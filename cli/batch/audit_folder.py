@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import socket
 from collections.abc import Collection, Iterator, Sequence
@@ -12,7 +11,7 @@ from pathlib import Path
 from collaudit.cli.batch.audit_one import remove_run
 from collaudit.cli.batch.run_note import FINISHED, read_note
 from collaudit.core.errors import CollauditError
-from collaudit.core.small_files import read_small
+from collaudit.core.small_files import read_object
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.manifest_file import MANIFEST_NAME, SIGNATURE_NAME
@@ -81,11 +80,9 @@ def _finished(out: Path) -> list[str]:
 
 def _marked(marker: Path) -> list[str]:
     """Run folders of an audit that was ended, as its marker names them."""
-    try:
-        named = json.loads(read_small(marker, 1 << 30))["runs"]
-        return [name for name in named if isinstance(name, str) and Path(name).name == name != ".."]
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return []
+    named = read_object(marker, 1 << 30).get("runs")
+    texts = [name for name in named if isinstance(name, str)] if isinstance(named, list) else []
+    return [name for name in texts if Path(name).name == name != ".."]
 
 
 def _marker_text(runs: Sequence[str]) -> str:
@@ -114,12 +111,10 @@ def _check_owner(out: Path, force: bool) -> None:
 
 def _check_idle(marker: Path) -> None:
     """Refuse where the marker's process still lives; a marker that tells nothing was left by a killed one."""
-    try:
-        owner = json.loads(read_small(marker))
-        host, process = str(owner["host"]), int(owner["process"])
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return
-    if host == socket.gethostname() and process != os.getpid() and Path(f"/proc/{process}").exists():
+    owner = read_object(marker)
+    process = owner.get("process")
+    here = owner.get("host") == socket.gethostname() and isinstance(process, int)
+    if here and process != os.getpid() and Path(f"/proc/{process}").exists():
         raise CollauditError(
             "another audit is writing into this folder",
             where=str(marker.parent),
@@ -129,10 +124,4 @@ def _check_idle(marker: Path) -> None:
 
 
 def _is_audit(summary: Path) -> bool:
-    if summary.is_symlink():
-        return False
-    try:
-        content = json.loads(read_small(summary, 1 << 30))
-    except (OSError, ValueError, RecursionError):
-        return False
-    return isinstance(content, dict) and str(content.get("schema", "")).startswith(_SCHEMA)
+    return not summary.is_symlink() and str(read_object(summary, 1 << 30).get("schema")).startswith(_SCHEMA)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.small_files import read_small
+from collaudit.core.small_files import read_object, read_small
 
 if TYPE_CHECKING:
     from collaudit.cli.fleet.remote_logs import Fetched
@@ -55,12 +54,8 @@ def read_note(run: Path) -> object:
     file = run / FINISHED
     if run.is_symlink() or file.is_symlink():
         return None
-    try:
-        content = json.loads(read_small(file, _MOST_BYTES))
-    except (OSError, ValueError, RecursionError):
-        return None
-    known = isinstance(content, dict) and content.get("schema") == _SCHEMA
-    return content.get("rests_on") if known else None
+    content = read_object(file, _MOST_BYTES)
+    return content.get("rests_on") if content.get("schema") == _SCHEMA else None
 
 
 def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str, object]:

@@ -150,7 +150,7 @@ def _say_trial(made: Drafted) -> None:
 
     print_findings([found for found in made.trial.findings if found.severity != "info"], err=True, brief=True)
     if made.trial.result is not None:
-        note(came_of_it(made.trial))
+        note(came_of_it(made.trial, made.trial.result))
 
 
 def _say_missing(made: Drafted, output: Path | None) -> None:

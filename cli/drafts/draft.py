@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from collaudit.cli.drafts.config_text import Section, document
-from collaudit.cli.drafts.draft_settings import add_rule, add_units
+from collaudit.cli.drafts.config_text import Line, Section, document
+from collaudit.cli.drafts.draft_settings import USUAL_LINES, add_units
 from collaudit.cli.drafts.given_keys import given_keys
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.toml_lines import KeyPath
@@ -21,6 +21,16 @@ _SECTIONS = (
     "robot", "robot.tool", "log", "log.joint_names", "log.csv", "log.units", "conditioning", "sections",
     "friction", "detect", "near_miss", "phases", "policy",
 )  # fmt: skip
+_WRENCH_FRAME = (
+    Line("wrench_frame", "ft_sensor", "a frame of the model", active=False),
+    Line(
+        "wrench_sign",
+        1,
+        "+1 if the sensor reports the force the robot exerts; -1 if it reports the force acting on the robot",
+        active=False,
+    ),
+)
+_NO_ROBOT = "Without a robot only friction can be fitted, from pairs of directions; nothing is judged."
 
 
 class Draft:
@@ -54,7 +64,7 @@ class Draft:
         self._prismatic = tuple(prismatic)
         self._columns_found = columns
         self.summary = summary
-        self.sections = {name: Section(name) for name in _SECTIONS}
+        self.sections = {name: Section(name, lines=[*USUAL_LINES.get(name, ())]) for name in _SECTIONS}
         self._robot_names = tuple(robot_names)
         self._csv_guess = columns.csv if columns is not None else None
         self._given = dict(given_keys(loaded, folder, paths or {}))
@@ -62,11 +72,11 @@ class Draft:
 
     def _fill(self) -> None:
         topic = self._main_topic()
-        self._robot()
+        if not self._robot_names:
+            self.sections["robot"].remarks.append(_NO_ROBOT)
         self._signals(topic)
         self._names(topic)
         add_units(self.sections["log.units"], topic, self._columns_found, table=bool(self.summary.csv_columns))
-        add_rule(self.sections)
         for dotted, value in self._given.items():
             table, _, key = dotted.rpartition(".")
             if dotted == "log.joint_names" and isinstance(value, dict):
@@ -122,19 +132,6 @@ class Draft:
 
         return max(candidates, key=worth, default=None)
 
-    def _robot(self) -> None:
-        robot, tool = self.sections["robot"], self.sections["robot.tool"]
-        if not self._robot_names:
-            robot.remarks.append(
-                "Without a robot only friction can be fitted, from pairs of directions; nothing is judged."
-            )
-        robot.add("urdf", "arm.urdf", "or dh_convention and [[robot.dh]] rows", active=False)
-        robot.add("base_rpy_deg", [0.0, 0.0, 0.0], "upright on the floor", guess=True)
-        robot.add("armature_kg_m2", {"joint1": 0.1}, "reflected rotor inertia, by joint", active=False)
-        tool.add("mass_kg", 0.0, "nothing carried; a payload left out shows as residual torque", guess=True)
-        tool.add("com_m", [0.0, 0.0, 0.05], "centre of mass in frame", active=False)
-        tool.add("frame", "tool0", "the last link when absent", active=False)
-
     def _signals(self, topic: TopicInfo | None) -> None:
         log = self.sections["log"]
         if topic is not None and not self.summary.csv_columns:
@@ -144,8 +141,7 @@ class Draft:
             if others:
                 log.remarks.append(f"Other topics with joint states: {', '.join(others)}.")
         for wrench in (t for t in self.summary.topics if t.role == "wrench"):
-            log.add("wrench", wrench.name, "needs wrench_frame too", active=False)
-            self._wrench_frame()
+            log.lines += [Line("wrench", wrench.name, "needs wrench_frame too", active=False), *_WRENCH_FRAME]
         if self.summary.csv_columns:
             self._columns()
         else:
@@ -178,12 +174,6 @@ class Draft:
                 if (value := getattr(guess, key)) != "auto":
                     csv.add(key, value)
 
-    def _wrench_frame(self) -> None:
-        log = self.sections["log"]
-        log.add("wrench_frame", "ft_sensor", "a frame of the model", active=False)
-        words = "+1 if the sensor reports the force the robot exerts; -1 if it reports the force acting on the robot"
-        log.add("wrench_sign", 1, words, active=False)
-
     def _wrench_columns(self) -> None:
         """Six columns that are named as a wrench: offered, or said to be no sensor's."""
         offered = self._columns_found.wrench if self._columns_found is not None else None
@@ -196,7 +186,7 @@ class Draft:
             return
         words = "named as a force/torque sensor's: fx, fy, fz, mx, my, mz; needs [log] wrench_frame too"
         csv.add("wrench", list(offered.names), words, active=False)
-        self._wrench_frame()
+        self.sections["log"].lines += _WRENCH_FRAME
 
     def _open_columns(self) -> Mapping[str, Sequence[str]]:
         """Choices for quantities that several groups of columns could be, and a word on what was passed over."""

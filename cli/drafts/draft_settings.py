@@ -1,13 +1,44 @@
-"""The lines of a draft that hardly depend on its log: units, rule, phases, policy."""
+"""The lines of a draft that hardly depend on its log: robot, units, rule, phases, policy."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from collaudit.cli.drafts.config_text import Section
+from collaudit.cli.drafts.config_text import Line, Section
 from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import TopicInfo
 from collaudit.core.logs.tables.column_findings import standard_unit
+
+#: By section the lines that every draft begins with.
+USUAL_LINES: Mapping[str, tuple[Line, ...]] = {
+    "robot": (
+        Line("urdf", "arm.urdf", "or dh_convention and [[robot.dh]] rows", active=False),
+        Line("base_rpy_deg", [0.0, 0.0, 0.0], "upright on the floor", guess=True),
+        Line("armature_kg_m2", {"joint1": 0.1}, "reflected rotor inertia, by joint", active=False),
+    ),
+    "robot.tool": (
+        Line("mass_kg", 0.0, "nothing carried; a payload left out shows as residual torque", guess=True),
+        Line("com_m", [0.0, 0.0, 0.05], "centre of mass in frame", active=False),
+        Line("frame", "tool0", "the last link when absent", active=False),
+    ),
+    "friction": (Line("file", "friction.json", 'from collaudit fit; gamma_nm = "auto" needs it', active=False),),
+    "detect": (
+        Line(
+            "gamma_nm",
+            "auto",
+            "of each joint, by the fit's own residual in friction.json; or a number, or numbers by joint",
+            guess=True,
+        ),
+        Line("persistence_ms", 25, "rounded up to whole samples; 12.5 where causal, unless stated", active=False),
+        Line("watch", "auto", "joints under force control are not judged; or a list of names"),
+    ),
+    "phases": (
+        Line("approach", [[0.0, 25.0]], "s from the log's first sample", active=False),
+        Line("contact", [[25.0, 53.0]], active=False),
+        Line("retreat", [[53.0, 57.5]], active=False),
+    ),
+    "policy": (Line("max_collisions", 0), Line("max_near_misses_per_hour", 10, active=False)),
+}
 
 
 def add_units(units: Section, topic: TopicInfo | None, columns: ColumnGuess | None, *, table: bool) -> None:
@@ -50,19 +81,3 @@ def _add_column_units(units: Section, columns: ColumnGuess | None) -> None:
     else:
         why = said if effort else "CSV files state no unit; A needs torque constants"
         units.add("effort", "Nm", why, guess=not effort)
-
-
-def add_rule(sections: Mapping[str, Section]) -> None:
-    """Lines of friction, rule, phases and policy."""
-    sections["friction"].add("file", "friction.json", 'from collaudit fit; gamma_nm = "auto" needs it', active=False)
-    detect = sections["detect"]
-    why = "of each joint, by the fit's own residual in friction.json; or a number, or numbers by joint"
-    detect.add("gamma_nm", "auto", why, guess=True)
-    detect.add("persistence_ms", 25, "rounded up to whole samples; 12.5 where causal, unless stated", active=False)
-    detect.add("watch", "auto", "joints under force control are not judged; or a list of names")
-    phases = sections["phases"]
-    phases.add("approach", [[0.0, 25.0]], "s from the log's first sample", active=False)
-    phases.add("contact", [[25.0, 53.0]], active=False)
-    phases.add("retreat", [[53.0, 57.5]], active=False)
-    sections["policy"].add("max_collisions", 0)
-    sections["policy"].add("max_near_misses_per_hour", 10, active=False)

@@ -19,12 +19,8 @@ _NO_ROBOT = (
 )
 
 
-def came_of_it(trial: Trial) -> str:
+def came_of_it(trial: Trial, result: AuditResult) -> str:
     """What was tried, the verdict with what it does not speak of, the joints judged, and why others were not."""
-    result = trial.result
-    if result is None:
-        return ""
-
     part = "" if trial.tried_s >= trial.whole_s else f"{trial.tried_s:.4g} s of the {trial.whole_s:.4g} s of "
     cover = result.coverage.joints
     judged = [name for name, each in cover.items() if each.judged_s > 0]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.settings import CommandFunction, free_option, labels_option
+from collaudit.cli.settings import all_of, free_option, labels_option
 from collaudit.core.errors import ConfigError
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
@@ -18,16 +18,18 @@ if TYPE_CHECKING:
 _NUMBERS = (1, 4)
 
 
-def contact_options(function: CommandFunction) -> CommandFunction:
-    """The flags ``--truth``, ``--labels`` and ``--free-of-contact``."""
-    truth = click.option(
+#: ``--truth``, ``--labels`` and ``--free-of-contact``.
+contact_options = all_of(
+    click.option(
         "--truth",
         multiple=True,
         type=click.Path(path_type=Path),
         metavar="FILE",
         help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
-    )
-    return truth(labels_option(free_option(function)))
+    ),
+    labels_option,
+    free_option,
+)
 
 
 def known_contact(files: Sequence[Path], inputs: int) -> list[TruthFile | None]:

@@ -32,17 +32,6 @@ def settings_file() -> Path | None:
     return given_config() or (DEFAULT if DEFAULT.is_file() else None)
 
 
-def config_path() -> Path | None:
-    """As :func:`settings_file`, for a command that reads it: a file that was not named is said once."""
-    path, meta = settings_file(), click.get_current_context().meta
-    if path is not None and path != meta.get(_PATH) and not meta.get(_FOUND):
-        from collaudit.cli.console import note
-
-        meta[_FOUND] = True
-        note(f"settings of {DEFAULT} in this folder are used; -c names another file")
-    return path
-
-
 def given_config() -> Path | None:
     """The file given by ``-c``; not the one that is used because it is in the working folder."""
     path = click.get_current_context().meta.get(_PATH)
@@ -83,82 +72,28 @@ def load_settings(replaced: Path | None = None) -> LoadedConfig:
 
     meta = click.get_current_context().meta
     own = replaced is not None and _PATH in meta and meta[_PATH] is None and replaced.resolve() == DEFAULT.resolve()
-    return load_config(None if own else config_path(), overrides())
+    path = None if own else settings_file()
+    if path is not None and path != meta.get(_PATH) and not meta.get(_FOUND):
+        from collaudit.cli.console import note
+
+        meta[_FOUND] = True
+        note(f"settings of {DEFAULT} in this folder are used; -c names another file")
+    return load_config(path, overrides())
 
 
-def config_option(function: CommandFunction) -> CommandFunction:
-    """Add ``-c`` and ``--set``."""
+def all_of(*flags: Decorator) -> Decorator:
+    """Several options as one decorator, in their order."""
 
-    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
-        ctx.meta[_PATH] = value
+    def add(function: CommandFunction) -> CommandFunction:
+        for flag in reversed(flags):
+            function = flag(function)
+        return function
 
-    words = "Configuration (see collaudit init)."
-    config = click.option(
-        "-c", "--config", type=_FILE, callback=keep, expose_value=False, metavar="FILE", help=words
-    )  # fmt: skip
-    assignments = _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True)
-    return config(assignments(function))
+    return add
 
 
-def robot_options(function: CommandFunction) -> CommandFunction:
-    """Flags that say which robot and which signals, and how logs are read."""
-    flags: tuple[Decorator, ...] = (
-        _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model."),
-        _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
-        _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
-        _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
-        _flag("--msg-path", "log.msg_path", _FILE, "DIR", "Folder of .msg files of types a log does not define.", True),
-    )
-    return _all(flags, function)
-
-
-def friction_options(function: CommandFunction) -> CommandFunction:
-    """The flag that says which friction model is fitted."""
-    words = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/identification.md)."
-    return _flag("--model", "friction.model", str, "NAME", words)(function)
-
-
-def rule_options(function: CommandFunction) -> CommandFunction:
-    """Flags for rule (6)."""
-    flags: tuple[Decorator, ...] = (
-        _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit)."),
-        _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
-        _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto."),
-        _flag("--persistence-ms", "detect.persistence_ms", float, "MS", "Persistence; rounded up to samples."),
-        _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
-        _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
-    )
-    return _all(flags, function)
-
-
-def labels_option(function: CommandFunction) -> CommandFunction:
-    """The flag that says which labels of a log mark true events."""
-    words = "Labels of the log (topics, columns, names) that mark true events."
-    return _flag("--labels", "detect.true_events", _names, "NAMES", words)(function)
-
-
-def study_option(function: CommandFunction) -> CommandFunction:
-    """The flag that asks for a study of the rule."""
-    words = "Study the rule: alarms, delay and sensitivity over threshold and persistence (some seconds a log)."
-    return _switch("--study", "study.run", True, words)(function)
-
-
-def free_option(function: CommandFunction) -> CommandFunction:
-    """The flag that states the logs to be free of contact."""
-    words = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
-    return _switch("--free-of-contact", "fit.contact", "none", words)(function)
-
-
-def clean_option(function: CommandFunction) -> CommandFunction:
-    """Another name of ``--free-of-contact``, for those who confirm what was left out."""
-    words = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."
-    return _switch("--clean", "fit.contact", "none", words)(function)
-
-
-def _all(flags: tuple[Decorator, ...], function: CommandFunction) -> CommandFunction:
-    for flag in reversed(flags):
-        function = flag(function)
-    return function
+def _keep_config(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
+    ctx.meta[_PATH] = value
 
 
 def _switch(name: str, key: str, value: object, words: str) -> Decorator:
@@ -223,3 +158,47 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), parse_toml(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         return key.strip(), value.strip()
+
+
+_WHAT_MODEL = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/identification.md)."
+_WHAT_LABELS = "Labels of the log (topics, columns, names) that mark true events."
+_WHAT_STUDY = "Study the rule: alarms, delay and sensitivity over threshold and persistence (some seconds a log)."
+_WHAT_FREE = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
+_WHAT_CLEAN = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."
+
+#: ``-c``, and any key.
+config_option = all_of(
+    click.option(
+        "-c",
+        "--config",
+        type=_FILE,
+        callback=_keep_config,
+        expose_value=False,
+        metavar="FILE",
+        help="Configuration (see collaudit init).",
+    ),
+    _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True),
+)
+#: Which robot and which signals, and how logs are read.
+robot_options = all_of(
+    _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model."),
+    _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
+    _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
+    _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
+    _flag("--msg-path", "log.msg_path", _FILE, "DIR", "Folder of .msg files of types a log does not define.", True),
+)
+friction_options = _flag("--model", "friction.model", str, "NAME", _WHAT_MODEL)
+#: Rule (6).
+rule_options = all_of(
+    _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit)."),
+    _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
+    _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto."),
+    _flag("--persistence-ms", "detect.persistence_ms", float, "MS", "Persistence; rounded up to samples."),
+    _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
+    _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
+)
+labels_option = _flag("--labels", "detect.true_events", _names, "NAMES", _WHAT_LABELS)
+study_option = _switch("--study", "study.run", True, _WHAT_STUDY)
+free_option = _switch("--free-of-contact", "fit.contact", "none", _WHAT_FREE)
+#: Another name of it, for those who confirm what was left out.
+clean_option = _switch("--clean", "fit.contact", "none", _WHAT_CLEAN)

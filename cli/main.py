@@ -128,8 +128,11 @@ def run(args: list[str]) -> int:
     debug = args[:1] == ["--debug"] or os.environ.get("COLLAUDIT_DEBUG", "") not in ("", "0")
     if debug:
         os.environ["COLLAUDIT_DEBUG"] = "1"  # what worker processes see
+    color = False if os.environ.get("NO_COLOR") else None
     try:
-        return _run(args)
+        code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
     except SystemExit as error:  # click answers a closed pipe by leaving with 1, which here would say "policy broken"
         _leave_stdout()
         return _EXIT_BROKEN_PIPE if error.code == 1 else int(error.code or 0)
@@ -157,13 +160,6 @@ def _answer(error: BaseException, args: list[str], debug: bool) -> int:
         except BrokenPipeError:
             _leave_stdout()
     return code
-
-
-def _run(args: list[str]) -> int:
-    color = False if os.environ.get("NO_COLOR") else None
-    code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
-    sys.stdout.flush()
-    return code if isinstance(code, int) else 0
 
 
 def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
@@ -195,21 +191,17 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
     if isinstance(error, OSError):
         note(f"{error.filename or 'input or output'}: {error.strerror or error}")
     else:
-        note(_bug_text(error, args))
+        note(
+            f"collaudit failed unexpectedly: {type(error).__name__}: {error}\n"
+            "  This is a bug, and nothing was judged. Please report it with the output of\n"
+            f"  collaudit --debug {' '.join(args[1:] if args[:1] == ['--debug'] else args)}"
+        )
     return EXIT_USAGE
 
 
 def _leave_stdout() -> None:
     """Nobody reads stdout any more: what is still to be written goes nowhere."""
     sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
-
-
-def _bug_text(error: BaseException, args: list[str]) -> str:
-    return (
-        f"collaudit failed unexpectedly: {type(error).__name__}: {error}\n"
-        "  This is a bug, and nothing was judged. Please report it with the output of\n"
-        f"  collaudit --debug {' '.join(args[1:] if args[:1] == ['--debug'] else args)}"
-    )
 
 
 def _wants_json(arguments: Sequence[str]) -> bool:

@@ -56,7 +56,7 @@ def remote_logs(url: str) -> list[str]:
     from collaudit.core.logs.log_formats import FORMATS
 
     suffixes = tuple(suffix for known in FORMATS for suffix in known.suffixes)
-    try:
+    with _said(url, ConfigError, "cannot be looked up"):
         system, path = _system(url)
         if any(sign in path for sign in "*?["):
             found = system.glob(path)
@@ -64,10 +64,6 @@ def remote_logs(url: str) -> list[str]:
             return [url]
         else:
             found = [one for one in system.find(path) if one.lower().endswith(suffixes)]
-    except CollauditError:
-        raise
-    except Exception as error:  # every backend has exceptions of its own
-        raise ConfigError("cannot be looked up", where=url, found=f"{type(error).__name__}: {error}") from error
     if not found:
         raise ConfigError("there is no log", where=url)
     scheme = url.partition("://")[0]  # kept as it was written, where a backend goes by several
@@ -124,15 +120,16 @@ def fetched_of(file: Path) -> Fetched:
 
 
 @contextmanager
-def _said(url: str) -> Iterator[None]:
+def _said(
+    url: str, kind: type[CollauditError] = NotJudgedError, message: str = "the log could not be fetched"
+) -> Iterator[None]:
     """Every backend has exceptions of its own: one of ours for all of them."""
     try:
         yield
     except CollauditError:
         raise
     except Exception as error:
-        text = f"{type(error).__name__}: {error}"
-        raise NotJudgedError("the log could not be fetched", where=url, found=text) from error
+        raise kind(message, where=url, found=f"{type(error).__name__}: {error}") from error
 
 
 def _fetch_whole(system: Any, path: str, url: str, target: Path) -> None:

@@ -54,8 +54,8 @@ def test_ending_looks_for_no_garbage() -> None:
 def test_too_little_memory_to_start_is_no_bug() -> None:
     code = (
         "import sys\nfrom collaudit.cli import main as entry\n"
-        "def fail(args): raise ImportError('libx.so.6: failed to map segment from shared object')\n"
-        "entry._run = fail\nsys.exit(entry.run([]))"
+        "def fail(**_): raise ImportError('libx.so.6: failed to map segment from shared object')\n"
+        "entry.collaudit.main = fail\nsys.exit(entry.run([]))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 3

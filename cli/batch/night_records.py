@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -60,23 +60,25 @@ class RecordWanted:
         return (start[:10], "log") if start else (self.today, "audit")
 
 
-def with_records(jobs: Sequence[LogJob], store: str | None, robot: str | None, night: str | None) -> Sequence[LogJob]:
+def with_records(
+    jobs: Sequence[LogJob], store: str | None, robot: str | None, night: datetime | None
+) -> Sequence[LogJob]:
     """The jobs, told what to record of each log; unchanged without a store.
 
     Args:
         jobs: the logs.
         store: folder or URL, made where it is new.
         robot: whose logs they are, with :data:`FOLDER` for a log's folder; None: as a fleet's configuration says.
-        night: ISO date that they count to, None: their own.
+        night: that they count to, None: their own.
 
     Raises:
-        ConfigError: a log's robot is not known, or the night is no date. CollauditError: the store cannot be used.
+        ConfigError: a log's robot is not known. CollauditError: the store cannot be used.
     """
     if store is None:
         return jobs
     from collaudit.reports.store.result_store import ResultStore
 
-    stated = None if night is None else _date(night)
+    stated = None if night is None else night.date().isoformat()
     today = datetime.now(UTC).date().isoformat()
     made = []
     for job in jobs:
@@ -118,10 +120,3 @@ def _robot(job: LogJob, stated: str | None) -> str | None:
             "where each robot's logs lie in a folder of its name",
         )
     return name.replace(FOLDER, job.files[0].absolute().parent.name if job.files else Path(job.name).parent.name)
-
-
-def _date(text: str) -> str:
-    try:
-        return date.fromisoformat(text).isoformat()
-    except ValueError:
-        raise ConfigError("this is no date", where="--night", found=text, expected="such as 2026-11-22") from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from datetime import date
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary
 
 #: Lines of a screen.
 _MOST_LOGS = 20
+_DAY = click.DateTime(["%Y-%m-%d"])
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,13 +29,6 @@ if TYPE_CHECKING:
     from collaudit.core.history.log_record import LogRecord
     from collaudit.core.history.robot_trend import RobotTrend
     from collaudit.reports.values.entries import IndexEntry
-
-
-def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date | None:
-    try:
-        return None if text is None else date.fromisoformat(text)
-    except ValueError:
-        raise click.BadParameter(f"{text!r} is not a day such as 2026-12-31") from None
 
 
 @example_command(
@@ -102,7 +96,7 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     type=click.Choice(["warn", "not-judged"]),
     help="Exit with 1 also for this; may be given twice.",
 )
-@click.option("--as-of", callback=_day, metavar="YYYY-MM-DD", help="Day for waivers' expiry; today (UTC) when absent.")
+@click.option("--as-of", type=_DAY, metavar="YYYY-MM-DD", help="Day for waivers' expiry; today (UTC) when absent.")
 @click.option(
     "--sign",
     type=click.Path(path_type=Path),
@@ -124,7 +118,11 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
 @click.option("--store", metavar="STORE", help="Append the results to a store over nights: a folder or URL.")
 @click.option("--robot", metavar="NAME", help="Robot of these logs, for a store; {folder} is the folder of each log.")
 @click.option(
-    "--night", "day", metavar="DATE", help="Night that the logs count to in a store; default: their own dates."
+    "--night",
+    "day",
+    type=_DAY,
+    metavar="DATE",
+    help="Night that the logs count to in a store; default: their own dates.",
 )
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
@@ -143,14 +141,14 @@ def command(
     resume: bool,
     baseline: str | None,
     fails: tuple[str, ...],
-    as_of: date | None,
+    as_of: datetime | None,
     sign: Path | None,
     log_json: Path | None,
     fail_fast: bool,
     keep_going: bool,
     store: str | None,
     robot: str | None,
-    day: str | None,
+    day: datetime | None,
     force: bool,
     as_json: bool,
     detail: Detail,
@@ -202,7 +200,8 @@ def command(
     night = night_of(logs, loaded, overrides(), keep_going)
     for friction in sorted({path for settings in night.settings if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
-    policy = NightPolicy(loaded.config.policy, None if baseline is None else read_baseline(baseline), fails, as_of)
+    known = None if baseline is None else read_baseline(baseline)
+    policy = NightPolicy(loaded.config.policy, known, fails, None if as_of is None else as_of.date())
     history = baseline if baseline is not None and is_store(baseline) else None
     work = with_records(night.jobs, store or history, robot, day)
     kept = finished_outcomes(work, output) if resume else {}
@@ -230,7 +229,9 @@ def command(
         write_assets(output)
         atomic_write(output / POLICY_NAME, json_text(decisions.file))
         unread = [outcome.entry for outcome in outcomes if not outcome.result]
-        _write_extra(output, extra, decisions.results, unread, sentence)
+        for name in extra:
+            text = summary_text(decisions.results, name, unread, sentence)
+            atomic_write(output / f"summary{FORMATS[name].suffix}", text)
         made = (loaded, *night.settings)
         write_manifest(output, night_manifest(output, work, outcomes, decisions, made, own_files()))
         if key is not None:
@@ -286,12 +287,3 @@ def _say_error(outcome: Outcome) -> None:
     error = outcome.entry.error
     if error is not None:
         note(f"{outcome.entry.name}: not judged\n  " + error.replace("\n", "\n  "))
-
-
-def _write_extra(
-    output: Path, formats: Sequence[str], results: Sequence[AuditResult], unread: Sequence[IndexEntry], sentence: str
-) -> None:
-    from collaudit.reports.files.atomic import atomic_write
-
-    for name in formats:
-        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread, sentence))

@@ -42,8 +42,11 @@ def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], fo
     """
     _check_owner(out, force)
     marker = out / MARKER
-    runs = {*folders, *_marked(marker), *_finished(out)}
-    atomic_write(marker, _marker_text(sorted(runs)))
+    finished = [note.parent.name for note in out.glob(f"*/{FINISHED}") if read_note(note.parent) is not None]
+    runs = {*folders, *_marked(marker), *finished}
+    note = "An audit is under way here, or was ended before it finished. There is no verdict yet."
+    owner = {"host": socket.gethostname(), "process": os.getpid()}
+    atomic_write(marker, json_text({"note": note, **owner, "runs": sorted(runs)}))
     assets = (f"{ASSETS_FOLDER}/{file.name}" for file in (out / ASSETS_FOLDER).glob("*-*.js"))
     for name in (*own_files(), *assets, *_MANIFEST):
         _remove(out / name)
@@ -74,20 +77,11 @@ def _remove(path: Path) -> None:
         ) from error
 
 
-def _finished(out: Path) -> list[str]:
-    return [note.parent.name for note in out.glob(f"*/{FINISHED}") if read_note(note.parent) is not None]
-
-
 def _marked(marker: Path) -> list[str]:
     """Run folders of an audit that was ended, as its marker names them."""
     named = read_object(marker, 1 << 30).get("runs")
     texts = [name for name in named if isinstance(name, str)] if isinstance(named, list) else []
     return [name for name in texts if Path(name).name == name != ".."]
-
-
-def _marker_text(runs: Sequence[str]) -> str:
-    note = "An audit is under way here, or was ended before it finished. There is no verdict yet."
-    return json_text({"note": note, "host": socket.gethostname(), "process": os.getpid(), "runs": runs})
 
 
 def _check_owner(out: Path, force: bool) -> None:
@@ -97,9 +91,11 @@ def _check_owner(out: Path, force: bool) -> None:
         raise CollauditError(
             "not a folder that can be written", where=str(out), found=error.strerror or str(error)
         ) from error
+    summary = out / "summary.json"
+    is_audit = not summary.is_symlink() and str(read_object(summary, 1 << 30).get("schema")).startswith(_SCHEMA)
     if MARKER in content:
         _check_idle(out / MARKER)
-    elif content and not _is_audit(out / "summary.json") and not force:
+    elif content and not is_audit and not force:
         raise CollauditError(
             "the output folder holds something else than an audit",
             where=str(out),
@@ -121,7 +117,3 @@ def _check_idle(marker: Path) -> None:
             found=f"process {process}",
             hint="wait for it, or name another folder",
         )
-
-
-def _is_audit(summary: Path) -> bool:
-    return not summary.is_symlink() and str(read_object(summary, 1 << 30).get("schema")).startswith(_SCHEMA)

@@ -92,7 +92,8 @@ def command(
             open_run(run)  # a folder that is no run offers the runs inside
         raise click.UsageError("Missing option '-o' / '--output': the file to write, or - for stdout.")
     wanted = parse_formats(formats)
-    made = _when_and_where() if stamp else None
+    computer = platform.node() or "computer without a name"
+    made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC, {computer}" if stamp else None
     paths = {} if str(output) == "-" else report_paths(output, wanted)
     read = open_run if wanted == ["html"] else read_run  # a page draws joint by joint, and needs no more in memory
     audits = []
@@ -124,10 +125,6 @@ def command(
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
         say_json(json_text({"schema": WRITTEN_SCHEMA, "files": files, "verdicts": verdicts}, indent=2))
     return EXIT_PASS
-
-
-def _when_and_where() -> str:
-    return f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC, {platform.node() or 'computer without a name'}"
 
 
 def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:

@@ -31,7 +31,7 @@ def decide_log(
     verdict: Verdict = "pass"
     if broken:
         verdict = "fail"
-    elif undecided or log.result.unjudged or _undecided_before(log.result):
+    elif undecided or log.result.unjudged or log.result.verdict == "not_judged":
         verdict = "not_judged"
     notes = [_sentence(one) for one in rules if one not in broken and one not in undecided and one.state != "kept"]
     notes += book.off()
@@ -49,11 +49,6 @@ def decide_log(
 def decided(result: AuditResult, decision: LogDecision) -> AuditResult:
     """The result as summaries show it: with the decision's verdict and reasons."""
     return replace(result, verdict=decision.verdict, reasons=decision.reasons)
-
-
-def _undecided_before(result: AuditResult) -> bool:
-    """A log that was not judged on its own is not judged, whatever its file says of the reasons."""
-    return result.verdict == "not_judged"
 
 
 def _reasons(

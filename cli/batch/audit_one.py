@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from collaudit.reports.values.entries import IndexEntry
 
 _RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html")
-_TRACEBACK = "traceback.txt"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +39,7 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     """Judge one log and write its run and report into its folder in ``out``.
 
     Whatever happens to one log is that log's "not judged", with its one message: a bug that its content brings
-    to light must not end a night's audit. With COLLAUDIT_DEBUG the traceback stands in ``traceback.txt``.
+    to light must not end a night's audit. The message says how to see its traceback.
 
     Args:
         job: the log.
@@ -59,9 +57,6 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
         reason = NotJudgedError("not enough memory for this log", where=name, found=str(error) or None)
     except Exception as error:  # noqa: BLE001 - one log's bug is that log's, said as such
         reason = _bug(error, job.files, name)
-        remove_run(run)
-        _keep_traceback(run)
-        return Outcome(entry_of_error(name, reason, job.robot), None)
     remove_run(run)
     return Outcome(entry_of_error(name, reason, job.robot), None)
 
@@ -110,17 +105,6 @@ def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:
     )
 
 
-def _keep_traceback(run: Path) -> None:
-    if os.environ.get("COLLAUDIT_DEBUG", "") in ("", "0"):
-        return
-    import traceback
-
-    from collaudit.reports.files.atomic import atomic_write
-
-    with suppress(CollauditError):
-        atomic_write(run / _TRACEBACK, traceback.format_exc())
-
-
 def remove_run(run: Path) -> None:
     """Take away a run's files: they would stand for a log that was not judged now.
 
@@ -129,7 +113,7 @@ def remove_run(run: Path) -> None:
     """
     if run.is_symlink() or not run.is_dir():
         return
-    for name in (*_RUN_FILES, _TRACEBACK):
+    for name in _RUN_FILES:
         (run / name).unlink(missing_ok=True)
         for part in run.glob(f".{name}.*.part"):  # left by a process that was killed while it wrote
             part.unlink(missing_ok=True)

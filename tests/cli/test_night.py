@@ -73,13 +73,6 @@ def test_a_bug_in_one_log_is_that_logs(jobs: int, arm, tmp_path: Path) -> None:
     assert not (out / "1-bug").exists()
 
 
-def test_debug_keeps_the_traceback_beside_the_log(arm, tmp_path: Path) -> None:
-    command, out = _night(tmp_path, arm, "bug")
-    run = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "COLLAUDIT_DEBUG": "1"})
-    assert run.returncode == 3, run.stderr
-    assert "in audit_files" in (out / "0-bug" / "traceback.txt").read_text()
-
-
 def test_a_dead_or_hanging_worker_costs_its_log_only(arm, tmp_path: Path) -> None:
     command, out = _night(tmp_path, arm, "killed", "clean", "hanging", "pushed", "killed")
     run = subprocess.run([*command, "-j", "2", "--timeout", "6"], capture_output=True, text=True)

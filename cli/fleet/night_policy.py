@@ -16,7 +16,7 @@ from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.findings import findings_with_level
 from collaudit.core.policy.baseline import Baseline
-from collaudit.core.policy.decision import decide_log, decided
+from collaudit.core.policy.decision import decide_log
 from collaudit.core.policy.rule_outcomes import LogInQuestion, NightOfRobot
 from collaudit.core.policy.waiver_use import WaiverBook
 from collaudit.reports.values.entries import IndexEntry
@@ -79,7 +79,7 @@ class NightPolicy:
             verdicts.append("fail")
         return Decisions(
             entries=tuple(self._entry(o, d) for o, d in pairs),
-            results=tuple(decided(o.result, d) for o, d in pairs if o.result is not None),
+            results=tuple(replace(o.result, verdict=d.verdict, reasons=d.reasons) for o, d in pairs if o.result),
             verdicts=tuple(verdicts),
             file=PolicyFile(
                 schema=POLICY_SCHEMA,
@@ -113,8 +113,8 @@ class NightPolicy:
             job.folder,
             None if path is None else _fitted_until(path),
             path is None,
-            outcome.record,
             night,
+            outcome.record,
         )
         return decide_log(log, self._waivers, self._baseline, self._fail_on)
 

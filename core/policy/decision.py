@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
-from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.policy_result import LogDecision, RuleOutcome
 from collaudit.core.policy.baseline import Baseline
 from collaudit.core.policy.rule_outcomes import LogInQuestion, RuleBook
@@ -44,11 +43,6 @@ def decide_log(
         reasons=_reasons(log, verdict, broken, undecided, notes),
         rules=tuple(rules),
     )
-
-
-def decided(result: AuditResult, decision: LogDecision) -> AuditResult:
-    """The result as summaries show it: with the decision's verdict and reasons."""
-    return replace(result, verdict=decision.verdict, reasons=decision.reasons)
 
 
 def _reasons(

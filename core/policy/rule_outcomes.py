@@ -52,8 +52,8 @@ class LogInQuestion:
         folder: of its run.
         fitted_until: start of the newest log that its friction was fitted on, ISO 8601 UTC; None where unknown.
         own_fit: friction was fitted on the log itself.
+        night: near misses, seconds recorded, and logs of its robot in the whole audit.
         record: of the log, where it is compared with the history in a store.
-        night: near misses, seconds recorded, and logs of its robot in the whole audit; None: the log stands alone.
     """
 
     result: AuditResult
@@ -63,13 +63,8 @@ class LogInQuestion:
     folder: str
     fitted_until: str | None
     own_fit: bool
+    night: NightOfRobot
     record: LogRecord | None = None
-    night: NightOfRobot | None = None
-
-    @property
-    def in_the_night(self) -> NightOfRobot:
-        """Of its robot, or where it stands alone of itself."""
-        return self.night or NightOfRobot.of([self.result])
 
     @property
     def near_misses_alone(self) -> list[str]:
@@ -81,7 +76,7 @@ class LogInQuestion:
     def where(self) -> str:
         """Words for the logs that near misses are counted in."""
         robot = "" if self.robot is None else f" of robot {self.robot}"
-        return f", {self.night.logs} logs{robot}" if self.night is not None and self.night.logs > 1 else ""
+        return f", {self.night.logs} logs{robot}" if self.night.logs > 1 else ""
 
 
 class RuleBook:
@@ -119,7 +114,7 @@ class RuleBook:
             texts += contact_breach(result.contacts, policy.max_collisions, result.findings)
         limit = policy.max_near_misses_per_hour
         if policy.levels.get("near_misses") == "off" and limit is not None:
-            night = self._log.in_the_night
+            night = self._log.night
             texts += near_miss_breach(night.near_misses, night.recorded_s, limit, self._log.where)
         return [f"Switched off by the policy: {text}" for text in texts]
 
@@ -139,7 +134,7 @@ class RuleBook:
         yield RuleOutcome("contacts", level, state, words, joints, value, most, note)
 
     def _near_misses(self, level: _Level, limit: float) -> Iterator[RuleOutcome]:
-        night = self._log.in_the_night
+        night = self._log.night
         count, hours = night.near_misses, night.recorded_s / 3600.0
         joints = tuple(sorted({near.joint for near in self._result.near_misses}))
         if hours <= 0:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.data.audit_result import Audit
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.log_record import LogRecord, NightFrom
 from collaudit.core.history.record_of_audit import record_of, unread_record
 
@@ -48,8 +48,8 @@ class RecordWanted:
         from collaudit.core.logs.log_hashing import sha256_of
 
         try:
-            digest: str | None = sha256_of(files)
-        except (OSError, ValueError):
+            digest = sha256_of(files) if files else None
+        except (CollauditError, OSError, ValueError):
             digest = None
         night, source = self._night(None)
         return unread_record(self.robot, night, source, name, digest, error, version("collaudit"))

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from histories import history
 
+from collaudit.cli.batch.night_records import RecordWanted
 from collaudit.reports.store.result_store import ResultStore
 
 
@@ -87,6 +88,16 @@ def test_resumed_logs_are_recorded_as_if_judged_now(collaudit, arm, tmp_path: Pa
         assert a.clean_s == b.clean_s
         assert a.peaks_nm == pytest.approx(b.peaks_nm, abs=1e-3 * a.gamma_nm)
         assert a.peaks_count == pytest.approx(b.peaks_count, rel=0.02)  # a peak of one step more or less
+
+
+def test_logs_that_were_not_read_are_not_taken_for_one(tmp_path: Path) -> None:
+    """One at a URL has no file here, and one may be gone: neither has a hash."""
+    wanted = RecordWanted("cell-1", None, "2026-11-22")
+    records = [
+        wanted.of_unread(files, name, "gone") for name, files in (("a", ()), ("b", ()), ("c", (tmp_path / "c",)))
+    ]
+    assert [record.log_sha256 for record in records] == [None, None, None]
+    assert len({record.identity for record in records}) == 3
 
 
 def test_a_robot_is_never_guessed(collaudit, arm, tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.errors import ConfigError
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.residual import Residual, ResidualInputs
 
 
@@ -27,15 +26,12 @@ class Detector:
         equation: what it computes.
         source: where it comes from.
         residual: of a prepared log, with the friction laws at hand and ``[detect]``.
-        balance: the torque balance that the residual takes friction off, joint by joint, as
-            :func:`collaudit.core.residual.residual.joint_residuals` does; None where it is made in another way.
     """
 
     name: str
     equation: str
     source: str
     residual: Callable[[Prepared, ResidualInputs, DetectConfig], Residual]
-    balance: Callable[[Prepared, DetectConfig], Balance] | None = None
 
 
 def detector_named(name: str) -> Detector:

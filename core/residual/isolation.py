@@ -4,25 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
-
-
-class Isolation(Protocol):
-    """What a residual tells of the place of a contact."""
-
-    @property
-    def isolates(self) -> bool:
-        """Whether a joint's residual stands for torque at that joint."""
-
-    def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
-        """Columns to judge, of the watched ones; ``gamma_nm`` has the threshold of each joint."""
-
-    def joint_of(self, column: int, sample: int) -> str:
-        """The joint that an event which begins at this sample of this column is named after."""
+from collaudit.core.numeric.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,18 +16,15 @@ class EachJoint:
     """One residual a joint: every column is judged, and names its joint.
 
     Attributes:
+        isolates: a joint's residual stands for torque at that joint.
         joint_names: the judged joints.
     """
 
+    isolates: ClassVar[bool] = True
     joint_names: tuple[str, ...]
 
-    @property
-    def isolates(self) -> bool:
-        """Yes."""
-        return True
-
     def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
-        """All that are watched."""
+        """All that are watched; ``gamma_nm`` has the threshold of each joint."""
         return list(watched)
 
     def joint_of(self, column: int, sample: int) -> str:
@@ -51,23 +34,30 @@ class EachJoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WholeArm:
-    """One residual of the whole arm, the same in every column: detection without isolation.
+    """One residual of the whole arm, in every column in that joint's scale: detection without isolation.
 
     Attributes:
-        series: the judged joints.
+        isolates: no joint's residual stands for torque at that joint.
+        joint_names: the judged joints.
+        scale_nm: (j,) what stands for one unit of the arm's residual in each column.
+        shown: (n, j) what each joint shows of a contact.
+        look: samples from the onset in which that is looked at.
     """
 
-    series: UniformSeries
-
-    @property
-    def isolates(self) -> bool:
-        """No."""
-        return False
+    isolates: ClassVar[bool] = False
+    joint_names: tuple[str, ...]
+    scale_nm: FloatArray
+    shown: FloatArray
+    look: int = 1
 
     def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
-        """One column, that of the lowest threshold."""
-        return sorted(watched, key=lambda j: gamma_nm[self.series.joint_names[j]])[:1]
+        """One column, that of the lowest threshold in its scale: at it, each joint alone alarms."""
+        return sorted(watched, key=lambda j: gamma_nm[self.joint_names[j]] / self.scale_nm[j])[:1]
 
     def joint_of(self, column: int, sample: int) -> str:
-        """The joint that moves fastest."""
-        return self.series.joint_names[int(np.nanargmax(np.abs(self.series.velocity_rad_s[sample])))]
+        """The joint that shows most after the onset."""
+        part = self.shown[sample : sample + self.look]
+        return self.joint_names[int(np.nanargmax(np.abs(part).max(axis=0)))]
+
+
+Isolation = EachJoint | WholeArm

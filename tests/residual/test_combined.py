@@ -13,14 +13,14 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError
-from collaudit.core.residual.detectors.combined import NamedAfterwards
+from collaudit.core.residual.isolation import WholeArm
 
 
 def test_every_joint_alone_alarms_at_its_threshold() -> None:
     share = np.zeros((500, 3))
     share[100:200, 2] = -9.0
     share[100:200, 0] = 4.0
-    named = NamedAfterwards(("a", "b", "c"), np.array([1.0, 0.1, 0.5]), share, 0.002)
+    named = WholeArm(("a", "b", "c"), np.array([1.0, 0.1, 0.5]), share, 100)
     assert named.joint_of(0, 90) == "c"
     gamma = {"a": 6.0, "b": 0.5, "c": 4.0}
     assert named.judged_columns([0, 1, 2], gamma) == [1], "five of its standard deviations"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import balance_from_acceleration
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.detectors.direct import direct_kernel
+from collaudit.core.residual.isolation import WholeArm
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
 #: Contacts of people and fixtures lie below, most errors of friction and ripple above.
@@ -24,37 +24,6 @@ _BANDWIDTH_HZ = 4.0
 _LEAST_NOISE_NM = 1e-3
 #: The joint is named by what it shows in this time from the onset.
 _LOOK_S = 0.2
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedAfterwards:
-    """One statistic of the whole arm; a contact is named after the joint that shows most of it.
-
-    Attributes:
-        joint_names: the judged joints.
-        noise_nm: (j,) of each joint's residual.
-        share: (n, j) residual in units of its noise.
-        period_s: sample period, s.
-    """
-
-    joint_names: tuple[str, ...]
-    noise_nm: FloatArray
-    share: FloatArray
-    period_s: float
-
-    @property
-    def isolates(self) -> bool:
-        """No: the columns hold the arm's statistic, not a joint's torque."""
-        return False
-
-    def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
-        """The joint whose threshold is the fewest of its standard deviations: at it, each joint alone alarms."""
-        return sorted(watched, key=lambda j: gamma_nm[self.joint_names[j]] / self.noise_nm[j])[:1]
-
-    def joint_of(self, column: int, sample: int) -> str:
-        """The joint whose residual is the most of its standard deviations after the onset."""
-        part = self.share[sample : sample + max(1, round(_LOOK_S / self.period_s))]
-        return self.joint_names[int(np.argmax(np.abs(part).max(axis=0)))]
 
 
 def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
@@ -93,7 +62,7 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
         torque_nm=np.asfortranarray(np.where(somewhere, norm[:, None] * in_nm, np.nan)),
         state=np.asfortranarray(shown.astype(np.int8)),
         uncertainty_nm=np.zeros_like(torque),
-        isolation=NamedAfterwards(series.joint_names, noise, share, series.period_s),
+        isolation=WholeArm(series.joint_names, noise, share, max(1, round(_LOOK_S / series.period_s))),
     )
 
 

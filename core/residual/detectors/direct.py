@@ -7,7 +7,7 @@ import math
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.numeric.kernel import BOTH_WAYS, Kernel, butterworth, double_pole
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.balance import Balance, balance_from_acceleration
+from collaudit.core.residual.balance import balance_from_acceleration
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
@@ -26,11 +26,8 @@ def direct_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
         inputs: friction laws, joints that contradict the model.
         config: causality, friction interval and level.
     """
-    return joint_residuals(prepared, _balance(prepared, config), inputs, config)
-
-
-def _balance(prepared: Prepared, config: DetectConfig) -> Balance:
-    return balance_from_acceleration(prepared, direct_kernel(prepared.series.bandwidth_hz, config.causal))
+    kernel = direct_kernel(prepared.series.bandwidth_hz, config.causal)
+    return joint_residuals(prepared, balance_from_acceleration(prepared, kernel), inputs, config)
 
 
 DETECTOR = Detector(
@@ -38,5 +35,4 @@ DETECTOR = Detector(
     equation="r = G(s) [tau - tau_s - (M ddq + C dq + f + G)], G as narrow as the filter of dq and ddq",
     source="inverse dynamics, both sides filtered alike",
     residual=direct_residual,
-    balance=_balance,
 )

@@ -43,7 +43,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
         inputs: friction laws, joints that contradict the model.
         config: gain, causality, friction interval.
     """
-    series, torques = prepared.series, KnownTorques.of(prepared)
+    series, judged, torques = prepared.series, prepared.judged_series, KnownTorques.of(prepared)
     by_joint = direct_residual(prepared, inputs, config)
     kernel = first_order(config.observer_gain_per_s, config.causal)
     balance = Balance(kernel, None, by_joint.balance.velocity_rad_s, start_mask(series, kernel))
@@ -55,7 +55,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
         span_nm=None,
         levels={},
         balance=balance,
-        isolation=WholeArm(prepared.judged_series),
+        isolation=WholeArm(judged.joint_names, np.ones(len(judged.joint_names)), judged.velocity_rad_s),
     )
     if len(prepared.judged) < len(series.joint_names) or any(joint not in inputs.laws for joint in series.joint_names):
         return replace(unknown, state=np.maximum(by_joint.state, State.NO_FRICTION))

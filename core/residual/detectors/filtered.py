@@ -5,7 +5,7 @@ from __future__ import annotations
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.numeric.kernel import butterworth
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.balance import Balance, balance_from_momentum
+from collaudit.core.residual.balance import balance_from_momentum
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
@@ -18,11 +18,8 @@ def filtered_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
         inputs: friction laws, joints that contradict the model.
         config: gain, causality, friction interval and level.
     """
-    return joint_residuals(prepared, _balance(prepared, config), inputs, config)
-
-
-def _balance(prepared: Prepared, config: DetectConfig) -> Balance:
-    return balance_from_momentum(prepared, butterworth(config.observer_gain_per_s, config.causal))
+    kernel = butterworth(config.observer_gain_per_s, config.causal)
+    return joint_residuals(prepared, balance_from_momentum(prepared, kernel), inputs, config)
 
 
 DETECTOR = Detector(
@@ -31,5 +28,4 @@ DETECTOR = Detector(
     "K²/(s² + √2 K s + K²), * convolution",
     source="filtered dynamics (Hsu, Bodson, Sastry and Paden 1987)",
     residual=filtered_residual,
-    balance=_balance,
 )

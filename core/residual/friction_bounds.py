@@ -58,7 +58,7 @@ def friction_bounds(
         load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
     slowest = rest_below(law)
-    steady, travel = Travel.of(series, j, velocity).settled(series, velocity, slowest, travel_rad)
+    steady, travel = settled(series, j, velocity, slowest, travel_rad)
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
         sliding = sliding + load_torque(law.load, load_nm, velocity)
@@ -102,52 +102,27 @@ def loose_bounds(
     return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Travel:
-    """What of a joint's travel does not depend on its law.
+def settled(
+    series: UniformSeries, j: int, velocity: FloatArray, slowest: float, travel_rad: float
+) -> tuple[BoolArray, FloatArray]:
+    """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
 
-    Attributes:
-        turned: (n,) samples at which the joint reverses or a stretch begins.
-        way: (n,) way since the stretch began.
+    Both also count from the start of a stretch.
     """
-
-    turned: BoolArray
-    way: FloatArray
-
-    @classmethod
-    def of(cls, series: UniformSeries, j: int, velocity: FloatArray) -> Travel:
-        """Of column ``j``, with the (n,) velocity at which friction is taken."""
-        turned, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
-        for segment in series.segments:
-            if len(segment) == 0:
-                continue
-            position, anew, way = series.position_rad[segment.slice, j], turned[segment.slice], travel[segment.slice]
-            v = _last_known(velocity[segment.slice])  # an unknown velocity is no reversal, and hides none
-            forward, backward = v > 0, v < 0
-            anew[0] = True
-            anew[1:] = (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
-            step = np.abs(np.diff(position))
-            step[~np.isfinite(step)] = 0.0
-            way[1:] = np.cumsum(step)
-        return cls(turned, travel)
-
-    def settled(
-        self, series: UniformSeries, velocity: FloatArray, slowest: float, travel_rad: float
-    ) -> tuple[BoolArray, FloatArray]:
-        """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
-
-        Both also count from the start of a stretch.
-        """
-        steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
-        for segment in series.segments:
-            if len(segment) == 0:
-                continue
-            s = segment.slice
-            resting, cumulated = np.abs(velocity[s]) < slowest, self.way[s]  # an unknown velocity does not rest
-            starts = np.flatnonzero(resting | self.turned[s])  # the first sample is one
-            travel[s] = cumulated - np.repeat(cumulated[starts], np.diff(starts, append=cumulated.size))
-            steady[s] = (travel[s] >= travel_rad) & ~resting
-        return steady, travel
+    steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
+    for segment in series.segments:
+        if len(segment) == 0:
+            continue
+        s = segment.slice
+        direction = np.sign(_last_known(velocity[s]))  # an unknown velocity is no reversal, and hides none
+        step = np.abs(np.diff(series.position_rad[s, j]))
+        step[~np.isfinite(step)] = 0.0
+        way = np.concatenate(([0.0], np.cumsum(step)))
+        resting = np.abs(velocity[s]) < slowest  # an unknown velocity does not rest
+        starts = np.flatnonzero(resting | np.concatenate(([True], direction[1:] * direction[:-1] < 0)))
+        travel[s] = way - np.repeat(way[starts], np.diff(starts, append=way.size))
+        steady[s] = (travel[s] >= travel_rad) & ~resting
+    return steady, travel
 
 
 def _last_known(x: FloatArray) -> FloatArray:

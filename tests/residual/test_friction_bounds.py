@@ -12,7 +12,7 @@ from collaudit.core.data.friction_result import LoadFriction
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel, TemperatureModel
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.residual.friction_bounds import Travel, friction_bounds
+from collaudit.core.residual.friction_bounds import friction_bounds, settled
 from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
 
 T = 0.002
@@ -183,7 +183,7 @@ def test_the_way_since_the_last_rest_is_that_of_each_stretch() -> None:
     v = np.repeat(rng.choice([-0.3, 0.0, 0.2], 700), rng.integers(1, 120, 700))
     v[rng.integers(0, v.size, 5)] = np.nan
     series = replace(motion(np.nan_to_num(v)), segments=(Span(0, 300), Span(300, 300), Span(340, v.size - 7)))
-    steady, travel = Travel.of(series, 0, v).settled(series, v, 0.1, 0.02)
+    steady, travel = settled(series, 0, v, 0.1, 0.02)
     known = v[0]
     for k in range(v.size):
         inside = any(k in range(s.start, s.stop) for s in series.segments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,26 +17,18 @@ from collaudit.core.vendors.controller_modes import WORDS, state_of
 _LISTED = 20
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ArmStates:
-    """Samples at which the arm was not driven as the model takes it.
-
-    Attributes:
-        not_driven: (n,) drives off, braking, stopped by the controller, or guided by hand.
-        findings: one for each stretch.
-    """
-
-    not_driven: BoolArray
-    findings: tuple[Finding, ...]
-
-
-def find_arm_states(series: UniformSeries, rigid_nm: FloatArray | None, true_events: Collection[str] = ()) -> ArmStates:
+def find_arm_states(
+    series: UniformSeries, rigid_nm: FloatArray | None, true_events: Collection[str] = ()
+) -> tuple[BoolArray, list[Finding]]:
     """Look for them in the log's own flags and in the signals.
 
     Args:
         series: all joints of the log.
         rigid_nm: (n, j) model torque, or None.
         true_events: names of labels, or their sources, that mark what is to be found, and are no states.
+
+    Returns:
+        (n,) samples with drives off, braking, stopped by the controller, or guided by hand; a finding for each stretch.
     """
     mask = np.zeros(series.time_s.size, dtype=np.bool_)
     findings = _flagged(series, mask, true_events)
@@ -46,7 +38,7 @@ def find_arm_states(series: UniformSeries, rigid_nm: FloatArray | None, true_eve
             findings.append(_finding(series, found))
         mask[found.span.slice] = True
     mask.flags.writeable = False
-    return ArmStates(mask, tuple(findings[:_LISTED]))
+    return mask, findings[:_LISTED]
 
 
 def without_states(series: UniformSeries, not_driven: BoolArray | None) -> UniformSeries:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -91,10 +92,9 @@ def hand_guiding(
     columns = sorted(friction)
     if len(columns) < _LEAST_JOINTS:
         return []
-    rows, numbers = _rows(series)
+    rows, block = _rows(series)
     if rows.size == 0:
         return []
-    block = without_gaps(numbers, 2 * _WINDOW)
     speed, own, rest = (np.empty((rows.size, len(columns)), order="F") for _ in range(3))
 
     def fill_joint(place: int) -> None:
@@ -120,7 +120,7 @@ def hand_guiding(
     mask, telling = _guided(sums, usual)
     least = round(_LEAST_S / _BLOCK_S)
     found = [
-        HandGuiding(_span(series, *counted_in_time(numbers, block, a, b)), *_evidence(sums, telling, columns, a, b))
+        HandGuiding(_span(series, a, b), *_evidence(sums, telling, columns, a, b))
         for a, b in zip(*run_bounds(mask), strict=True)
         if b - a >= least
     ]
@@ -130,11 +130,10 @@ def hand_guiding(
 
 
 def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
-    """Recorded samples at about fifty a second, and the block of each."""
+    """Recorded samples at about fifty a second, and the block of each on the grid, where gaps are short."""
     every = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
     rows = np.concatenate([np.arange(s.start, s.stop, every) for s in series.segments] or [np.zeros(0, dtype=np.int64)])
-    block = ((series.time_s[rows] - series.time_s[0]) / _BLOCK_S + 1e-6).astype(np.int64)
-    return rows.astype(np.int64), block
+    return rows.astype(np.int64), (rows * series.period_s / _BLOCK_S + 1e-6).astype(np.int64)
 
 
 def _suspicious(rest: FloatArray, speed: FloatArray, block: IntArray, usual: FloatArray) -> BoolArray:
@@ -230,9 +229,8 @@ def _evidence(
 
 def _span(series: UniformSeries, start: int, stop: int) -> Span:
     """Samples of the blocks."""
-    first = float(series.time_s[0])
-    edges = np.searchsorted(series.time_s, [first + _BLOCK_S * start - 1e-9, first + _BLOCK_S * stop - 1e-9])
-    return Span(int(edges[0]), int(edges[1]))
+    first, last = (ceil(block * _BLOCK_S / series.period_s - 1e-6) for block in (start, stop))
+    return Span(first, min(last, series.time_s.size))
 
 
 def _count(block: IntArray) -> int:
@@ -257,24 +255,3 @@ def _covered(windows: BoolArray, size: int) -> BoolArray:
     """(size,) blocks that lie in one of the marked windows."""
     at = np.flatnonzero(windows)
     return marked(at, np.minimum(at + _WINDOW, size), size)
-
-
-def without_gaps(numbers: IntArray, longest: int) -> IntArray:
-    """Blocks numbered anew, with gaps cut: a clock that jumped by days would make millions of empty blocks.
-
-    Args:
-        numbers: (k,) the block of each sample, rising.
-        longest: steps between two blocks that stay; what lies further apart comes so near.
-    """
-    return np.asarray(numbers - np.cumsum(np.maximum(np.diff(numbers, prepend=numbers[:1]) - longest, 0)))
-
-
-def counted_in_time(numbers: IntArray, block: IntArray, start: int, stop: int) -> tuple[int, int]:
-    """The stretch [start, stop) of blocks in the numbers they had; its first and its last block hold samples.
-
-    Args:
-        numbers: (k,) the block of each sample as counted in time.
-        block: (k,) the same without gaps.
-        start, stop: blocks without gaps.
-    """
-    return int(numbers[np.searchsorted(block, start)]), int(numbers[np.searchsorted(block, stop) - 1]) + 1

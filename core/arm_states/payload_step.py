@@ -15,6 +15,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -111,10 +112,7 @@ def _sliding(velocity: FloatArray) -> BoolArray:
 
 def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
     """Samples that are enough, and the block of each, blocks without samples left out."""
-    recorded = np.zeros(series.time_s.size, dtype=np.bool_)
-    for segment in series.segments:
-        recorded[segment.slice] = True
-    recorded &= ~series.edge
+    recorded = covered(series.segments, series.time_s.size) & ~series.edge
     length = max(_BLOCK_S, float(series.time_s[-1] - series.time_s[0]) / _MOST_BLOCKS)
     every = max(1, round(length / _PER_BLOCK / series.period_s))
     rows = np.flatnonzero(recorded)[::every]
@@ -130,21 +128,9 @@ def _step(
     if not joints or count < 2 * _LEAST_BLOCKS:  # the effort is unknown at the end
         return None
     sums = _sums(residual, per_kg, velocity, block, joints)
-    best = min(_cuts(count), key=lambda cut: _split(sums, cut)[0])
-    cut = min(_neighbours(best, count), key=lambda cut: _split(sums, cut)[0])
+    cut = min(range(_LEAST_BLOCKS, count - _LEAST_BLOCKS + 1), key=lambda cut: _split(sums, cut)[0])
     mass = _split(sums, cut)[1]
     return _stands_out(cut, mass, residual, per_kg, velocity, block, time_s, joints)
-
-
-def _cuts(count: int) -> list[int]:
-    """Blocks before which the step may lie: all of few, 40 of many."""
-    return sorted({int(k) for k in np.linspace(_LEAST_BLOCKS, count - _LEAST_BLOCKS, min(40, count))})
-
-
-def _neighbours(cut: int, count: int) -> range:
-    """The cuts around a coarse one."""
-    reach = max(1, count // 40)
-    return range(max(_LEAST_BLOCKS, cut - reach), min(count - _LEAST_BLOCKS, cut + reach) + 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

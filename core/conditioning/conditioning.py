@@ -22,8 +22,9 @@ from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, frozen
 from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz, differentiate
+from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.numeric.tables import table
 
@@ -52,11 +53,11 @@ def condition(
     recorded = without_contradictions(without_stalls(log))
     log = without_unmeasured(recorded, detect)
     angles = continued_angles(log, prismatic)
-    cut = missing_rows(log, angles.position_rad, angles.breaks, detect)
+    cut, about_cuts = missing_rows(log, angles.position_rad, angles.breaks, detect)
     base = make_timebase(
         log.time_s,
         angles.position_rad,
-        cut.rows,
+        cut,
         log.velocity_rad_s,
         (lambda period: _bandwidth_hz(config, period)) if config.bridge_lost else None,
     )
@@ -70,18 +71,18 @@ def condition(
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
     saturated = nowhere(position.shape) if effort is None else saturation(effort, period)
     conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
-    findings = [*log.findings, *conflicts, *angles.findings, *cut.findings, *base.findings, *motion.findings]
+    findings = [*log.findings, *conflicts, *angles.findings, *about_cuts, *base.findings, *motion.findings]
     findings += duplicate_findings(recorded, base.order)
     findings += _missing_findings(recorded, base)
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None
     if log.wrench is not None:
-        wrench, more = wrench_on_grid(_on_clock(log.wrench, log, base), base.time_s, segments_mask(base), bandwidth)
+        recorded_rows = covered(segments, base.n)
+        wrench, more = wrench_on_grid(_on_clock(log.wrench, log, base), base.time_s, recorded_rows, bandwidth)
         findings += more
-    edge = np.ones(base.n, dtype=bool)
     margin = ceil(SETTLED_PERIODS / (bandwidth * period))
-    for span in segments:
-        edge[span.start + margin : max(span.stop - margin, span.start + margin)] = False
+    inner = (Span(span.start + margin, max(span.stop - margin, span.start + margin)) for span in segments)
+    edge = ~covered(inner, base.n)
     edge.flags.writeable = base.bridged.flags.writeable = False
     saturated.flags.writeable = False
     velocity = frozen(motion.velocity_rad_s)
@@ -115,14 +116,6 @@ def condition(
 def _bandwidth_hz(config: ConditioningConfig, period_s: float) -> float:
     """Of the filters: as configured, 20 Hz, or less where the sample rate allows no more."""
     return min(config.bandwidth_hz or default_bandwidth_hz(period_s), 0.4 / period_s)
-
-
-def segments_mask(base: Timebase) -> BoolArray:
-    """(n,) True where the grid has recorded samples."""
-    mask = np.zeros(base.n, dtype=bool)
-    for span in base.grid:
-        mask[span.slice] = True
-    return mask
 
 
 def _to_grid(values: FloatArray, base: Timebase, smooth: bool = False) -> FloatArray:

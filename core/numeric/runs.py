@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
-from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, IntArray, Span
 
 
 def run_bounds(mask: BoolArray) -> tuple[IntArray, IntArray]:
@@ -13,6 +15,14 @@ def run_bounds(mask: BoolArray) -> tuple[IntArray, IntArray]:
     first, last = mask[:1].nonzero()[0], mask[-1:].nonzero()[0] + mask.size
     edges = np.concatenate((first, edges, last)).astype(np.int64)
     return edges[::2], edges[1::2]
+
+
+def covered(spans: Iterable[Span], size: int) -> BoolArray:
+    """(size,) True in the spans."""
+    out = np.zeros(size, dtype=np.bool_)
+    for span in spans:
+        out[span.slice] = True
+    return out
 
 
 def spread_over_unknown(mask: BoolArray, known: BoolArray, most: int) -> BoolArray:

@@ -14,8 +14,9 @@ from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import combined
 from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, smoothing_words
@@ -42,7 +43,7 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     if not found:
         return prepared
     series = prepared.series
-    mask = _mask(series, found)
+    mask = covered((one.span for one in found), series.time_s.size)
     if series.not_driven is not None:
         mask |= series.not_driven
     findings = tuple(Finding("arm-guided", "warning", *_words(series, one, "judged")) for one in found)
@@ -80,7 +81,8 @@ def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared
     if not found:
         return prepared, ()
     findings = tuple(Finding("fit-left-out", "warning", *_words(prepared.series, one, "fitted")) for one in found)
-    return without_effort(prepared, _mask(prepared.series, found), config), findings
+    left_out = covered((one.span for one in found), prepared.series.time_s.size)
+    return without_effort(prepared, left_out, config), findings
 
 
 def rough_friction(prepared: Prepared) -> dict[str, Friction]:
@@ -147,13 +149,6 @@ def _known(
     drive = series.effort if contact is None else combined(np.subtract, series.effort, contact)
     by_column = {series.column(joint): law for joint, law in friction.items()}
     return series, drive, rigid, prepared.robot.gravity_torque, by_column
-
-
-def _mask(series: UniformSeries, found: list[HandGuiding]) -> BoolArray:
-    mask = np.zeros(series.time_s.size, dtype=np.bool_)
-    for one in found:
-        mask[one.span.slice] = True
-    return mask
 
 
 def _words(series: UniformSeries, found: HandGuiding, what: str) -> tuple[str, str | None, str | None, float, float]:

@@ -66,8 +66,8 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     Raises:
         NotJudgedError, LogError: as :func:`prepare`.
     """
-    linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
-    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear, config.detect), config.log)
+    log_of_arm = in_model_order(log, robot)
+    series = undelayed(condition(log_of_arm, config.conditioning, robot.sliding, config.detect), config.log)
     judged = judged_joints(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
@@ -173,9 +173,9 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     contact = commanded.torque_nm
     explained = rigid if rigid is None or contact is None else combined(np.add, rigid, contact)
     switched = switched_efforts(series, explained, start.judged)
-    states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
-    series = without_states(series, states.not_driven)
-    findings += [*switched, *states.findings, *raw_effort_findings(series)]
+    not_driven, about_states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
+    series = without_states(series, not_driven)
+    findings += [*switched, *about_states, *raw_effort_findings(series)]
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     gains: tuple[EffortGain, ...] = ()
     delay = None
@@ -197,7 +197,6 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
                 friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
             )
     findings += [*scale, *about]
-    sliding = [n for n, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
     return Prepared(
         series,
         robot,
@@ -207,11 +206,11 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         start.phases,
         gains,
         delay,
-        in_joint_units(findings, sliding),
+        in_joint_units(findings, robot.sliding),
         calibration,
         start,
         quiet,
-        in_joint_units(scale, sliding),
+        in_joint_units(scale, robot.sliding),
     )
 
 

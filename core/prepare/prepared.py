@@ -107,13 +107,12 @@ class Prepared:
     @property
     def sliding(self) -> tuple[str, ...]:
         """Prismatic joints: forces in N, ways in m."""
-        kinds = zip(self.robot.joint_names, self.robot.joint_types, strict=True)
-        return tuple(name for name, kind in kinds if kind == "prismatic")
+        return self.robot.sliding
 
     @property
     def units(self) -> dict[str, str]:
         """By judged joint the unit of what its drive exerts."""
-        return {joint: torque_unit_of(joint, self.sliding) for joint in self.judged}
+        return {joint: torque_unit_of(joint, self.robot.sliding) for joint in self.judged}
 
     def columns(self) -> list[int]:
         """Columns of the judged joints."""

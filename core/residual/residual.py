@@ -15,6 +15,7 @@ from collaudit.core.friction.friction_model import FrictionModel, extrapolation_
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each, ordered_map
+from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.tables import combined, table
 from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
@@ -245,9 +246,7 @@ def _span(
 
 def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
     """Put the reasons that hold for any joint on top of the others (the larger code wins)."""
-    lost = np.ones(state.shape[0], dtype=bool)
-    for segment in series.segments:
-        lost[segment.slice] = False
+    lost = ~covered(series.segments, state.shape[0])
     edge = series.edge | balance.unsettled
     saturated = balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s)
     idle = None

@@ -66,6 +66,12 @@ class RobotModel:
         """Frames a wrench or a tool can be given in."""
         return self.bodies.frame_names if self.bodies else ()
 
+    @property
+    def sliding(self) -> tuple[str, ...]:
+        """Prismatic joints: forces in N, ways in m."""
+        kinds = zip(self.joint_names, self.joint_types, strict=True)
+        return tuple(name for name, kind in kinds if kind == "prismatic")
+
     def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Torque M(q) a + C(q, v) v + G(q) of eq. (4), with rotor inertia and tool.
 

@@ -32,7 +32,7 @@ def cut(log: JointLog, start: int, stop: int) -> JointLog:
 
 
 def found(log: JointLog) -> list[int]:
-    return missing_rows(log, log.position_rad, {}, DetectConfig()).rows.tolist()
+    return missing_rows(log, log.position_rad, {}, DetectConfig())[0].tolist()
 
 
 @pytest.mark.parametrize("lost", [13, 30, 125, 400])

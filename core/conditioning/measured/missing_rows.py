@@ -31,19 +31,6 @@ _LISTED = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MissingRows:
-    """Where rows are missing.
-
-    Attributes:
-        rows: (k,) of the log, the first after each place.
-        findings: what is said of them.
-    """
-
-    rows: IntArray
-    findings: tuple[Finding, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Leaps:
     """Of one joint: rows after them, how far it went beyond its motion, its speed, and how long that takes (k,)."""
 
@@ -55,7 +42,7 @@ class _Leaps:
 
 def missing_rows(
     log: JointLog, position: FloatArray, jumps: Mapping[int, IntArray], detect: DetectConfig
-) -> MissingRows:
+) -> tuple[IntArray, list[Finding]]:
     """Find steps of the positions for which the joints need as long at their speed as a contact lasts at least.
 
     A contact does not look like this: it stops a joint and does not carry it on.
@@ -65,6 +52,9 @@ def missing_rows(
         position: (n, j) its positions, with angles continued.
         jumps: by column, rows that follow a jump in any case.
         detect: a loss shorter than its persistence hides no contact.
+
+    Returns:
+        (k,) rows of the log, the first after each place; and what is said of them.
     """
     order, _ = usable_order(log.time_s)
     period = median_of(np.diff(log.time_s[order])) if order.size > 1 else 0.0
@@ -76,7 +66,7 @@ def missing_rows(
     )
     found = found[:0] if found.size > max(3.0, _MOST * order.size) else found
     rows = np.unique(np.concatenate([found, *jumps.values()]))
-    return MissingRows(rows, (_finding(log, position, rows, leaps, jumps),) if rows.size else ())
+    return rows, [_finding(log, position, rows, leaps, jumps)] if rows.size else []
 
 
 def _leaps(log: JointLog, q: FloatArray, j: int, order: IntArray, period: float) -> _Leaps:

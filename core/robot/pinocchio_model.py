@@ -1,7 +1,7 @@
 """Pinocchio behind plain arrays: the only file that imports it.
 
-:class:`PinocchioModel` builds and describes an arm, :class:`Workspace` runs the library's algorithms on it. Both hand
-out arrays and numbers only, so that everything else in this room can be read, and tested, without the library.
+:class:`PinocchioModel` builds and describes an arm, :class:`ForwardModel` moves it in simulation. Both hand out arrays
+and numbers only, so that everything else in this room can be read, and tested, without the library.
 """
 
 from __future__ import annotations
@@ -94,11 +94,6 @@ class PinocchioModel:
         return tuple(frame.name for frame in self._model.frames)
 
     @property
-    def joint_count(self) -> int:
-        """Number j of joints."""
-        return int(self._model.nv)
-
-    @property
     def gravity_m_s2(self) -> FloatArray:
         """(3,) in base axes."""
         return np.array(self._model.gravity.linear)
@@ -156,7 +151,7 @@ class PinocchioModel:
         return [(n, float(b.mass), np.array(b.inertia)) for n, b in zip(self.joint_names, parts, strict=True)]
 
     def inertial_parameters(self) -> FloatArray:
-        """(10 j,) parameters in the order of :meth:`Workspace.torque_regressor`, tool included."""
+        """(10 j,) parameters in the order of :meth:`torque_regressor`, tool included."""
         return np.concatenate([body.toDynamicParameters() for body in list(self._model.inertias)[1:]])
 
     def with_parameters(self, parameters: FloatArray, armature: FloatArray) -> PinocchioModel:
@@ -175,7 +170,7 @@ class PinocchioModel:
         return out
 
     def frame_number(self, frame: str) -> int:
-        """Number of a frame for :class:`Workspace`.
+        """Number of a frame for :class:`ForwardModel`.
 
         Raises:
             RobotError: there is no such frame.
@@ -214,17 +209,13 @@ class PinocchioModel:
                 first += part.inertia.mass * (part.placement * part.inertia.lever)
         return mass, first
 
-    def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
-        """(3, 3) axes of a frame in the base at one position (j,)."""
-        work = self.workspace()
-        work.update(q)
-        return np.array(work.pose(self.frame_number(frame))[0])
-
-    def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
-        """(k, 3) origins of frames in the base at one position (j,), m."""
-        work = self.workspace()
-        work.update(q)
-        return np.array([work.pose(self.frame_number(frame))[1] for frame in frames]).reshape(-1, 3)
+    def frame_poses(self, q: FloatArray, frames: Sequence[str]) -> list[tuple[FloatArray, FloatArray]]:
+        """(3, 3) axes and (3,) origin, m, of each frame in the base at one position (j,)."""
+        data = self._model.createData()
+        pin.computeJointJacobians(self._model, data, q)
+        pin.updateFramePlacements(self._model, data)
+        places = [data.oMf[self.frame_number(frame)] for frame in frames]
+        return [(np.array(place.rotation), np.array(place.translation)) for place in places]
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.
@@ -232,10 +223,10 @@ class PinocchioModel:
         Parameters of each joint's moving body in turn: mass, mass times centre (x, y, z), inertia about the joint's
         origin (xx, xy, yy, xz, yz, zz); all (n, j) inputs without NaN.
         """
-        work, count = self.workspace(), self.joint_count
+        data, count = self._model.createData(), self._model.nv
         out = np.empty((len(q), count, 10 * count))
         for row, motion in zip(out, zip(q, v, a, strict=True), strict=True):
-            row[...] = work.torque_regressor(*motion)
+            row[...] = pin.computeJointTorqueRegressor(self._model, data, *motion)
         return out
 
     def frame_placement(self, frame: str) -> FramePlacement:
@@ -256,10 +247,6 @@ class PinocchioModel:
             out.append(Link(model.parents[k] - 1, _slides(axes[k]), pose.rotation.copy(), pose.translation.copy(),
                             float(mass), np.array(rest[:3]), inertia, float(model.armature[k - 1])))  # fmt: skip
         return out
-
-    def workspace(self) -> Workspace:
-        """Memory for the library's algorithms on this model; each thread needs its own."""
-        return Workspace(self._model)
 
     def forward(self) -> ForwardModel:
         """Forward dynamics of this model, for simulation."""
@@ -288,29 +275,27 @@ class PinocchioModel:
         return out
 
 
-class Workspace:
-    """The library's algorithms, one sample at a time, in memory of their own.
+class ForwardModel:
+    """Forward dynamics and kinematics one sample at a time, for simulation; a copy of the model is worked on.
 
-    Arrays handed in must be (j,) float64; those handed out may be that memory, valid until the next call.
+    Arrays handed in must be (j,) float64; those handed out may be memory that is valid until the next call only.
     """
 
-    def __init__(self, model: Any) -> None:
-        """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
-        self._model, self._data = model, model.createData()
+    def __init__(self, arm: PinocchioModel) -> None:
+        """``arm``: as it is; its constants and frames."""
+        self.arm, self._rotor, self._model = arm, arm.armature, arm.library_model()
+        self._data = self._model.createData()
 
-    def forward_dynamics(self, q: FloatArray, v: FloatArray, torque: FloatArray) -> FloatArray:
-        """(j,) acceleration (articulated-body algorithm)."""
+    def acceleration(self, q: FloatArray, v: FloatArray, torque: FloatArray, extra: FloatArray) -> FloatArray:
+        """(j,) acceleration (articulated-body algorithm).
+
+        Args:
+            q, v, torque: position, velocity, joint torque.
+            extra: (j,) added to the mass matrix's diagonal for this call, kg·m²: what a linearly implicit
+                integrator needs.
+        """
+        self._model.armature = self._rotor + extra
         out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
-        return out
-
-    def gravity_torque(self, q: FloatArray) -> FloatArray:
-        """(j,) torque G(q) that holds the arm against gravity."""
-        out: FloatArray = pin.computeGeneralizedGravity(self._model, self._data, q)
-        return out
-
-    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
-        out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
         return out
 
     def update(self, q: FloatArray) -> None:
@@ -332,31 +317,6 @@ class Workspace:
         return out
 
 
-class ForwardModel(Workspace):
-    """Forward dynamics and kinematics one sample at a time, for simulation; a copy of the model is worked on."""
-
-    def __init__(self, model: PinocchioModel) -> None:
-        """``model``: the arm."""
-        self._arm, self._copy, self._rotor = model, model.copy(), model.armature
-        super().__init__(self._copy._model)
-
-    def acceleration(self, q: FloatArray, v: FloatArray, torque: FloatArray, extra: FloatArray) -> FloatArray:
-        """(j,) acceleration.
-
-        Args:
-            q, v, torque: position, velocity, joint torque.
-            extra: (j,) added to the mass matrix's diagonal for this call, kg·m²: what a linearly implicit
-                integrator needs.
-        """
-        self._copy.set_armature(self._rotor + extra)
-        return self.forward_dynamics(q, v, torque)
-
-    @property
-    def arm(self) -> PinocchioModel:
-        """The arm as it is: its constants and frames."""
-        return self._arm
-
-
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:
     rotation = pin.utils.rotate("z", about_z) @ pin.utils.rotate("x", about_x)
     return pin.SE3(rotation, np.array([x, 0.0, z]))
@@ -375,7 +335,7 @@ def _slides(axis: FloatArray) -> bool:
 def _z_onto(axis: FloatArray) -> FloatArray:
     """A rotation that takes e_z onto the unit vector ``axis``.
 
-    Pinocchio's ``Quaternion.FromTwoVectors`` gives one with fewer zeros: a UR10's program would be a fifth longer.
+    Pinocchio's ``Quaternion.FromTwoVectors`` gives one with fewer zeros.
     """
     z = axis / np.linalg.norm(axis)
     if z[2] > 1.0 - 1e-12:

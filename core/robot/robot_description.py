@@ -12,38 +12,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from collaudit.core.config.schema import DhRow, RobotConfig
-from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError, did_you_mean
+from collaudit.core.robot.joint_facts import JointFacts
 from collaudit.core.robot.urdf_file import expanded, read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
 from collaudit.core.small_files import read_small
-
-
-@dataclass(frozen=True, slots=True)
-class JointFacts:
-    """One movable joint as described.
-
-    Attributes:
-        name: joint name.
-        kind: revolute (also for URDF's continuous) or prismatic.
-        link: the link it moves.
-        lower, upper: position limits, rad or m; NaN where there are none.
-        effort_limit: N·m or N; NaN where there is none.
-        speed_limit: rad/s or m/s; NaN where there is none.
-        leader: the joint it mimics, or None.
-        multiplier, offset: position = multiplier · leader + offset.
-    """
-
-    name: str
-    kind: JointType
-    link: str
-    lower: float = math.nan
-    upper: float = math.nan
-    effort_limit: float = math.nan
-    leader: str | None = None
-    multiplier: float = 1.0
-    offset: float = 0.0
-    speed_limit: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,24 +79,8 @@ def _describe_urdf(path: Path, where: str) -> Description:
 
 @lru_cache(maxsize=8)  # the logs of a night share their robots
 def _described(data: bytes, where: str) -> Description:
-    urdf = read_urdf(data, where)
-    joints = tuple(
-        JointFacts(
-            name=joint.name,
-            kind="prismatic" if joint.kind == "prismatic" else "revolute",
-            link=joint.child,
-            lower=joint.lower,
-            upper=joint.upper,
-            effort_limit=joint.effort,
-            leader=joint.leader,
-            multiplier=joint.multiplier,
-            offset=joint.offset,
-            speed_limit=joint.speed,
-        )
-        for joint in urdf.joints
-        if joint.kind != "fixed"
-    )
-    return Description(joints, urdf.xml, (), None, hashlib.sha256(data).hexdigest(), where)
+    joints, xml = read_urdf(data, where)
+    return Description(joints, xml, (), None, hashlib.sha256(data).hexdigest(), where)
 
 
 def _describe_dh(rows: Sequence[DhRow], convention: str) -> Description:

@@ -266,7 +266,7 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        return self._with_frame(frame).frame_rotation(self._expand(q), frame)
+        return self._with_frame(frame).frame_poses(self._expand(q), [frame])[0][0]
 
     def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
         """(k, 3) origins of frames in the base at one position (j,), m.
@@ -274,10 +274,10 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        bodies = self.bodies
         for frame in frames:
-            bodies = self._with_frame(frame)
-        return np.zeros((0, 3)) if bodies is None or not frames else bodies.frame_positions(self._expand(q), frames)
+            self._with_frame(frame)
+        poses = self.bodies.frame_poses(self._expand(q), frames) if self.bodies and frames else []
+        return np.array([origin for _, origin in poses]).reshape(-1, 3)
 
     def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""

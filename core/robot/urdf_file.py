@@ -9,47 +9,25 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 
 from collaudit.core.errors import RobotError
+from collaudit.core.robot.joint_facts import JointFacts
 from collaudit.core.robot.urdf_numbers import check_joint, check_link
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = "1e9"
 
 
-@dataclass(frozen=True, slots=True)
-class UrdfJoint:
-    """One joint element; limits are NaN where there are none (rad or m, N·m or N, rad/s or m/s)."""
-
-    name: str
-    kind: str
-    parent: str
-    child: str
-    lower: float
-    upper: float
-    effort: float
-    speed: float
-    leader: str | None
-    multiplier: float
-    offset: float
-
-
-@dataclass(frozen=True, slots=True)
-class Urdf:
-    """Joints depth first from the root in file order, and the normalised document."""
-
-    joints: tuple[UrdfJoint, ...]
-    xml: str
-
-
-def read_urdf(data: bytes, where: str) -> Urdf:
+def read_urdf(data: bytes, where: str) -> tuple[tuple[JointFacts, ...], str]:
     """Parse and normalise a URDF.
 
     Args:
         data: the file's bytes.
         where: what messages call the file.
+
+    Returns:
+        The joints that move, depth first from the root in file order, and the normalised document.
 
     Raises:
         RobotError: not XML, not a URDF, an unexpanded xacro, or a joint that cannot be used.
@@ -57,6 +35,7 @@ def read_urdf(data: bytes, where: str) -> Urdf:
     root = _parse(data, where)
     links = [element.get("name", "") for element in root.findall("link")]
     joints = [_joint(element, where) for element in root.findall("joint")]
+    fixed = {element.get("name") for element in root.findall("joint") if element.get("type") == "fixed"}
     if not links:
         raise RobotError("the URDF has no links", where=where)
     for element in root.findall("joint"):
@@ -69,7 +48,8 @@ def read_urdf(data: bytes, where: str) -> Urdf:
     for link in root.findall("link"):
         for drawing in [*link.findall("visual"), *link.findall("collision")]:
             link.remove(drawing)
-    return Urdf(_depth_first(joints, links), ET.tostring(root, encoding="unicode"))
+    moving = tuple(joint for joint in _depth_first(joints, links) if joint.name not in fixed)
+    return moving, ET.tostring(root, encoding="unicode")
 
 
 def _parse(data: bytes, where: str) -> ET.Element:
@@ -94,7 +74,7 @@ def _parse(data: bytes, where: str) -> ET.Element:
     return root
 
 
-def _joint(element: ET.Element, where: str) -> UrdfJoint:
+def _joint(element: ET.Element, where: str) -> JointFacts:
     name, kind = element.get("name", ""), element.get("type", "")
     place = f"{where}: joint {name!r}"
     if kind not in _KINDS:
@@ -106,15 +86,15 @@ def _joint(element: ET.Element, where: str) -> UrdfJoint:
     limit, mimic = element.find("limit"), element.find("mimic")
     bounded = kind in ("revolute", "prismatic")
     effort, speed = (_number(limit, key, math.nan, place) for key in ("effort", "velocity"))
-    return UrdfJoint(
+    return JointFacts(
         name=name,
-        kind=kind,
+        kind="prismatic" if kind == "prismatic" else "revolute",
         parent=parent,
-        child=child,
+        link=child,
         lower=_number(limit, "lower", math.nan, place) if bounded else math.nan,
         upper=_number(limit, "upper", math.nan, place) if bounded else math.nan,
-        effort=effort if effort > 0 else math.nan,
-        speed=speed if speed > 0 else math.nan,
+        effort_limit=effort if effort > 0 else math.nan,
+        speed_limit=speed if speed > 0 else math.nan,
         leader=None if mimic is None else mimic.get("joint"),
         multiplier=_number(mimic, "multiplier", 1.0, place),
         offset=_number(mimic, "offset", 0.0, place),
@@ -131,18 +111,18 @@ def _number(element: ET.Element | None, key: str, default: float, where: str) ->
         raise RobotError(f"{key} is not a number", where=where, found=text) from error
 
 
-def _check_tree(joints: list[UrdfJoint], links: set[str], where: str) -> None:
+def _check_tree(joints: list[JointFacts], links: set[str], where: str) -> None:
     names = Counter(joint.name for joint in joints)
-    children = Counter(joint.child for joint in joints)
+    children = Counter(joint.link for joint in joints)
     for joint in joints:
         place = f"{where}: joint {joint.name!r}"
-        for link in (joint.parent, joint.child):
+        for link in (joint.parent, joint.link):
             if link not in links:
                 raise RobotError("a joint names a link that is not there", where=place, found=link)
         if names[joint.name] > 1:
             raise RobotError("two joints have the same name", where=place)
-        if children[joint.child] > 1:
-            raise RobotError("a link has two parents", where=place, found=joint.child)
+        if children[joint.link] > 1:
+            raise RobotError("a link has two parents", where=place, found=joint.link)
         if joint.leader is not None and joint.leader not in names:
             raise RobotError("a joint mimics one that is not there", where=place, found=joint.leader)
     roots = links - set(children)
@@ -151,16 +131,16 @@ def _check_tree(joints: list[UrdfJoint], links: set[str], where: str) -> None:
         raise RobotError("the links do not form one tree", where=where, found=f"root links: {found}")
 
 
-def _depth_first(joints: list[UrdfJoint], links: list[str]) -> tuple[UrdfJoint, ...]:
-    below: dict[str, list[UrdfJoint]] = {link: [] for link in links}
+def _depth_first(joints: list[JointFacts], links: list[str]) -> tuple[JointFacts, ...]:
+    below: dict[str, list[JointFacts]] = {link: [] for link in links}
     for joint in joints:
         below[joint.parent].append(joint)
-    (root,) = set(links) - {joint.child for joint in joints}
+    (root,) = set(links) - {joint.link for joint in joints}
     stack, out = list(reversed(below[root])), []
     while stack:
         joint = stack.pop()
         out.append(joint)
-        stack.extend(reversed(below[joint.child]))
+        stack.extend(reversed(below[joint.link]))
     return tuple(out)
 
 

@@ -39,7 +39,7 @@ def momentum(model: PinocchioModel) -> Sample:
 def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
     """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
     alone = model.without_gravity()
-    alone.set_armature(np.zeros(model.joint_count))
+    alone.set_armature(np.zeros(len(model.joint_names)))
     for k in range(len(alone._model.inertias)):
         alone._model.inertias[k] = pin.Inertia.Zero()
     alone.add_point_mass(frame, mass_kg, com_m)
@@ -48,7 +48,7 @@ def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: Fl
 
 def force(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
     """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes."""
-    count, number, own = model.joint_count, model.frame_number(frame), model.library_model()
+    count, number, own = len(model.joint_names), model.frame_number(frame), model.library_model()
     data = own.createData()
 
     def felt(q: FloatArray, wrench: FloatArray) -> FloatArray:
@@ -67,7 +67,7 @@ def force(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArr
 
 def weight(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> Sample:
     """From q to the weight (6,) of a point mass at ``com_m`` of a frame, there."""
-    number, work = model.frame_number(frame), model.workspace()
+    number, work = model.frame_number(frame), model.forward()
 
     def sample(q: FloatArray) -> FloatArray:
         work.update(q)

@@ -18,6 +18,7 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.numeric.tables import copied, table
 
+_DERIVED, _OTHER = "log-velocity-derived", "log-velocity-disagrees"
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 #: A velocity that is wrong in this share of the motion at most is mended there, and derived whole otherwise.
 _FEW = 0.1
@@ -94,10 +95,13 @@ def choose_velocity(
             own = np.ascontiguousarray(logged[:, j])
             compare = low_pass(own, segments, period_s, bandwidth_hz)
             motion = compare
-            chosen, said = _choose(own, compare, smooth, derived, joint_names[j], period_s)
-            if source == "logged" and chosen is not own:
-                chosen, said = own, _kept(joint_names[j], own, said)
-            elif chosen is own:
+            chosen, code, evidence = _choose(own, compare, smooth, derived, joint_names[j], period_s)
+            if code and source == "logged":
+                chosen, said = own, [_kept(joint_names[j], own, code, evidence)]
+            elif code:
+                what = "it was" if chosen is derived else "there it was"
+                said = [Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j])]
+            else:
                 lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
                 late = lag is not None and lag.heavy(period_s)
                 chosen = derived if source == "position" or (late and source == "auto") else own
@@ -117,7 +121,7 @@ def choose_velocity(
     findings += _late(lags, joint_names, period_s, source)
     if logged is None:
         text = "The log has no velocity; it was derived from position for all joints."
-        findings = [Finding("log-velocity-derived", "info", text)]
+        findings = [Finding(_DERIVED, "info", text)]
     raw = logged
     if raw is None or changed:  # a departure from the log
         raw = table(*position.shape) if raw is None else copied(raw)
@@ -147,28 +151,27 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
             f"The logged velocity lags behind the positions, as a velocity filtered by the drive does: {named}. "
             f"For {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
         )
-        code = "log-velocity-disagrees" if source == "logged" else "log-velocity-derived"
+        code = _OTHER if source == "logged" else _DERIVED
         findings.append(Finding(code, "warning", text) if found is heavy else fact(text))
     return findings
 
 
 def _choose(
     logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, joint: str, period_s: float
-) -> tuple[FloatArray, list[Finding]]:
-    """The logged velocity, its derivative from position, or a mixture where few samples are wrong."""
+) -> tuple[FloatArray, str, str]:
+    """The logged velocity, its derivative from position, or a mixture where few samples are wrong.
 
-    def derive(text: str, code: str = "log-velocity-derived") -> tuple[FloatArray, list[Finding]]:
-        return derived, [Finding(code, "warning", f"{text}; it was derived from position.", joint=joint)]
-
+    With the code and the evidence of what speaks against the logged one, both empty where nothing does.
+    """
     both = np.isfinite(compare + smooth)
     if not both.any():
-        return derive(f"Joint '{joint}' has no velocity values")
+        return derived, _DERIVED, f"Joint '{joint}' has no velocity values"
     moving = both & (np.abs(smooth) > MOVING_RAD_S)
     if np.count_nonzero(moving) < 10 or _dithers(smooth if both.all() else smooth[both], period_s):
-        return logged, []
+        return logged, "", ""
     zero = moving & (logged == 0.0)
     if np.count_nonzero(zero) == np.count_nonzero(moving):
-        return derive(f"The logged velocity of joint '{joint}' is zero while it moves")
+        return derived, _DERIVED, f"The logged velocity of joint '{joint}' is zero while it moves"
     reference = smooth[moving]
     apart = compare[moving]
     apart -= reference
@@ -177,37 +180,29 @@ def _choose(
     if error > _DISAGREES * speed:
         wrong = _wrong(logged, compare, smooth, derived, moving, period_s)
         if np.count_nonzero(wrong & moving) <= _FEW * np.count_nonzero(moving):
-            text = (
+            evidence = (
                 f"The logged velocity of joint '{joint}' is not the derivative of its position in "
-                f"{np.count_nonzero(wrong)} of {np.count_nonzero(both)} samples; there it was derived from position."
+                f"{np.count_nonzero(wrong)} of {np.count_nonzero(both)} samples"
             )
-            mixed = np.where(wrong, derived, logged)
-            return mixed, [Finding("log-velocity-disagrees", "warning", text, joint=joint)]
+            return np.where(wrong, derived, logged), _OTHER, evidence
         reference = smooth[moving]
         gain, off = _typical(compare[moving], reference)
-        degrees = abs(gain / 57.29578 - 1.0) < 0.1
-        guess = " (degrees per second?)" if degrees else ""
-        return derive(
+        guess = " (degrees per second?)" if abs(gain / 57.29578 - 1.0) < 0.1 else ""
+        evidence = (
             f"The logged velocity of joint '{joint}' is {gain:.3g} times the derivative of its position{guess}, "
-            f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(reference)):.3g} rad/s",
-            "log-velocity-disagrees",
+            f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(reference)):.3g} rad/s"
         )
+        return derived, _OTHER, evidence
     if np.count_nonzero(zero) <= _ZEROS:
-        return logged, []
+        return logged, "", ""
     least = float(np.min(np.abs(logged), where=np.isfinite(logged) & (logged != 0.0), initial=np.inf))
     stuck = zero & (np.abs(smooth) > least)  # slower than its step, a velocity in counts is zero
-    if np.count_nonzero(stuck) > _ZEROS:
-        out = np.where(stuck, derived, logged)
-        return out, [
-            Finding(
-                "log-velocity-derived",
-                "warning",
-                f"The logged velocity of joint '{joint}' is exactly zero in {np.count_nonzero(stuck)} samples in "
-                "which it moves; there it was derived from position.",
-                joint=joint,
-            )
-        ]
-    return logged, []
+    if np.count_nonzero(stuck) <= _ZEROS:
+        return logged, "", ""
+    evidence = (
+        f"The logged velocity of joint '{joint}' is exactly zero in {np.count_nonzero(stuck)} samples in which it moves"
+    )
+    return np.where(stuck, derived, logged), _DERIVED, evidence
 
 
 def _dithers(smooth: FloatArray, period_s: float) -> bool:
@@ -238,18 +233,13 @@ def _typical(said: FloatArray, reference: FloatArray) -> tuple[float, float]:
     return float(np.median(said[fast] / reference[fast])), float(np.median(np.abs(said - reference)))
 
 
-def _kept(joint: str, logged: FloatArray, found: Sequence[Finding]) -> list[Finding]:
-    """What speaks against a velocity that the configuration asks for, as a warning with the evidence."""
-    out = []
-    for finding in found:
-        evidence = finding.text.replace("; it was derived from position", "").replace(
-            "; there it was derived from position", ""
-        )
-        code, text = "log-velocity-disagrees", f"{evidence} It was used all the same, as [conditioning] velocity asks."
-        if not np.isfinite(logged).any():
-            code, text = finding.code, f"{evidence} [conditioning] velocity asks for it: the joint is not judged."
-        out.append(Finding(code, finding.severity, text, joint=joint))
-    return out
+def _kept(joint: str, logged: FloatArray, code: str, evidence: str) -> Finding:
+    """What speaks against a velocity that the configuration asks for, as a warning."""
+    if np.isfinite(logged).any():
+        text = f"{evidence}. It was used all the same, as [conditioning] velocity asks."
+        return Finding(_OTHER, "warning", text, joint=joint)
+    text = f"{evidence}. [conditioning] velocity asks for it: the joint is not judged."
+    return Finding(code, "warning", text, joint=joint)
 
 
 #: Fewer samples than this are nothing; a lag of 2.7 ms left alone doubles the residual of fast joints.

@@ -43,14 +43,6 @@ class Continued:
     findings: tuple[Finding, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Steps:
-    """Steps of one joint that are too large: rows after them (k,), whole turns (k,), 0 where it is a break."""
-
-    rows: IntArray
-    turns: FloatArray
-
-
 def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continued:
     """Continue angles over their wraps by whole turns, and find jumps that are none.
 
@@ -62,9 +54,7 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
         prismatic: joints that never turn.
     """
     position = log.position_rad
-    columns = [
-        j for j in ordered_map(lambda j: j if _steps_far(position[:, j]) else None, _range(log)) if j is not None
-    ]
+    columns = np.flatnonzero(list(ordered_map(_steps_far, position.T))).tolist()
     if not columns:
         return Continued(position, {}, ())
     order, _ = usable_order(log.time_s)
@@ -73,12 +63,12 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
     out = position
     for j in columns:
         joint = log.joint_names[j]
-        found = _jumps(log, j, order, joint not in prismatic)
-        wraps, cuts = found.rows[found.turns != 0], found.rows[found.turns == 0]
+        rows, turns = _jumps(log, j, order, joint not in prismatic)
+        wraps, cuts = rows[turns != 0], rows[turns == 0]
         if wraps.size:
             out = copied(position) if out is position else out
             turned = np.zeros(log.time_s.size)
-            turned[wraps] = found.turns[found.turns != 0]
+            turned[wraps] = turns[turns != 0]
             out[order, j] -= _TURN_RAD * np.cumsum(turned[order])
             findings.append(_wrapped(joint, log.time_s[wraps]))
         if cuts.size > max(3.0, _MOST * order.size):
@@ -88,10 +78,6 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
     return Continued(out, breaks, tuple(findings))
 
 
-def _range(log: JointLog) -> range:
-    return range(len(log.joint_names))
-
-
 def _steps_far(x: FloatArray) -> bool:
     """Whether a closer look is needed: a large step, or values that are missing beside one."""
     known = x if np.isfinite(x.sum()) else x[np.isfinite(x)]
@@ -99,11 +85,11 @@ def _steps_far(x: FloatArray) -> bool:
     return bool(step.size) and max(float(step.max()), -float(step.min())) > _LEAST_STEP
 
 
-def _jumps(log: JointLog, j: int, order: IntArray, turning: bool) -> _Steps:
-    """The jumps of one joint, in time order."""
+def _jumps(log: JointLog, j: int, order: IntArray, turning: bool) -> tuple[IntArray, FloatArray]:
+    """Steps of one joint that are too large: rows after them (k,), in time order, and whole turns, 0 for a break."""
     rows = order[np.isfinite(log.position_rad[order, j])]
     if rows.size < 4:
-        return _Steps(np.zeros(0, dtype=np.int64), np.zeros(0))
+        return rows[:0], np.zeros(0)
     step, dt = np.diff(log.position_rad[rows, j]), np.diff(log.time_s[rows])
     period = float(np.median(dt))
     around = _expected(step, dt, turning)
@@ -121,7 +107,7 @@ def _jumps(log: JointLog, j: int, order: IntArray, turning: bool) -> _Steps:
             near = np.abs(step[at] - guess - whole * _TURN_RAD) <= np.clip(tolerance, 0.0, _MOST_TOLERANCE_RAD)
             turns = np.where((turns == 0) & near, whole, turns)
     cut = (turns != 0) | (dt[at] <= _GAP_PERIODS * period)
-    return _Steps(rows[at[cut] + 1], turns[cut])
+    return rows[at[cut] + 1], turns[cut]
 
 
 def _expected(step: FloatArray, dt: FloatArray, turning: bool) -> FloatArray:

@@ -7,7 +7,7 @@ noise, while the arm moves. Of positions, stretches that stand still while the j
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -73,14 +73,13 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
             for start, stop in spans:
                 position[start:stop, j] = np.nan
         findings += _frozen(recorded, found)
-    if effort is not None and (kinds := _efforts(recorded, effort, shortest_stretch(detect, period))):
-        pinned = saturation(effort, period)  # a limit is a measurement, of at least so much: it is judged as that
-        effort = copied(effort)
-        for j, kind in kinds.items():
-            kind[pinned[:, j]] = 0
-            if kind.any():
-                effort[kind > 0, j] = np.nan
-                findings.append(_unmeasured(recorded, j, kind))
+    if effort is not None:
+        kinds = _efforts(recorded.position_rad, effort, period, shortest_stretch(detect, period))
+        if kinds.any():
+            kinds[saturation(effort, period)] = 0  # a limit is a measurement, of at least so much: it is judged as that
+            effort = copied(effort)
+            effort[kinds > 0] = np.nan
+            findings += [_unmeasured(recorded, j, kinds[:, j]) for j in count if kinds[:, j].any()]
     if not findings:
         return recorded
     parts = {"effort": None if effort is None else frozen(effort), "position_rad": frozen(position)}
@@ -95,70 +94,48 @@ def _period(time_s: FloatArray) -> float | None:
     return period if period > 0 else None
 
 
-def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, NDArray[np.int8]]:
-    """By column (n,) what each effort is instead of a measurement, 0 where it is one; of columns with any such row.
+def _efforts(position: FloatArray, effort: FloatArray, period: float, least: int) -> NDArray[np.int8]:
+    """(n, j) what each effort is instead of a measurement, 0 where it is one.
 
     Where a moving joint's effort is none, so is that of every other joint that is as straight there, at rest too: what
     holds or fills in the one does so with all.
     """
-    moving = _moving(recorded.position_rad, _period(recorded.time_s) or 1.0)
+    kinds = np.zeros(effort.shape, dtype=np.int8, order="F")
+    moving = _moving(position, period)
     moving &= _driven(effort)[:, None]
     if not moving.any():
-        return {}
-
+        return kinds
     arm = np.asarray(moving.any(axis=1))
 
-    def of_joint(j: int) -> _Channel | None:
+    def mark_alone(j: int) -> tuple[FloatArray | None, bool]:
+        """Mark a channel by itself; (n,) squares of its bends in its noise, if that tells, and whether it varies."""
         x = np.ascontiguousarray(effort[:, j])
         if not np.isfinite(x).any():
-            return None
+            return None, False
         bend, own = bend_of(x), moving[:, j]
         noise = noise_of(x, bend, own)
-        parts = (
-            (_STRAIGHT, straight_rows(x, bend, noise, own, least)),
-            (_QUIET, quiet_rows(bend, own, least) if noise.tells else None),
-            (_COPIED, repeated_rows(x, noise, arm, least)),
-        )
-        return _Channel(np.square(bend / noise.sd) if noise.tells else None, noise.varied, _marked(x, parts))
+        _mark(kinds[:, j], x, _STRAIGHT, straight_rows(x, bend, noise, own, least))
+        _mark(kinds[:, j], x, _QUIET, quiet_rows(bend, own, least) if noise.tells else None)
+        _mark(kinds[:, j], x, _COPIED, repeated_rows(x, noise, arm, least))
+        return np.square(bend / noise.sd) if noise.tells else None, noise.varied
 
-    found: dict[int, NDArray[np.int8]] = {}
     power, channels, varied = np.zeros(arm.size), 0, 0
-    for j, one in enumerate(ordered_map(of_joint, range(effort.shape[1]))):
-        if one is None:
-            continue
-        varied += one.varied
-        if one.power is not None:
-            power += one.power
+    for own_power, varies in ordered_map(mark_alone, range(effort.shape[1])):
+        varied += varies
+        if own_power is not None:
+            power += own_power
             channels += 1
-        if one.kind is not None:
-            found[j] = one.kind
-    parts = [
-        (_QUIET, quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None),
-        (_COPIED, repeated_rows_of_all(effort, arm, least) if varied > 1 else None),
-    ]
-    if any(rows is not None for _, rows in parts):
+    quiet = quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None
+    again = repeated_rows_of_all(effort, arm, least) if varied > 1 else None
+    for j, x in enumerate(effort.T):
+        _mark(kinds[:, j], x, _QUIET, quiet)
+        _mark(kinds[:, j], x, _COPIED, again)
+    if kinds.any():
+        lost = np.asarray((kinds > 0).any(axis=1))
         for j in range(effort.shape[1]):
-            _join(found, j, _marked(effort[:, j], parts))
-    if found:
-        lost = np.logical_or.reduce([kind > 0 for kind in found.values()])
-        for j in range(effort.shape[1]):
-            _join(found, j, _along(np.ascontiguousarray(effort[:, j]), lost, moving[:, j], least))
-    return found
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Channel:
-    """One effort: (n,) squares of its bends in its noise, if that tells; whether its values vary; its kinds."""
-
-    power: FloatArray | None
-    varied: bool
-    kind: NDArray[np.int8] | None
-
-
-def _join(found: dict[int, NDArray[np.int8]], j: int, kind: NDArray[np.int8] | None) -> None:
-    """Add kinds to those of a column; where a row has one, it stays."""
-    if kind is not None:
-        found[j] = np.where(found[j] > 0, found[j], kind) if j in found else kind
+            x = np.ascontiguousarray(effort[:, j])
+            _mark(kinds[:, j], x, _STRAIGHT, _along(x, lost, moving[:, j], least))
+    return kinds
 
 
 def _driven(effort: FloatArray) -> BoolArray:
@@ -181,28 +158,25 @@ def _moving(position: FloatArray, period: float) -> BoolArray:
     return out
 
 
-def _marked(x: FloatArray, parts: Sequence[tuple[int, BoolArray | None]]) -> NDArray[np.int8] | None:
-    """(n,) kinds of the rows; of a row of several, the first; None without any."""
-    if all(rows is None for _, rows in parts):
-        return None
-    out = np.zeros(x.size, dtype=np.int8)
-    for kind, rows in reversed(parts):
-        if rows is not None:
-            out[rows] = kind
-    held = np.concatenate(([False], x[1:] == x[:-1]))
-    out[held & (out == _STRAIGHT)] = _CONSTANT
-    return out
+def _mark(kinds: NDArray[np.int8], x: FloatArray, kind: int, rows: BoolArray | None) -> None:
+    """Give rows of a channel (n,) this kind where they have none; a straight line that is held is constant."""
+    if rows is None:
+        return
+    fresh = rows & (kinds == 0)
+    kinds[fresh] = kind
+    if kind == _STRAIGHT:
+        kinds[fresh & np.concatenate(([False], x[1:] == x[:-1]))] = _CONSTANT
 
 
-def _along(x: FloatArray, lost: BoolArray, moving: BoolArray, least: int) -> NDArray[np.int8] | None:
-    """As :func:`_marked`, of runs that are straight on this joint and mostly lost on another one."""
+def _along(x: FloatArray, lost: BoolArray, moving: BoolArray, least: int) -> BoolArray | None:
+    """(n,) rows of runs that are straight on this joint and mostly lost on another one."""
     if not np.isfinite(x).any():
         return None
     bend = bend_of(x)
     starts, stops = straight_runs(x, straight(bend, noise_of(x, bend, moving)))
     count = np.concatenate(([0], np.cumsum(lost)))
     mostly = (stops - starts >= least) & (2 * (count[stops] - count[starts]) >= stops - starts)
-    return _marked(x, [(_STRAIGHT, marked(starts[mostly], stops[mostly], x.size))]) if mostly.any() else None
+    return marked(starts[mostly], stops[mostly], x.size)
 
 
 def _unmeasured(recorded: JointLog, j: int, kind: NDArray[np.int8]) -> Finding:

@@ -115,16 +115,17 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
 
     least, most, hidden = (np.zeros((n, count), order="F") for _ in range(3))  # most of it stays untouched
+    effort = series.effort if known or inputs.quiet else None
+    made = Residual(torque, effort, state, uncertainty, {}, balance, EachJoint(names), hidden, (least, most), {})
 
-    def fill_joint(j: int) -> _Filled:
-        """Fill one joint's columns."""
-        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], least[:, j], most[:, j], hidden[:, j])
+    def fill_joint(j: int) -> tuple[FrictionLevel, float]:
         law = inputs.laws[names[j]]
-        return _fill_joint(series, j, balance, law, config, columns, carried_load(prepared, names[j], law))
+        return _fill_joint(made, j, series, law, config, carried_load(prepared, names[j], law))
 
-    filled = dict(zip(known, ordered_map(fill_joint, known), strict=True))
-    levels = {names[j]: made.level for j, made in filled.items()}
-    not_shown = {names[j]: made.ripple_nm for j, made in filled.items() if made.ripple_nm > 0}
+    for j, (level, ripple_nm) in zip(known, ordered_map(fill_joint, known), strict=True):
+        made.levels[names[j]] = level
+        if ripple_nm > 0:
+            made.ripple_not_shown_nm[names[j]] = ripple_nm
     if usable:
         fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
         for j in missing:
@@ -134,9 +135,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     mark_reasons(state, torque, series, balance)
     if prepared.calibration.coupled and known:
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
-    effort = series.effort if known or inputs.quiet else None
-    isolation = EachJoint(names)
-    return Residual(torque, effort, state, uncertainty, levels, balance, isolation, hidden, (least, most), not_shown)
+    return made
 
 
 def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
@@ -146,91 +145,61 @@ def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> Flo
     return np.nan_to_num(kernel.apply(doubt, series.segments, series.period_s))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Columns:
-    """One joint's columns of a :class:`Residual`, to be filled."""
-
-    torque_nm: FloatArray
-    state: NDArray[np.int8]
-    uncertainty_nm: FloatArray
-    least_nm: FloatArray
-    most_nm: FloatArray
-    hidden_nm: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Filled:
-    """What is known of one joint beside its columns.
-
-    Attributes:
-        level: of its friction.
-        ripple_nm: amplitude of a ripple of the friction file that the log does not show at its place; else 0.
-    """
-
-    level: FrictionLevel
-    ripple_nm: float
-
-
 def _fill_joint(
-    series: UniformSeries,
+    made: Residual,
     j: int,
-    balance: Balance,
+    series: UniformSeries,
     law: FrictionModel,
     config: DetectConfig,
-    columns: _Columns,
     load_nm: FloatArray | None,
-) -> _Filled:
-    """Residual, state and uncertainty of one joint with a friction law."""
-    assert balance.total_nm is not None
+) -> tuple[FrictionLevel, float]:
+    """Fill the columns of one joint with a friction law.
+
+    Returns:
+        The level of its friction, and the amplitude of a ripple of the friction file that the log does not show at its
+        place, else 0.
+    """
+    balance = made.balance
+    torque, state, uncertainty = made.torque_nm[:, j], made.state[:, j], made.uncertainty_nm[:, j]
+    assert balance.total_nm is not None and made.hidden_nm is not None and made.span_nm is not None
     velocity = np.ascontiguousarray(balance.velocity_rad_s[:, j])
     band = friction_bounds(series, j, velocity, law, config.reversal_travel_rad, load_nm)
     total = balance.total_nm[:, j]  # ripple is taken off it, for whoever looks at it later
     undecided = balance.kernel.reach(~band.steady[:, None], series.segments, series.period_s)[:, 0]
     beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]
-    sliding, friction = band.sliding_nm[:, None], columns.torque_nm  # where the residual will be
-    friction[:] = balance.kernel.apply(sliding, series.segments, series.period_s)[:, 0]
+    friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
-    ripple: FloatArray | float = 0.0
-    ripple_doubt_nm = 0.0
-    if law.ripple:
-        ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
-        total -= ripple
+    ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
+    total -= ripple
     sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
-    _take_off(total, level, columns)
+    torque[:] = total - friction * (1.0 + level.deviation)
+    doubt_of_level = np.abs(friction) * (SIGMAS * level.sd)
+    uncertainty[:] = np.where(np.isfinite(doubt_of_level), doubt_of_level, 0.0)
     rows = np.flatnonzero(undecided)
-    columns.uncertainty_nm[rows] = 0.0
+    uncertainty[rows] = 0.0
     least, most = (end[rows] for end in _span(total, band, level, balance.kernel, series))
-    columns.least_nm[rows], columns.most_nm[rows], columns.hidden_nm[rows] = least, most, most - least
+    made.span_nm[0][rows, j], made.span_nm[1][rows, j], made.hidden_nm[rows, j] = least, most, most - least
     # An external torque as large as the width can leave the distance zero: friction at one end, the torque against it.
-    columns.torque_nm[rows] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
-    columns.state[rows] = State.FRICTION_INTERVAL
+    torque[rows] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
+    state[rows] = State.FRICTION_INTERVAL
     doubt: FloatArray | None = None
     if (np.abs(velocity) > law.speed_range[1]).any():
         seen = ~(undecided | series.edge | balance.unsettled | series.saturated[:, j])
-        shown = scatter_beyond(law, velocity, columns.torque_nm, seen, series.period_s)
+        shown = scatter_beyond(law, velocity, torque, seen, series.period_s)
         doubt = np.minimum(extrapolation_doubt(law, velocity), shown)
-        columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
+        state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
     if law.load is not None and load_nm is not None:
         carried = load_doubt(law.load, load_nm, velocity)
         doubt = carried if doubt is None else doubt + carried
     if doubt is not None and doubt.any():
         smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
-        np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
-    if ripple_doubt_nm > 0:
-        np.add(columns.uncertainty_nm, ripple_doubt_nm, out=columns.uncertainty_nm)
-    return _Filled(level, ripple_doubt_nm if isinstance(ripple, float) else 0.0)
-
-
-def _take_off(total: FloatArray, level: FrictionLevel, columns: _Columns) -> None:
-    """Residual as of sliding friction at its level, in the place of that friction, and what the level's error adds."""
-    friction = columns.torque_nm
-    uncertainty = np.abs(friction) * (SIGMAS * level.sd)
-    columns.uncertainty_nm[...] = np.where(np.isfinite(uncertainty), uncertainty, 0.0)
-    friction[...] = total - friction * (1.0 + level.deviation)
+        uncertainty += np.nan_to_num(smoothed[:, 0])
+    uncertainty += ripple_doubt_nm
+    return level, ripple_doubt_nm if isinstance(ripple, float) else 0.0
 
 
 def _span(

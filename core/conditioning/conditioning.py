@@ -8,7 +8,7 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.conditioning.effort_signal import effort_signal_findings, nowhere, saturation
+from collaudit.core.conditioning.effort_signal import effort_signal_findings, saturation
 from collaudit.core.conditioning.lost_samples import SEVERAL, filled, interpolated, picked_rows
 from collaudit.core.conditioning.measured.doubled_stamps import duplicate_findings, without_contradictions
 from collaudit.core.conditioning.measured.missing_rows import missing_rows
@@ -69,7 +69,7 @@ def condition(
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
-    saturated = nowhere(position.shape) if effort is None else saturation(effort, period)
+    saturated = np.zeros(position.shape, dtype=bool) if effort is None else saturation(effort, period)
     conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
     findings = [*log.findings, *conflicts, *angles.findings, *about_cuts, *base.findings, *motion.findings]
     findings += duplicate_findings(recorded, base.order)

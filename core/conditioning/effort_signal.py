@@ -10,7 +10,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import run_bounds
 
 
@@ -21,23 +21,14 @@ def saturation(effort: FloatArray, period_s: float) -> BoolArray:
     repeat their extreme by nature.
     """
     least = max(10, ceil(0.04 / period_s))
+    out = np.zeros(effort.shape, dtype=bool, order="F")  # memory that is not written to is none
 
-    def one(j: int) -> list[tuple[int, int]]:
-        return _at_extreme(np.ascontiguousarray(effort[:, j]), least)
-
-    found = list(ordered_map(one, range(effort.shape[1])))
-    if not any(found):
-        return nowhere(effort.shape)
-    out = np.zeros(effort.shape, dtype=bool)
-    for j, spans in enumerate(found):
-        for start, stop in spans:
+    def mark_joint(j: int) -> None:
+        for start, stop in _at_extreme(np.ascontiguousarray(effort[:, j]), least):
             out[start:stop, j] = True
+
+    each(mark_joint, range(effort.shape[1]))
     return out
-
-
-def nowhere(shape: tuple[int, ...]) -> BoolArray:
-    """A mask that is set nowhere and takes no memory; not to be written to."""
-    return np.broadcast_to(np.False_, shape)
 
 
 def _at_extreme(x: FloatArray, least: int) -> list[tuple[int, int]]:

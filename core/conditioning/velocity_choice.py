@@ -15,6 +15,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.numeric.tables import copied, table
 
@@ -25,8 +26,6 @@ _FEW = 0.1
 _MARGIN_S = 0.25
 #: A joint that goes no further stands, whatever its noise says, rad (m if prismatic).
 _NOWHERE_RAD = 0.002
-#: So many samples are looked at first.
-_BEGINNING = 65536
 #: So many samples in motion may be logged as exactly zero.
 _ZEROS = 3
 
@@ -207,8 +206,7 @@ def _choose(
 
 def _dithers(smooth: FloatArray, period_s: float) -> bool:
     """Whether a joint goes nowhere: the way of its derived velocity never leaves a narrow band."""
-    parts = (smooth[:_BEGINNING], smooth) if smooth.size > _BEGINNING else (smooth,)  # most joints leave it soon
-    return all(bool(np.ptp(np.cumsum(part) * period_s) < _NOWHERE_RAD) for part in parts)
+    return bool(np.ptp(np.cumsum(smooth) * period_s) < _NOWHERE_RAD)
 
 
 def _wrong(
@@ -220,11 +218,7 @@ def _wrong(
     noise = robust_sd((logged - derived)[both])
     far = np.isfinite(compare + smooth) & (np.abs(compare - smooth) > _DISAGREES * typical)
     far |= both & (np.abs(logged - derived) > _DISAGREES * typical + 8.0 * noise)
-    reach = max(1, round(_MARGIN_S / period_s))
-    count = np.concatenate(([0], np.cumsum(far)))
-    at = np.arange(far.size)
-    near = count[np.minimum(at + reach + 1, far.size)] - count[np.maximum(at - reach, 0)]
-    return np.asarray((near > 0) & np.isfinite(derived))
+    return np.asarray(widened(far, max(1, round(_MARGIN_S / period_s))) & np.isfinite(derived))
 
 
 def _typical(said: FloatArray, reference: FloatArray) -> tuple[float, float]:

@@ -63,29 +63,15 @@ def contact_torque(
         motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
         torque = robot.contact_torque(*motion, force, frame, carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
-    return _commanded_torque(torque, size, series, phases, config, findings)
-
-
-def _commanded_torque(
-    torque: FloatArray,
-    size: FloatArray,
-    series: UniformSeries,
-    phases: NDArray[np.int8],
-    config: Config,
-    findings: list[Finding],
-) -> CommandedTorque:
-    """What is commanded of a torque (n, j), which is changed, and of its force (n,); and what to say of it."""
-    share, excess = commanded_share(series.time_s, size, contact_mask(phases), config.phases)
-    if not (share == 1.0).all():
-        torque *= share[:, None]
-    findings = [*findings, *excess_findings(excess, config.phases)]
+    contact = contact_mask(phases)
+    share, excess = commanded_share(series.time_s, size, contact, config.phases)
+    torque *= share[:, None]
+    findings += excess_findings(excess, config.phases)
     if np.any(phases != PHASES.index("free")):
-        commanded = widened(
-            contact_mask(phases), round(_RELEASE_S / series.period_s)
-        )  # with building it up and letting go
+        commanded = widened(contact, round(_RELEASE_S / series.period_s))  # with building it up and letting go
         torque[~commanded] = 0.0  # eq. (1): outside contact no force is commanded
     else:
-        findings = [*findings, _always_commanded()]
+        findings.append(_always_commanded())
     return CommandedTorque(torque, tuple(findings), excess)
 
 
@@ -123,25 +109,15 @@ def tool_force(
     if sensor is not None:
         centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
         own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, centre)
-        return _without(series.wrench, sign, np.array(sensor.offset), own), [_calibrated(sensor)]
-    weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else None
+        return sign * (series.wrench - np.array(sensor.offset)) + own, [_calibrated(sensor)]
+    weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else 0.0
     bias, findings = _bias(series, robot, frame, phases, config)
-    return _without(series.wrench, sign, bias, weight), findings
+    return sign * (series.wrench - bias) + weight, findings
 
 
 def _weighed(config: Config) -> bool:
     """Whether the weight of the tool is known, and taken out of what the sensor reads."""
     return config.robot.tool.mass_kg not in (0.0, "estimate")
-
-
-def _without(reading: FloatArray, sign: float, bias: FloatArray, weight: FloatArray | None) -> FloatArray:
-    """``sign · (reading - bias) + weight`` with one fresh array."""
-    force = np.asarray(reading - bias)
-    if sign != 1.0:
-        force *= sign
-    if weight is not None:
-        force += weight
-    return force
 
 
 def _calibrated(sensor: SensorFacts) -> Finding:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
-from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.tables import picked
 from collaudit.core.robot.robot_model import RobotModel
+
+#: Of a log or a series: what has a column for each joint.
+_BY_JOINT = (
+    "position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort", "saturated", "raw_velocity_rad_s",
+    "temperature_c", "joint_torque_nm",
+)  # fmt: skip
 
 
 def in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
@@ -19,18 +26,7 @@ def in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
     if pick == list(range(len(log.joint_names))):
         return log
 
-    def take(array: FloatArray | None) -> FloatArray | None:
-        return None if array is None else picked(array, pick)
-
-    return replace(
-        log,
-        joint_names=robot.joint_names,
-        position_rad=picked(log.position_rad, pick),
-        velocity_rad_s=take(log.velocity_rad_s),
-        effort=take(log.effort),
-        temperature_c=take(log.temperature_c),
-        joint_torque_nm=take(log.joint_torque_nm),
-    )
+    return replace(log, joint_names=robot.joint_names, **_picked(log, pick))
 
 
 def judged_joints(config: Config, present: tuple[str, ...], name: str) -> tuple[str, ...]:
@@ -58,20 +54,10 @@ def of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
     """The series with these of its joints only."""
     if len(joints) == len(series.joint_names):
         return series
-    columns = [series.column(joint) for joint in joints]
+    return replace(series, joint_names=joints, **_picked(series, [series.column(joint) for joint in joints]))
 
-    def take(array: FloatArray) -> FloatArray:
-        return picked(array, columns)
 
-    return replace(
-        series,
-        joint_names=joints,
-        position_rad=take(series.position_rad),
-        velocity_rad_s=take(series.velocity_rad_s),
-        acceleration_rad_s2=take(series.acceleration_rad_s2),
-        effort=None if series.effort is None else take(series.effort),
-        saturated=series.saturated[:, columns],
-        raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
-        temperature_c=None if series.temperature_c is None else take(series.temperature_c),
-        joint_torque_nm=None if series.joint_torque_nm is None else take(series.joint_torque_nm),
-    )
+def _picked(signals: JointLog | UniformSeries, columns: Sequence[int]) -> dict[str, Any]:
+    """Those of the signals that have a column for each joint, with some of the columns."""
+    tables = ((name, getattr(signals, name, None)) for name in _BY_JOINT)
+    return {name: picked(values, columns) for name, values in tables if values is not None}

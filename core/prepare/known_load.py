@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,4 +63,4 @@ def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
     parameters = robot.inertial_parameters.copy()
     first = load.mass_kg * (turn @ np.array(load.com_m) + place)
     parameters[10 * body : 10 * body + 10] += point_mass_parameters(load.mass_kg, first)
-    return replace(robot.with_inertials(parameters, robot.armature))
+    return robot.with_inertials(parameters, robot.armature)

@@ -20,8 +20,6 @@ from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
 STILL_TRAVEL = 0.01
-#: Samples that are looked at first.
-_GLANCE = 2000
 #: Evenness is told over this time; quiet is up to so many times the evenness of the most even fifth.
 _WINDOW_S, _EVEN_SHARE, _EVEN_TIMES = 0.25, 0.2, 3.0
 #: The level follows drift from one stretch of this length to the next, s.
@@ -38,14 +36,12 @@ class QuietLevel:
 
     Attributes:
         level_nm: (n,) measured less rigid-body torque while nothing touches the arm.
-        spread_nm: standard deviation about it, robust.
         gamma_nm: threshold of changes that follows from it.
         quiet_s: time it was measured in.
         stretch_s: a load that is constant for as long as this is part of the level.
     """
 
     level_nm: FloatArray
-    spread_nm: float
     gamma_nm: float
     quiet_s: float
     stretch_s: float
@@ -54,14 +50,8 @@ class QuietLevel:
 def never_moves(prepared: Prepared) -> bool:
     """Whether no joint of the log ever leaves its place: gravity's torque is then constant."""
     position = prepared.series.position_rad
-    few = position[:: max(1, position.shape[0] // _GLANCE)]  # most arms move, which some samples show
-    return _stay(few) is not False and _stay(position) is True
-
-
-def _stay(position: FloatArray) -> bool | None:
-    """Whether no joint leaves its place in the samples (n, j) that are known; None where none is."""
-    known = position[np.isfinite(position).all(axis=1)]
-    return bool((np.ptp(known, axis=0) < STILL_TRAVEL).all()) if known.shape[0] else None
+    low, high = np.nanmin(position, axis=0, initial=np.inf), np.nanmax(position, axis=0, initial=-np.inf)
+    return bool((low <= high).all() and (high - low < STILL_TRAVEL).all())
 
 
 def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
@@ -89,7 +79,7 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
         tail = null_tail(block_peaks(np.nan_to_num(off), quiet, series.period_s), contact_free=True)
         needed = 0.0 if tail is None else MARGIN * tail.level(ARM_PER_HOUR / len(prepared.judged))
         gamma = max(needed, _SPREADS * (spread if tail is None else least))
-        out[joint] = QuietLevel(level - rigid, spread, gamma, count * series.period_s, stretch)
+        out[joint] = QuietLevel(level - rigid, gamma, count * series.period_s, stretch)
     return out
 
 

@@ -13,16 +13,16 @@ only late (a slow low-pass), is no sign of a hand.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
 
-from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.signal_filters import lfilter
 from collaudit.core.numeric.stats import quantile_of
 
 #: Blocks, s; window that must show it, blocks; samples looked at in a second.
@@ -37,6 +37,15 @@ _LEAST_JOINTS = 2
 _QUIET = 0.2
 #: Longest pause within one stretch, and shortest stretch, s.
 _PAUSE_S, _LEAST_S = 3.0, 0.5
+
+#: Time constants of a late drive that are tried, s; how long before the stretch its low-pass starts, in time constants.
+_LAGS_S, _BEFORE = (0.1, 0.15, 0.25, 0.4, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5), 5.0
+#: Share of the effort beside gravity, as its power, that a late drive leaves at most. Simulated, it leaves up to 0.3,
+#: and an arm in a hand ten times the whole and more.
+_LEFT = 0.5
+
+Gravity = Callable[[FloatArray], FloatArray]
+Friction = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +103,7 @@ def hand_guiding(
     rows, block = _rows(series)
     if rows.size == 0:
         return []
-    at = np.ix_(rows, columns)
+    at = np.ix_(rows, np.array(columns))
     speed, rigid = series.velocity_rad_s[at], rigid_nm[at]
     own = np.stack([friction[j](v) for j, v in zip(columns, speed.T, strict=True)], axis=1)
     rest = drive_nm[at] - rigid - own
@@ -108,7 +117,7 @@ def hand_guiding(
         if b - a >= least
     ]
     return [
-        one for one in found if not follows_late(series, one.span, one.joints, drive_nm, rigid_nm, gravity, friction)
+        one for one in found if not _follows_late(series, one.span, one.joints, drive_nm, rigid_nm, gravity, friction)
     ]
 
 
@@ -216,3 +225,54 @@ def _covered(windows: BoolArray, size: int) -> BoolArray:
     """(size,) blocks that lie in one of the marked windows."""
     at = np.flatnonzero(windows)
     return marked(at, np.minimum(at + _WINDOW, size), size)
+
+
+def _follows_late(
+    series: UniformSeries,
+    span: Span,
+    joints: tuple[int, ...],
+    drive_nm: FloatArray,
+    rigid_nm: FloatArray,
+    gravity: Gravity,
+    friction: Mapping[int, Friction],
+) -> bool:
+    """Whether in a stretch the efforts of all these joints are what their drives supply, behind one low-pass.
+
+    Args:
+        series: all joints of the log.
+        span: the stretch.
+        joints: columns that seem not to be driven.
+        drive_nm: (n, j) effort less the commanded tool force's torque; NaN where unknown.
+        rigid_nm: (n, j) rigid-body torque.
+        gravity: (k, j) gravity torque at (k, j) positions.
+        friction: sliding friction at (k,) speeds, by column.
+    """
+    every = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
+    floor = max((segment.start for segment in series.segments if segment.start <= span.start), default=0)
+    start = max(floor, span.start - round(_BEFORE * _LAGS_S[-1] / series.period_s))
+    rows = np.arange(start, span.stop, every)
+    inside = rows >= span.start
+    pick = np.array(joints, dtype=np.int64)
+    weight = gravity(series.position_rad[rows[inside]])[:, pick]
+    drive = drive_nm[np.ix_(rows[inside], pick)]
+    own = np.stack([friction[j](series.velocity_rad_s[rows, j]) for j in joints], axis=1)
+    supplied = np.nan_to_num(rigid_nm[np.ix_(rows, pick)] + own)
+    unfiltered = np.nansum(np.square(drive - weight), axis=0)
+    for lag_s in _LAGS_S:
+        late = _low_passed(supplied, every * series.period_s / lag_s, supplied[0])[inside]
+        if (np.nansum(np.square(drive - late), axis=0) < _LEFT * unfiltered).all():
+            return True
+    return False
+
+
+def _low_passed(values: FloatArray, step: float, start: FloatArray) -> FloatArray:
+    """(k, j) behind a low-pass of first order.
+
+    Args:
+        values: (k, j) before it.
+        step: the period by its time constant.
+        start: (j,) what it gave before the first sample.
+    """
+    share = step / (1.0 + step)
+    b, a = np.array([share]), np.array([1.0, share - 1.0])
+    return lfilter(b, a, values, (1.0 - share) * start[None])

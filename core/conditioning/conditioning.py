@@ -14,6 +14,7 @@ from collaudit.core.conditioning.measured.doubled_stamps import duplicate_findin
 from collaudit.core.conditioning.measured.missing_rows import missing_rows
 from collaudit.core.conditioning.measured.stalled_logger import without_stalls
 from collaudit.core.conditioning.measured.unmeasured import without_unmeasured
+from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.conditioning.wrapped_angles import continued_angles
@@ -189,7 +190,8 @@ def wrench_on_grid(
     Returns:
         (n, 6), NaN where it is not known, and what is to be said about that.
     """
-    stamps, rows = _ascending(wrench)
+    order, _ = usable_order(wrench.time_s)
+    stamps, rows = wrench.time_s[order], wrench.wrench[order]
     picked = _within(stamps, time_s, recorded, bandwidth_hz)
     whole = isinstance(picked, slice) and picked == slice(0, time_s.size)
     out = known = interpolated(time_s[picked], stamps, rows)
@@ -222,14 +224,3 @@ def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray, bandwid
     right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
     inside = (time_s >= first) & (time_s <= last)
     return picked_rows(np.flatnonzero(inside & (steps[right - 1] <= limit) & recorded))
-
-
-def _ascending(wrench: WrenchSeries) -> tuple[FloatArray, FloatArray]:
-    """Stamps (m,) in ascending order, each once and finite, and their rows (m, 6)."""
-    if np.all(np.diff(wrench.time_s) > 0) and np.isfinite(wrench.time_s).all():
-        return wrench.time_s, wrench.wrench
-    keep = np.isfinite(wrench.time_s)
-    order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
-    stamps = wrench.time_s[order]
-    fresh = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, dtype=bool)
-    return stamps[fresh], wrench.wrench[order[fresh]]

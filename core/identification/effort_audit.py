@@ -11,8 +11,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.effort.delay_estimate import Delay
-from collaudit.core.prepare.effort.effort_delay import gains_at
 from collaudit.core.prepare.effort.effort_gain import EffortGain
+from collaudit.core.prepare.effort.gain_findings import gains_at
 from collaudit.core.prepare.prepared import Prepared
 
 _AS_TORQUE = (0.6, 1.67)

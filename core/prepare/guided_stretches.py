@@ -9,8 +9,7 @@ from functools import partial
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import without_states
-from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
-from collaudit.core.arm_states.late_drives import Friction, Gravity
+from collaudit.core.arm_states.hand_guiding import Friction, Gravity, HandGuiding, hand_guiding
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding

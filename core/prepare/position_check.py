@@ -38,38 +38,31 @@ def position_findings(series: UniformSeries, robot: RobotModel, unit: str, state
         stated: whether the configuration says so; what speaks against it is then a warning and nothing more.
     """
     names = series.joint_names
-    kinds = [robot.joint_types[robot.joint_names.index(name)] for name in names]
-    turning = [j for j, kind in enumerate(kinds) if kind == "revolute" and np.isfinite(series.position_rad[:, j]).any()]
+    order = [robot.joint_names.index(name) for name in names]
+    known = np.asarray(np.isfinite(series.position_rad).any(axis=0))
+    turning = [j for j, k in enumerate(order) if known[j] and robot.joint_types[k] == "revolute"]
     if not turning:
         return []
     if unit == "deg":
         return _too_small(series.position_rad[:, turning], stated)
-    limited = {j: _limit(robot, names[j]) for j in turning}
-    reach = {j: _reach(series.position_rad[:, j]) for j in turning}
-    beyond = [j for j in turning if reach[j] > max(_TWO_TURNS_RAD, (limited[j] or 0.0) + _BEYOND_LIMIT_RAD)]
+    limit = np.abs(robot.position_limits[order]).max(axis=1)  # no number where there is none
+    reach = np.nanmax(np.abs(series.position_rad), axis=0, initial=0.0)
+    beyond = [j for j in turning if reach[j] > max(_TWO_TURNS_RAD, np.nan_to_num(limit[j]) + _BEYOND_LIMIT_RAD)]
     if not beyond:
         return []
     most = len(beyond) >= 2 and 2 * len(beyond) >= len(turning)
-    alone = len(turning) == 1 and limited[beyond[0]] is not None
+    limited = np.isfinite(limit)
+    alone = len(turning) == 1 and limited[beyond[0]]
     findings = []
     for j in beyond:
         speed = _top_speed(series, j)
-        far = limited[j] is not None and reach[j] > _MOST_PAST_LIMIT_RAD
+        far = limited[j] and reach[j] > _MOST_PAST_LIMIT_RAD
         degrees = most or alone or far or speed > _FAST_RAD_S
-        if degrees or limited[j] is not None:
-            findings.append(_beyond(names[j], reach[j], speed, limited[j], degrees, stated))
+        if degrees or limited[j]:
+            bound = f"its limits are within {limit[j]:.4g}" if limited[j] else "it has no limits"
+            seen = f"Joint '{names[j]}' reaches {reach[j]:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
+            findings.append(_beyond(names[j], seen, degrees, stated))
     return findings
-
-
-def _limit(robot: RobotModel, joint: str) -> float | None:
-    """The farther of a joint's limits, rad; None where it has none."""
-    low, high = robot.position_limits[robot.joint_names.index(joint)]
-    limit = max(abs(low), abs(high))
-    return float(limit) if np.isfinite(limit) else None
-
-
-def _reach(position: FloatArray) -> float:
-    return max(float(np.nanmax(position, initial=0.0)), -float(np.nanmin(position, initial=0.0)))
 
 
 def _top_speed(series: UniformSeries, j: int) -> float:
@@ -81,9 +74,7 @@ def _top_speed(series: UniformSeries, j: int) -> float:
     return quantile_of(speed, 0.99) if speed.size else 0.0
 
 
-def _beyond(joint: str, reach: float, speed: float, limit: float | None, degrees: bool, stated: bool) -> Finding:
-    bound = "it has no limits" if limit is None else f"its limits are within {limit:.4g}"
-    seen = f"Joint '{joint}' reaches {reach:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
+def _beyond(joint: str, seen: str, degrees: bool, stated: bool) -> Finding:
     if stated and degrees:
         text = f'{seen}: degrees? They were taken as radians, as [log.units] position = "rad" states.'
     elif degrees:

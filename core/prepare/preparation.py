@@ -25,11 +25,15 @@ from collaudit.core.prepare.calibration import (
     missing_sensor_findings,
 )
 from collaudit.core.prepare.commanded_force import contact_torque, tool_force
-from collaudit.core.prepare.effort.effort_delay import effort_findings
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import effort_kind
 from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs
-from collaudit.core.prepare.effort.gain_findings import identified_scale_findings, raw_effort_findings, scale_findings
+from collaudit.core.prepare.effort.gain_findings import (
+    effort_findings,
+    identified_scale_findings,
+    raw_effort_findings,
+    scale_findings,
+)
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,7 +25,6 @@ from collaudit.core.residual.friction_bounds import FrictionBounds, friction_bou
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.residual.gear_terms import carried_load, known_ripple
 from collaudit.core.residual.isolation import EachJoint, Isolation
-from collaudit.core.residual.rest_changes import fill_changes
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05
@@ -127,7 +126,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         if ripple_nm > 0:
             made.ripple_not_shown_nm[names[j]] = ripple_nm
     if usable:
-        fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
+        _fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
         for j in missing:
             hidden[state[:, j] == State.FRICTION_INTERVAL, j] = np.inf
     for joint in inputs.not_judged & set(names):
@@ -237,3 +236,34 @@ def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSer
         column[lost] = State.GAP
 
     each(mark_joint, range(state.shape[1]))
+
+
+def _fill_changes(
+    prepared: Prepared,
+    balance: Balance,
+    levels: Mapping[str, QuietLevel],
+    columns: Sequence[int],
+    torque_nm: FloatArray,
+    state: NDArray[np.int8],
+) -> None:
+    """Fill the columns of still joints without a friction law: the residual is the change of their torque.
+
+    Behind the gear every change of torque shows: those samples are judged. Before it friction holds what it can: a
+    change is evidence of contact, no change is not evidence of absence.
+
+    Args:
+        prepared: the log.
+        balance: torque before friction, through the detector's kernel.
+        levels: of the still joints.
+        columns: those without a law.
+        torque_nm, state: (n, j) to be filled.
+    """
+    series = prepared.judged_series
+    assert balance.total_nm is not None
+    for j in columns:
+        quiet = levels.get(series.joint_names[j])
+        if quiet is None:
+            continue
+        level = balance.kernel.apply(quiet.level_nm[:, None], series.segments, series.period_s)[:, 0]
+        torque_nm[:, j] = balance.total_nm[:, j] - level
+        state[:, j] = State.JUDGED if prepared.effort_source == "joint" else State.FRICTION_INTERVAL

@@ -202,13 +202,10 @@ def momentum(links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray, v: 
 
 def holding(links: Sequence[Link], gravity_m_s2: FloatArray, q: FloatArray) -> FloatArray:
     """(j, m) torque G(q) of each joint that holds the arm: :func:`inverse_dynamics` at rest."""
-    joints, wrenches, lifted = joints_at(links, q), {}, list[FloatArray]()
-    base = np.zeros((3, q.shape[1])) - gravity_m_s2[:, None]
-    for number, joint in enumerate(joints):
-        link = joint.link
-        lifted.append(joint.into(lifted[link.parent] if link.parent >= 0 else base))
-        wrenches[number] = (link.mass_kg * lifted[number], cross(link.first_kg_m[:, None], lifted[number]))
-    return _at_joints(joints, wrenches)
+    joints = joints_at(links, q)
+    lifted = _in_links(joints, np.zeros((3, q.shape[1])) - gravity_m_s2[:, None])
+    both = enumerate(zip(links, lifted, strict=True))
+    return _at_joints(joints, {k: (link.mass_kg * up, cross(link.first_kg_m[:, None], up)) for k, (link, up) in both})
 
 
 def force(links: Sequence[Link], place: FramePlacement, q: FloatArray, wrench: FloatArray) -> FloatArray:
@@ -240,15 +237,17 @@ def weight(
     links: Sequence[Link], place: FramePlacement, mass_kg: float, com_m: FloatArray, gravity: FloatArray, q: FloatArray
 ) -> FloatArray:
     """(6, m) force and moment, in a frame's axes at its origin, of the weight of a point mass at ``com_m`` in it."""
-    joints, chain, link = joints_at(links, q), list[Joint](), place.link
-    while link >= 0:
-        chain.append(joints[link])
-        link = links[link].parent
-    turned = np.zeros((3, q.shape[1])) + mass_kg * gravity[:, None]
-    for joint in reversed(chain):
-        turned = joint.into(turned)
-    own = place.rotation.T @ turned
+    pull = np.zeros((3, q.shape[1])) + mass_kg * gravity[:, None]
+    own = place.rotation.T @ (_in_links(joints_at(links, q), pull)[place.link] if place.link >= 0 else pull)
     return np.concatenate([own, cross(com_m[:, None], own)])
+
+
+def _in_links(joints: Sequence[Joint], vector: FloatArray) -> list[FloatArray]:
+    """A vector (3, m) of the base in the axes of each link."""
+    out = list[FloatArray]()
+    for joint in joints:
+        out.append(joint.into(out[joint.link.parent] if joint.link.parent >= 0 else vector))
+    return out
 
 
 def _in_link(place: FramePlacement, wrench: FloatArray) -> Wrench:

@@ -10,7 +10,7 @@ from collaudit.core.conditioning.velocity_choice import SAMPLES
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
-from collaudit.core.numeric.parallel import each, ordered_map
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift, reach
 from collaudit.core.robot.robot_model import RobotModel
@@ -36,9 +36,8 @@ def effort_shift(
     """
     if series.effort is None or not joints:
         return None
-    effort, loaded = series.effort, [series.column(j) for j in joints]
-    varies = ordered_map(lambda j: bool(np.nanstd(effort[:, j]) > 0), loaded)
-    loaded = [j for j, does in zip(loaded, varies, strict=True) if does]
+    effort = series.effort
+    loaded = [j for j in map(series.column, joints) if np.nanstd(effort[:, j]) > 0]
     if not loaded:
         return None
     v = position_velocity(series)
@@ -69,14 +68,8 @@ def effort_shift(
 
 def position_velocity(series: UniformSeries) -> FloatArray:
     """(n, j) velocity from the positions alone, filtered as the logged one is; its slope is the acceleration."""
-    q, v = series.position_rad, np.empty(series.position_rad.shape, order="F")
-
-    def fill_joint(j: int) -> None:
-        raw = differentiate(q[:, j : j + 1], series.segments, series.period_s)
-        v[:, j] = low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)[:, 0]
-
-    each(fill_joint, range(q.shape[1]))
-    return v
+    raw = differentiate(series.position_rad, series.segments, series.period_s)
+    return low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)
 
 
 def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from math import ceil
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.arm_states.late_drives import Friction
+from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import gaussian_smoothed

@@ -127,9 +127,9 @@ def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
     Raises:
         RobotError: the description, or a name in the configuration, cannot be used.
     """
-    from collaudit.core.robot.robot_building import shared_robot
+    from collaudit.core.robot.robot_building import build_robot
 
-    return shared_robot(settings.config.robot, settings.base_dir, joints)
+    return build_robot(settings.config.robot, settings.base_dir, joints)
 
 
 def prepare(

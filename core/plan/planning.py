@@ -21,7 +21,7 @@ from collaudit.core.plan.prediction import clean_times, excitation_predictions, 
 from collaudit.core.plan.sweeps import PAUSE_S, JointSweeps, choose_sweeps, sweep_moves, time_s
 from collaudit.core.plan.timing import Motion, MoveCheck, joined, padded
 from collaudit.core.robot.arm_shapes import ArmShapes, Surroundings
-from collaudit.core.robot.robot_building import shared_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_description import Description, describe_robot, unknown_name
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -160,7 +160,7 @@ def move_check(
         raise ConfigError(
             "no robot is configured", where="[robot]", hint="give --urdf arm.urdf, or [robot] in the configuration"
         )
-    robot = shared_robot(config.robot, settings.base_dir, config.robot.joints or _arm_joints(description, friction))
+    robot = build_robot(config.robot, settings.base_dir, config.robot.joints or _arm_joints(description, friction))
     limits = arm_limits(robot, description, config.robot, config.plan, speed_scale)
     around = _around(settings)
     urdf = settings.base_dir / config.robot.urdf if config.robot.urdf is not None else None

@@ -5,10 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections import OrderedDict
 from collections.abc import Sequence, Set
 from pathlib import Path
-from threading import Lock
 
 import numpy as np
 
@@ -179,27 +177,3 @@ def _sha256(config: RobotConfig, content: str | None) -> str:
     settings = {name: value for name, value in config.plain().items() if name not in left_out}
     text = json.dumps([content, settings], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-#: Robots of one fleet that take turns in a worker.
-_KEPT = 8
-_built: OrderedDict[object, RobotModel] = OrderedDict()
-_lock = Lock()
-
-
-def shared_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> RobotModel:
-    """The model of :func:`build_robot`, built once.
-
-    Raises:
-        RobotError: the description, or a name in the configuration, cannot be used.
-    """
-    description = describe_robot(config, base_dir)
-    content = None if description is None else description.content_sha256
-    key = repr(config), config.given, base_dir, tuple(joints), content
-    with _lock:
-        if key not in _built:
-            _built[key] = build_robot(config, base_dir, joints)
-            if len(_built) > _KEPT:
-                _built.popitem(last=False)
-        _built.move_to_end(key)
-        return _built[key]

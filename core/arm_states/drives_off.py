@@ -15,7 +15,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.runs import run_bounds, widened
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.stats import median_of, quantile_of, varies
 
 #: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
 _ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0
@@ -29,8 +29,8 @@ _CHANCE, _TIMES = 1e-6, 5.0
 _REST_S, _BRAKING_S = 0.2, 2.0
 #: The speed of a ramp may rise again by this much, rad/s: encoder noise.
 _RIPPLE_RAD_S = 0.01
-#: Samples by which most efforts are seen to change, before all are looked at.
-_GLANCE = 200
+#: Fewest samples in motion that tell what share of the load is in the effort.
+_FEWEST_MOVING = 200
 #: Braking is as steep as this share of the steepest of the ramp; its slope is told over this time, s.
 _STEEP, _SLOPE_S = 0.3, 0.02
 
@@ -92,17 +92,10 @@ def _alive(effort: FloatArray, rigid_nm: FloatArray | None) -> tuple[FloatArray,
 
     Such a channel is dead, which is a finding of its own; what it does not bear says nothing of the drives.
     """
-    alive = [j for j in range(effort.shape[1]) if not _constant(effort[:, j])]
-    if not alive or len(alive) == effort.shape[1]:
+    alive = np.flatnonzero(varies(effort))
+    if alive.size in (0, effort.shape[1]):
         return effort, rigid_nm
     return np.asfortranarray(effort[:, alive]), None if rigid_nm is None else np.asfortranarray(rigid_nm[:, alive])
-
-
-def _constant(column: FloatArray) -> bool:
-    few = column[:: max(1, column.size // _GLANCE)]
-    return bool(np.nanmin(few, initial=np.inf) >= np.nanmax(few, initial=-np.inf)) and bool(
-        np.nanmin(column, initial=np.inf) >= np.nanmax(column, initial=-np.inf)
-    )
 
 
 def _repeats(effort: FloatArray) -> BoolArray:
@@ -247,7 +240,7 @@ def noisy_zero(
 
 def _borne(effort: FloatArray, rigid_nm: FloatArray, moving: IntArray) -> FloatArray:
     """(j,) share of the load that is in the effort in motion, 1 at most: amperes that were taken for N·m bear less."""
-    if moving.size < _GLANCE:
+    if moving.size < _FEWEST_MOVING:
         return np.ones(effort.shape[1])
     size, load = (np.array([_usual(column) for column in np.abs(x[moving]).T]) for x in (effort, rigid_nm))
     with np.errstate(invalid="ignore", divide="ignore"):

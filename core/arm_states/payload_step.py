@@ -16,7 +16,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import covered
-from collaudit.core.numeric.stats import median_of, robust_sd
+from collaudit.core.numeric.stats import median_of, robust_sd, varies
 from collaudit.core.robot.robot_model import RobotModel
 
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
@@ -82,7 +82,8 @@ def payload_step(
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
     residual = series.effort[rows] - model_nm[rows]
-    telling = _telling(series.effort[rows], [series.column(joint) for joint in joints])
+    changes = varies(series.effort[rows])  # beside an effort that never does stands the whole model's torque
+    telling = [j for j in sorted(map(series.column, joints)) if changes[j]]
     residual, per_kg = residual[:, telling], per_kg[:, telling]
     known = np.isfinite(residual).all(axis=1) & np.isfinite(per_kg).all(axis=1)
     if np.count_nonzero(known) < 0.5 * known.size:
@@ -96,12 +97,6 @@ def payload_step(
         block[known],
         series.time_s[rows][known],
     )
-
-
-def _telling(effort: FloatArray, columns: list[int]) -> list[int]:
-    """Those of the columns whose effort changes: beside one that never does stands the whole model's torque."""
-    low, high = np.nanmin(effort, axis=0, initial=np.inf), np.nanmax(effort, axis=0, initial=-np.inf)
-    return [j for j in sorted(columns) if low[j] < high[j]]
 
 
 def _sliding(velocity: FloatArray) -> BoolArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: Standard errors in half of a 95 % interval, rounded as usual: intervals in results are this wide.
 STANDARD_ERRORS_95 = 1.96
@@ -38,6 +38,12 @@ def weighted_median(x: FloatArray, weight: FloatArray) -> float:
 def quantile_of(x: FloatArray, share: float) -> float:
     """Quantile of (n,) numbers, n > 0, none of them NaN, at one share of them."""
     return float(np.quantile(x, share))
+
+
+def varies(x: FloatArray) -> BoolArray:
+    """(j,) whether a column of (n, j) numbers has two that differ; NaN is none."""
+    low, high = np.nanmin(x, axis=0, initial=np.inf), np.nanmax(x, axis=0, initial=-np.inf)
+    return np.asarray(low < high)
 
 
 def parabola_minimum(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -27,26 +26,18 @@ def without_contradictions(log: JointLog) -> JointLog:
     for name, values in (("position_rad", log.position_rad), ("effort", log.effort)):
         if values is None:
             continue
-        rows = list(ordered_map(lambda column: contradicting(log.time_s, column), values.T))
-        if any(wrong is not None for wrong in rows):
-            parts[name] = frozen(_without(values, rows))
+        rows = ordered_map(lambda column: contradicting(log.time_s, column), values.T)
+        told = {j: wrong for j, wrong in enumerate(rows) if wrong is not None}
+        if told:
+            known = copied(values)
             unit = "rad" if name == "position_rad" else _UNITS.get(log.effort_unit, "")
-            findings += [
-                _conflict(log, j, wrong, name.partition("_")[0], values, unit)
-                for j, wrong in enumerate(rows)
-                if wrong is not None
-            ]
+            for j, wrong in told.items():
+                known[wrong, j] = np.nan
+                findings.append(_conflict(log, j, wrong, name.partition("_")[0], values, unit))
+            parts[name] = frozen(known)
     if not parts:
         return log
     return replace(log, findings=(*log.findings, *findings), **parts)  # type: ignore[arg-type]
-
-
-def _without(values: FloatArray, rows: Iterable[BoolArray | None]) -> FloatArray:
-    out = copied(values)
-    for j, wrong in enumerate(rows):
-        if wrong is not None:
-            out[wrong, j] = np.nan
-    return out
 
 
 def _conflict(log: JointLog, j: int, wrong: BoolArray, what: str, values: FloatArray, unit: str) -> Finding:

@@ -120,8 +120,12 @@ def calibrated_robot(
         ConfigError: the inertials were identified on another arm. NotJudgedError: the robot has no inertials.
     """
     if calibration.identified is not None:
-        found = fact(_identified_text(calibration.identified), where="friction file")
-        return _with_identified(robot, calibration.identified), [found]
+        what = ", ".join(item for item in calibration.identified.estimate if item != "friction")
+        text = (
+            f"Effort and model torque are taken with what the friction file identified: {what}, and a constant offset "
+            "of torque for each joint."
+        )
+        return _with_identified(robot, calibration.identified), [fact(text, where="friction file")]
     if calibration.tool is None or not with_wrench or not robot.has_inertials:
         return robot, []
     carrying, mass, before = with_tool(robot, calibration.tool, config)
@@ -180,11 +184,3 @@ def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
         if name in names:
             armature[names.index(name)] = joint.armature_kg_m2
     return robot.with_inertials(parameters, armature)
-
-
-def _identified_text(identified: Identified) -> str:
-    what = ", ".join(item for item in identified.estimate if item != "friction")
-    return (
-        f"Effort and model torque are taken with what the friction file identified: {what}, and a constant offset of "
-        "torque for each joint."
-    )

@@ -194,7 +194,10 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
         if delay is None:  # of a late effort no scale is known
-            described = gains if robot is start.robot else _described_gains(series, start, contact, calibration, config)
+            described, identified, tool = gains, calibration.identified, config.robot.tool.frame
+            if robot is not start.robot:  # against the arm as described, what was identified of it left open
+                lacking = () if identified is None else identified.estimate
+                described = described_gains(series, start.robot, contact, start.load_nm, lacking, tool)
             scale += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
         if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(
@@ -216,18 +219,6 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         quiet,
         in_joint_units(scale, robot.sliding),
     )
-
-
-def _described_gains(
-    series: UniformSeries,
-    start: ConditionedLog,
-    contact: FloatArray | None,
-    calibration: Calibration,
-    config: Config,
-) -> tuple[EffortGain, ...]:
-    """Gains against the arm as described, what was identified of it left open."""
-    lacking = () if calibration.identified is None else calibration.identified.estimate
-    return described_gains(series, start.robot, contact, start.load_nm, lacking, config.robot.tool.frame)
 
 
 def _gains_with_free_tool(

@@ -133,15 +133,11 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         state[:, names.index(joint)] = State.UNUSABLE
     mark_reasons(state, torque, series, balance)
     if prepared.calibration.coupled and known:
-        uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
+        # what the torque of coupled axes, taken off the effort, may be wrong by; 0 where nothing is known
+        doubt = coupled_doubt(prepared.series, prepared.calibration.coupled, config.reversal_travel_rad)
+        own = doubt[:, prepared.columns()]
+        uncertainty += np.nan_to_num(balance.kernel.apply(own, series.segments, series.period_s))
     return made
-
-
-def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
-    """(n, j) by how much the torque of coupled axes, taken off the effort, may be wrong; 0 where nothing is known."""
-    series = prepared.series
-    doubt = coupled_doubt(series, prepared.calibration.coupled, travel_rad)[:, prepared.columns()]
-    return np.nan_to_num(kernel.apply(doubt, series.segments, series.period_s))
 
 
 def _fill_joint(

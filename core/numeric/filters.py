@@ -9,7 +9,6 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.parallel import each
-from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.signal_filters import butterworth, filtfilt, lfilter, lfilter_zi
 from collaudit.core.numeric.tables import table
 
@@ -162,8 +161,6 @@ def _bridged(part: FloatArray) -> tuple[FloatArray, BoolArray | None]:
     filled = part.copy()
     for column in np.flatnonzero(missing.any(axis=0)):
         hole = missing[:, column]
-        starts, stops = run_bounds(hole)
-        known = np.unique(np.concatenate([starts - 1, stops]))  # of the known samples the holes' neighbours are enough
-        known = known[(known >= 0) & (known < hole.size)]
+        known = np.flatnonzero(~hole)
         filled[hole, column] = np.interp(np.flatnonzero(hole), known, part[known, column]) if known.size else 0.0
     return filled, missing

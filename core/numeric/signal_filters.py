@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from importlib.machinery import EXTENSION_SUFFIXES
-from pathlib import Path
+from importlib.machinery import PathFinder
 from typing import Any
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
 
-_RECURSION, _FUNCTION = "signal/_sigtools", "_linear_filter"
+_RECURSION, _FUNCTION = "_sigtools", "_linear_filter"
 
 
 def lfilter(b: FloatArray, a: FloatArray, x: FloatArray, zi: FloatArray) -> FloatArray:
@@ -115,15 +114,13 @@ def _exponential(a: FloatArray) -> FloatArray:
 def _recursion() -> Any:
     """The compiled recursion: (b, a, x, axis, state before) -> (result, state after)."""
     package = importlib.util.find_spec("scipy")
-    for folder in (package.submodule_search_locations if package else None) or ():
-        for suffix in EXTENSION_SUFFIXES:
-            path = Path(folder) / f"{_RECURSION}{suffix}"
-            if path.is_file() and (spec := importlib.util.spec_from_file_location(path.name.split(".")[0], path)):
-                module = importlib.util.module_from_spec(spec)
-                assert spec.loader is not None
-                spec.loader.exec_module(module)
-                if hasattr(module, _FUNCTION):
-                    return getattr(module, _FUNCTION)
+    folders = [f"{folder}/signal" for folder in (package and package.submodule_search_locations) or ()]
+    spec = PathFinder.find_spec(_RECURSION, folders)
+    if spec is not None and spec.loader is not None:
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        if hasattr(module, _FUNCTION):
+            return getattr(module, _FUNCTION)
     from scipy.signal import lfilter as public
 
     return lambda b, a, x, axis, zi: public(b, a, x, axis=axis, zi=zi)

@@ -193,12 +193,9 @@ def wrench_on_grid(
     order, _ = usable_order(wrench.time_s)
     stamps, rows = wrench.time_s[order], wrench.wrench[order]
     picked = _within(stamps, time_s, recorded, bandwidth_hz)
-    whole = isinstance(picked, slice) and picked == slice(0, time_s.size)
-    out = known = interpolated(time_s[picked], stamps, rows)
-    if not whole:
-        out = table(time_s.size, 6)
-        out[...] = np.nan
-        out[picked] = known
+    out = table(time_s.size, 6)
+    out[...] = np.nan
+    out[picked] = interpolated(time_s[picked], stamps, rows)
     lost = 0 if np.isfinite(out.sum()) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
     findings = []
     if lost:

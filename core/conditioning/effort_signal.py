@@ -69,15 +69,11 @@ def effort_signal_findings(
             rows = np.flatnonzero(saturated[:, j])
             first, last = float(time_s[rows[0]]), float(time_s[rows[-1]])
             text = (
-                f"The effort of joint '{joint}' rests at its extreme for {pinned[j] * _period(time_s):.3g} s between "
-                f"{first:.4g} and {last:.4g} s: saturated, not judged there."
+                f"The effort of joint '{joint}' rests at its extreme for {pinned[j] * (time_s[1] - time_s[0]):.3g} s "
+                f"between {first:.4g} and {last:.4g} s: saturated, not judged there."
             )
             findings.append(Finding("log-effort-saturated", "warning", text, joint=joint, start_s=first, end_s=last))
     return findings
-
-
-def _period(time_s: FloatArray) -> float:
-    return float(time_s[1] - time_s[0]) if time_s.size > 1 else 0.0
 
 
 def _constant(effort: FloatArray, velocity: FloatArray, joint: str) -> list[Finding]:

@@ -66,8 +66,6 @@ def logged_phases(
 
 def phase_spans(time_s: FloatArray, labels: NDArray[np.int8], period_s: float) -> tuple[PhaseSpan, ...]:
     """The labels as stretches of time."""
-    if labels.size == 0:
-        return ()
     starts = np.concatenate(([0], np.flatnonzero(np.diff(labels)) + 1))
     stops = np.concatenate((starts[1:], [labels.size]))
     return tuple(

@@ -78,13 +78,10 @@ def friction_signs(
     def one(j: int) -> FrictionSign | None:
         known = model_torque[:, j]
         if contact_nm is not None:
-            contact = contact_nm[:, j]
-            known = known + (contact if np.isfinite(contact.sum()) else np.nan_to_num(contact))
+            known = known + np.nan_to_num(contact_nm[:, j])
         rates = differentiate(known, series.segments, series.period_s)
-        sliding = (np.abs(velocity[:, j]) > MOVING_RAD_S) & ~series.edge
-        if not np.isfinite(effort[:, j].sum() + known.sum()):
-            sliding &= np.isfinite(effort[:, j] + known + rates)
-        use = np.flatnonzero(sliding)
+        sliding = (np.abs(velocity[:, j]) > MOVING_RAD_S) & np.isfinite(effort[:, j] + known + rates)
+        use = np.flatnonzero(sliding & ~series.edge)
         use = use[:: max(1, use.size // _MAX_SAMPLES)]
         second = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
         v = velocity[use, j]

@@ -54,19 +54,17 @@ class Kernel:
 
     def noise_gain(self, period_s: float) -> float:
         """Standard deviation of the output for white noise of one at the input, sampled every ``period_s``."""
-        if self.identity:
-            return 1.0
-        length = max(16, math.ceil(8.0 * self.settle_s / period_s))
-        pulse = np.zeros((2 * length + 1, 1))
-        pulse[length] = 1.0
-        out = self.apply(pulse, [Span(0, len(pulse))], period_s)
-        return float(np.sqrt(np.sum(out**2)))
+        pulse, _ = self.push_response(1, period_s, settled=8.0)
+        return float(np.sqrt(np.sum(pulse**2)))
 
-    def push_response(self, samples: int, period_s: float) -> tuple[FloatArray, int]:
-        """(w,) what passes of a rectangular push of height 1 and so many samples, and at which of them it begins."""
+    def push_response(self, samples: int, period_s: float, settled: float = 4.0) -> tuple[FloatArray, int]:
+        """(w,) what passes of a rectangular push of height 1 and so many samples, and at which of them it begins.
+
+        Before and after the push the kernel has ``settled`` times its settling time.
+        """
         if self.identity:
             return np.ones(samples), 0
-        around = max(16, math.ceil(4.0 * self.settle_s / period_s))
+        around = max(16, math.ceil(settled * self.settle_s / period_s))
         push = np.zeros((samples + 2 * around, 1))
         push[around : around + samples] = 1.0
         return self.apply(push, [Span(0, len(push))], period_s)[:, 0], around

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from collaudit.core.findings import Finding
+from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.pinocchio_model import PinocchioModel
 from collaudit.core.robot.robot_description import Description
@@ -24,20 +25,15 @@ def inertial_findings(description: Description, model: PinocchioModel) -> tuple[
             "fitted from pairs of directions only."
         )
         return False, (Finding("model-no-inertials", "warning", text, where=where),)
-    out = []
-    if empty:
-        named = ", ".join(f"{links[name]} (moved by {name})" for name in empty)
-        text = f"Links without mass are taken as weightless: {named}."
-        out.append(Finding("model-approximate", "warning", text, where=where))
+    named = ", ".join(f"{links[name]} (moved by {name})" for name in empty)
     odd = [links[name] for name, mass, inertia in parts if mass > 0.0 and not _possible(inertia)]
-    if odd:
-        text = f"No rigid body has the inertia given for: {', '.join(odd)}; it is used as it stands."
-        out.append(Finding("model-approximate", "warning", text, where=where))
     points = [f"link{i}" for i, row in enumerate(description.rows, 1) if row.mass_kg and not row.inertia_kg_m2]
-    if points:
-        text = f"Links without inertia_kg_m2 are taken as point masses: {', '.join(points)}."
-        out.append(Finding("model-approximate", "info", text, where=where))
-    return True, tuple(out)
+    limits: list[tuple[list[str], Severity, str]] = [
+        (empty, "warning", f"Links without mass are taken as weightless: {named}."),
+        (odd, "warning", f"No rigid body has the inertia given for: {', '.join(odd)}; it is used as it stands."),
+        (points, "info", f"Links without inertia_kg_m2 are taken as point masses: {', '.join(points)}."),
+    ]
+    return True, tuple(Finding("model-approximate", how, text, where=where) for some, how, text in limits if some)
 
 
 #: A locked joint that moves less than this (a gripper's finger) changes no torque worth a warning, kg.

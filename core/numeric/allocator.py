@@ -5,6 +5,7 @@ Where memory is limited, linear algebra has to take its own in time.
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from functools import cache
@@ -103,10 +104,15 @@ def settle_within_memory_limit() -> None:
 
 
 def memory_is_limited() -> bool:
-    """Whether this process may take less memory than there is (``ulimit -d`` or ``-v``, ``--memory-limit``)."""
+    """Whether this process may take less memory than there is."""
+    return own_limit_bytes() < math.inf
+
+
+def own_limit_bytes() -> float:
+    """The least limit of this process's memory (``ulimit -d`` or ``-v``, ``--memory-limit``); infinite without any."""
     if sys.platform == "win32":
-        return False
+        return math.inf
     import resource
 
-    kinds = (resource.RLIMIT_DATA, resource.RLIMIT_AS)
-    return any(resource.getrlimit(kind)[0] != resource.RLIM_INFINITY for kind in kinds)
+    limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_DATA, resource.RLIMIT_AS)]
+    return min((float(limit) for limit in limits if limit != resource.RLIM_INFINITY), default=math.inf)

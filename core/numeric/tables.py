@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from collaudit.core.numeric.allocator import own_limit_bytes
 from collaudit.core.numeric.parallel import each
 
 #: So many tables of a log's size must fit in memory, or all are put into files: an audit keeps twelve, and the columns
@@ -48,7 +48,7 @@ def blocks(count: int, size: int) -> Iterator[slice]:
 
 def memory_bytes() -> float:
     """Memory that this process may take: the machine's, or less where a limit is set; infinite where nobody tells."""
-    return min(_machine_bytes(), _own_limit_bytes())
+    return min(_machine_bytes(), own_limit_bytes())
 
 
 @cache
@@ -91,16 +91,6 @@ def _stated_bytes(path: Path) -> float:
         return float(path.read_text())
     except (OSError, ValueError):  # no such file, or "max"
         return math.inf
-
-
-def _own_limit_bytes() -> float:
-    """The limit of this process's data, as ``audit --memory-limit`` sets it for its workers."""
-    if sys.platform == "win32":
-        return math.inf
-    import resource
-
-    limit = resource.getrlimit(resource.RLIMIT_DATA)[0]
-    return math.inf if limit == resource.RLIM_INFINITY else float(limit)
 
 
 def folder_of_tables() -> str:

@@ -105,13 +105,10 @@ def _quiet(prepared: Prepared, torque: FloatArray) -> tuple[BoolArray, FloatArra
 
 def _moving_sd(x: FloatArray, width: int) -> FloatArray:
     """(m - width + 1, j) standard deviation over each window of so many rows; NaN where a value is missing."""
-    centred = x - np.nanmedian(x, axis=0)
-    sums = np.cumsum(np.concatenate((np.zeros((1, x.shape[1])), np.nan_to_num(centred))), axis=0)
-    squares = np.cumsum(np.concatenate((np.zeros((1, x.shape[1])), np.nan_to_num(centred) ** 2)), axis=0)
-    missing = np.cumsum(np.concatenate((np.zeros((1, x.shape[1])), ~np.isfinite(x))), axis=0)
-    mean = (sums[width:] - sums[:-width]) / width
-    variance = np.maximum((squares[width:] - squares[:-width]) / width - mean**2, 0.0)
-    return np.asarray(np.where(missing[width:] > missing[:-width], np.nan, np.sqrt(variance)))
+    centred, start = np.nan_to_num(x - np.nanmedian(x, axis=0)), np.zeros((1, x.shape[1]))
+    runs = (np.cumsum(np.concatenate((start, part)), axis=0) for part in (centred, centred**2, ~np.isfinite(x)))
+    mean, square, missing = ((run[width:] - run[:-width]) / width for run in runs)
+    return np.asarray(np.where(missing > 0.0, np.nan, np.sqrt(np.maximum(square - mean**2, 0.0))))
 
 
 def _level(torque: FloatArray, quiet: BoolArray, time_s: FloatArray) -> FloatArray:

@@ -1,6 +1,6 @@
 """One joint's (γ, n) plane as a drawing: alarms an hour and the smallest noticeable torque, with the rules on it.
 
-Drawn in a few shades, to whole pixels; the outline of all that has a shade or more is one path.
+Drawn in a few shades, each of them one path of strokes as wide as a row of thresholds.
 """
 
 from __future__ import annotations
@@ -14,17 +14,16 @@ from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
 from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.numeric.runs import run_bounds
 
-_WIDTH, _HEIGHT, _GAP, _LEFT, _TOP, _BOTTOM = 380.0, 210.0, 24.0, 46.0, 20.0, 34.0
+_WIDTH, _HEIGHT, _GAP, _LEFT, _TOP, _BOTTOM = 380.0, 204.0, 24.0, 46.0, 20.0, 34.0
 #: Shades from little to much, and the colour of what is not known.
 _ALARMS = ("#f4f7fa", "#d3e0ec", "#a9c3da", "#7aa3c5", "#4b81ad", "#255f90", "#0b3f6e")
 _TORQUE = ("#0d4f3c", "#2a6f57", "#4c8f75", "#74ae95", "#a0cbb6", "#cde5d9", "#eef7f2")
 _UNKNOWN = "#c9c9c9"
 #: Rows that thresholds are drawn in.
-_ROWS = 50
+_ROWS = 30
 _RATES = (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0)
-#: A corner of the grid: column and row of the line that it lies on.
-_Corner = tuple[int, int]
 
 
 def plane_map(plane: JointPlane, period_s: float, label: str, unit: str = "N·m") -> Markup:
@@ -119,21 +118,19 @@ def _edges(values: Sequence[float], length: float) -> list[float]:
 
 
 def _shaded(plane: JointPlane, left: float, ranks: IntArray, shades: Sequence[str], worst_last: bool) -> Markup:
-    """A panel in the colour of what is not known, and on it, shade by shade, all that has this rank or more.
+    """A panel of rows of one height, shade by shade, on the colour of what is not known.
 
-    Each border is drawn once: regions lie on each other, not beside each other. Thresholds that share a row show the
-    worst of them: of alarms the first, of torque the last.
+    Thresholds that share a row show the worst of them: of alarms the first, of torque the last.
     """
-    edges_y = [_TOP + _HEIGHT - y for y in _edges(plane.gamma_nm, _HEIGHT)]
-    rows = list(range(0, len(plane.gamma_nm), max(1, len(plane.gamma_nm) // _ROWS)))
-    edges_y = [edges_y[g] for g in [*rows, len(plane.gamma_nm)]]
-    shown = ranks[[g - 1 for g in [*rows[1:], len(plane.gamma_nm)]] if worst_last else rows]
-    edges_x = [left + x for x in _edges(plane.n, _WIDTH)]
+    step = max(1, len(ranks) // _ROWS)
+    first = np.arange(0, len(ranks), step)
+    shown = ranks[np.minimum(first + step - 1, len(ranks) - 1) if worst_last else first]
+    edges = [round(left + x) for x in _edges(plane.n, _WIDTH)]
+    height = _HEIGHT / len(shown)
     out = Markup()
     for rank, colour in enumerate((_UNKNOWN, *shades), -1):
-        if (shown == rank).any():
-            path = region_outline(shown >= rank, edges_x, edges_y)
-            out += Markup('<path fill="{}" fill-rule="evenodd" d="{}"/>').format(colour, path)
+        path = row_strokes(shown == rank, edges, height)
+        out += Markup('<path stroke="{}" stroke-width="{:g}" d="{}"/>').format(colour, height, path)
     return out
 
 
@@ -157,69 +154,16 @@ def _torque_ranks(plane: JointPlane) -> IntArray:
     return np.where(np.isfinite(torque), ranks, -1)
 
 
-def region_outline(marked: BoolArray, x: Sequence[float], y: Sequence[float]) -> str:
-    """Closed outlines of a region, holes included, in whole pixels; to be filled by the even-odd rule.
+def row_strokes(marked: BoolArray, x: Sequence[int], height: float) -> str:
+    """Path data of a stroke for each stretch of marked cells in a row, the first row at the bottom of the panel.
 
     Args:
-        marked: (rows, columns) cells of the region.
+        marked: (rows, columns) cells.
         x: (columns + 1,) borders of the columns, pixels.
-        y: (rows + 1,) borders of the rows, pixels.
-
-    Returns:
-        Path data; empty where nothing is marked.
+        height: of a row, which is the width of its strokes, pixels.
     """
-    px, py = (np.rint(np.asarray(at, dtype=np.float64)).astype(int).tolist() for at in (x, y))
-    ahead = _borders(marked)
-    path, at = [], (0, 0)
-    while ahead:
-        corners = _loop(ahead)
-        start = (px[corners[0][0]], py[corners[0][1]])
-        steps = [(px[b[0]] - px[a[0]], py[b[1]] - py[a[1]]) for a, b in pairwise(corners)]
-        steps = [step for step in steps if step != (0, 0)]
-        if steps:
-            path.append(f"m{start[0] - at[0]} {start[1] - at[1]}" + "".join(_step(*step) for step in steps) + "z")
-            at = start
+    path = []
+    for row, cells in enumerate(marked):
+        y = _TOP + _HEIGHT - height * (row + 0.5)
+        path += [f"M{x[a]} {y:g}H{x[b]}" for a, b in zip(*run_bounds(cells), strict=True)]
     return "".join(path)
-
-
-def _step(across: int, down: int) -> str:
-    return f"h{across}" if down == 0 else f"v{down}"
-
-
-def _borders(marked: BoolArray) -> dict[_Corner, list[_Corner]]:
-    """From every corner the corners ahead of it, with marked cells always on the same side."""
-    cells = np.pad(marked.astype(np.int8), 1)
-    ahead: dict[_Corner, list[_Corner]] = {}
-    down, across = np.diff(cells, axis=0), np.diff(cells, axis=1)
-    for row, column in np.argwhere(down).tolist():
-        ends = [(column - 1, row), (column, row)]
-        _add(ahead, ends if down[row, column] > 0 else ends[::-1])
-    for row, column in np.argwhere(across).tolist():
-        ends = [(column, row - 1), (column, row)]
-        _add(ahead, ends[::-1] if across[row, column] > 0 else ends)
-    return ahead
-
-
-def _add(ahead: dict[_Corner, list[_Corner]], ends: Sequence[_Corner]) -> None:
-    ahead.setdefault(ends[0], []).append(ends[1])
-
-
-def _loop(ahead: dict[_Corner, list[_Corner]]) -> list[_Corner]:
-    """Take one closed outline out of what is ahead: its corners, those on a straight line left out."""
-    here = first = next(iter(ahead))
-    corners = [first]
-    while True:
-        there = ahead[here].pop()
-        if not ahead[here]:
-            del ahead[here]
-        if len(corners) > 1 and _straight(corners[-2], corners[-1], there):
-            corners[-1] = there
-        else:
-            corners.append(there)
-        if there == first:
-            return corners
-        here = there
-
-
-def _straight(a: _Corner, b: _Corner, c: _Corner) -> bool:
-    return (a[0] == b[0] == c[0]) or (a[1] == b[1] == c[1])

@@ -32,7 +32,7 @@ def say_studies(audits: Sequence[Audit], detail: bool = False, answer: bool = Tr
         detail: all tables.
         answer: with the rule that each log alone recommends, and what it says of the rule that is set.
     """
-    from collaudit.reports.terminal.study_text import study_text
+    from collaudit.reports.terminal.command_texts import study_text
 
     studies = [audit.study for audit in audits if audit.study is not None]
     for study in studies[:_MOST]:

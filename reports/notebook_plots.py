@@ -14,9 +14,9 @@ from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
-from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
+from collaudit.reports.plots.plot_friction import band, curve
 from collaudit.reports.values.contact_alarms import alarms_of
 from collaudit.reports.values.words import effort_unit, speed_unit, torque_unit
 

@@ -13,10 +13,10 @@ from collaudit.cli.batch.run_note import FINISHED, read_note
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import read_object
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import MANIFEST_NAME, SIGNATURE_NAME
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
-from collaudit.reports.page.shared_assets import ASSETS_FOLDER, asset_names
+from collaudit.reports.page.scripts import ASSETS_FOLDER, asset_names
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"

@@ -67,7 +67,7 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     from collaudit.cli.log_arguments import audit_files
     from collaudit.reports.files.run_folder import write_run
     from collaudit.reports.page.html import write_html
-    from collaudit.reports.page.shared_assets import ASSETS_FOLDER
+    from collaudit.reports.page.scripts import ASSETS_FOLDER
     from collaudit.reports.values.entries import entry_of
 
     if job.problem is not None:

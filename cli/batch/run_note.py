@@ -28,7 +28,7 @@ def note_finished(run: Path, files: LogFiles, log_sha256: str, loaded: LoadedCon
         CollauditError: it cannot be written.
     """
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     note = {"schema": _SCHEMA, "rests_on": rests_on(files, log_sha256, loaded)}
     atomic_write(run / FINISHED, json_text(note))
@@ -41,7 +41,7 @@ def note_origin(run: Path, stamp: Mapping[str, str], fetched: Fetched) -> None:
         CollauditError: it cannot be written.
     """
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     rested = read_note(run)
     if isinstance(rested, dict):

@@ -184,12 +184,12 @@ def command(
     from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.manifest_file import write_manifest
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.files.signature_file import signing_key, write_signature
     from collaudit.reports.page.index import summary_json, write_index
-    from collaudit.reports.page.shared_assets import write_assets
+    from collaudit.reports.page.scripts import write_assets
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.values.entries import verdict_counts
     from collaudit.reports.values.night import night_sentence, nights_before

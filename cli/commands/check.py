@@ -23,7 +23,7 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 
     Exit codes: 0 all can be used; 2 one cannot. An expired waiver is said, and is no error.
     """
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     problems: dict[str, str | None] = {}
     for path in configs or (Path("collaudit.toml"),):

@@ -36,7 +36,7 @@ def command(output: Path, seed: int, as_json: bool) -> int:
     """
     from collaudit.cli.demonstration import evaluate, level_checks, parameter_checks, push_checks, simulate_all
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.terminal.demo_text import demo_text
 
     output.mkdir(parents=True, exist_ok=True)

@@ -59,9 +59,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.log_arguments import audit_files, one_log
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.run_files import audit_json
+    from collaudit.reports.files.run_files import audit_json, score_json
     from collaudit.reports.files.run_folder import RunFolder
-    from collaudit.reports.files.score_file import score_json
 
     loaded = load_settings()
     files = one_log(logs, loaded)

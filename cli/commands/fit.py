@@ -68,10 +68,9 @@ def command(
     from collaudit.core import api
     from collaudit.core.detection.fitted_rule import rise_findings
     from collaudit.core.plan.prediction import delivered
-    from collaudit.reports.files.plan_file import read_plan
-    from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
+    from collaudit.reports.files.run_files import earlier_friction, friction_json, read_plan, write_friction
     from collaudit.reports.sections.plan_sections import delivered_section
-    from collaudit.reports.terminal.fit_text import fit_text
+    from collaudit.reports.terminal.command_texts import fit_text
     from collaudit.reports.terminal.section_text import section_text
 
     loaded = load_settings()

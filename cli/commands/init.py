@@ -123,7 +123,7 @@ def _of_arms(arms: Mapping[str, tuple[Arm, Known]], logs: tuple[str, ...], outpu
 
 def _json(made: Drafted, output: Path | None) -> str:
     """The draft, what trying it showed, and what keeps the log from being judged with it."""
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     content = {
         "schema": INIT_SCHEMA,

@@ -108,7 +108,7 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
 
 
 def _json(looks: list[_Look]) -> str:
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     logs = [
         {

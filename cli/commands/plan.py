@@ -87,9 +87,9 @@ def command(
     from collaudit.core.plan.planning import PlanRequest, make_plan
     from collaudit.core.provenance import make_provenance
     from collaudit.reports.exports.plan_files import write_plan
-    from collaudit.reports.files.plan_file import plan_json
+    from collaudit.reports.files.run_files import plan_json
     from collaudit.reports.page.plan_page import plan_page
-    from collaudit.reports.terminal.plan_text import plan_text
+    from collaudit.reports.terminal.command_texts import plan_text
 
     loaded = load_settings()
     friction, audits = _known(inputs, loaded)

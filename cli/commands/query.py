@@ -29,7 +29,7 @@ def command(store: str, sql: str, as_json: bool) -> int:
 
     Needs DuckDB: python -m pip install 'collaudit[fleet]'.
     """
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.store.store_query import query_store
     from collaudit.reports.terminal.text_table import table

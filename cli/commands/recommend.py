@@ -230,7 +230,7 @@ def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) ->
 
 
 def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     content = {
         "schema": RECOMMEND_SCHEMA,

@@ -13,7 +13,7 @@ from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import open_run, read_run
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 

@@ -29,8 +29,8 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.installation_checks import run_selftest
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_writer import json_text
-    from collaudit.reports.terminal.checks_text import checks_text
+    from collaudit.reports.files.json_files import json_text
+    from collaudit.reports.terminal.command_texts import checks_text
 
     if compiler_missing():
         note(HINT)

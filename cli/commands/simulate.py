@@ -88,7 +88,7 @@ def command(
     """
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.simulation import simulate_to
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
 
     if compiler_missing():
         note(HINT)

@@ -38,7 +38,7 @@ def command(folder: Path, inputs: bool, root: Path, key: Path | None, as_json: b
     Exit codes: 0 everything is as it was written; 1 something was changed, removed or added, or the signature
     is not by the key; 3 nothing differs, and something could not be compared.
     """
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.manifest_file import (
         SIGNATURE_NAME,
         compare_inputs,

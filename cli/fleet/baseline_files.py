@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
 from collaudit.core.errors import ConfigError
 from collaudit.core.policy.baseline import Baseline, BaselineLog
-from collaudit.reports.files.json_reader import read_result
+from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME
 
 #: What makes a folder a store.
@@ -34,8 +34,7 @@ def read_baseline(place: str) -> Baseline:
     """
     if is_store(place):
         from collaudit.core.policy.history_baseline import baseline_of_records
-        from collaudit.reports.store.record_table import records_of
-        from collaudit.reports.store.result_store import ResultStore
+        from collaudit.reports.store.result_store import ResultStore, records_of
 
         return baseline_of_records(place, records_of(ResultStore(place).table().to_pylist()))
     path = Path(place)

@@ -18,7 +18,7 @@ from pathlib import Path
 from collaudit.core.api import LogFiles, log_name
 from collaudit.core.logs.log_formats import is_bag_folder
 from collaudit.core.numeric.distinct_names import distinct
-from collaudit.reports.page.shared_assets import ASSETS_FOLDER
+from collaudit.reports.page.scripts import ASSETS_FOLDER
 
 _LONGEST_FOLDER = 80
 

@@ -23,7 +23,7 @@ def recommend_from_store(store: str, robot: str | None, per_hour: float, as_json
     Raises:
         ConfigError: the store holds several robots and none is named.
     """
-    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.store.result_store import ResultStore
 
     records = ResultStore(store).records(evidence=True)

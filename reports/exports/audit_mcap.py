@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.reports.exports.mcap_container import Channel, write_mcap
-from collaudit.reports.exports.ros_messages import (
+from collaudit.reports.exports.ros_mcap import (
     DIAGNOSTICS,
     ERROR,
     JOINT_STATE,
@@ -24,10 +23,11 @@ from collaudit.reports.exports.ros_messages import (
     OK,
     STALE,
     WARN,
-    definition,
+    Channel,
     diagnostics,
     joint_states,
     log_message,
+    write_mcap,
 )
 from collaudit.reports.files.atomic import staged
 from collaudit.reports.sections.event_sections import contact_section, near_miss_section
@@ -36,6 +36,7 @@ from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, verdict_word
 
 _NANO = 1_000_000_000
+_TOPIC = "/collaudit/"
 #: Seconds between two messages of what does not change.
 _CONSTANT_S = 1.0
 
@@ -100,7 +101,9 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
         values = np.asarray(columns)
         known = np.isfinite(values).any(axis=1) if name.startswith("friction_range") else np.ones(len(stamps), bool)
         at = stamps[known]
-        made.append(_channel(name, JOINT_STATE, at, joint_states(at, signals.joint_names, values[known].astype(float))))
+        made.append(
+            Channel(_TOPIC + name, JOINT_STATE, at, joint_states(at, signals.joint_names, values[known].astype(float)))
+        )
     return made
 
 
@@ -109,7 +112,7 @@ def _thresholds(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
     step = max(1, round(_CONSTANT_S / period))
     at = stamps[np.unique([*range(0, len(stamps), step), len(stamps) - 1])] if len(stamps) else stamps
     gamma = np.broadcast_to(signals.gamma_nm, (len(at), len(signals.joint_names)))
-    return _channel("gamma", JOINT_STATE, at, joint_states(at, signals.joint_names, gamma))
+    return Channel(f"{_TOPIC}gamma", JOINT_STATE, at, joint_states(at, signals.joint_names, gamma))
 
 
 def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
@@ -127,7 +130,7 @@ def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
         messages.append(
             diagnostics(int(stamps[k]), [(level, name, text, facts) for (level, text, facts), name in status])
         )
-    return _channel("state", DIAGNOSTICS, stamps[at], messages)
+    return Channel(f"{_TOPIC}state", DIAGNOSTICS, stamps[at], messages)
 
 
 def _level(state: State) -> int:
@@ -173,8 +176,4 @@ def _log(name: str, events: Sequence[tuple[float, int, str, str]], origin: int) 
         log_message(int(stamp), level, visible(about), visible(text))
         for stamp, (_, level, about, text) in zip(at, ordered, strict=True)
     ]
-    return _channel(name, LOG, at, messages)
-
-
-def _channel(name: str, kind: str, stamps: NDArray[np.int64], messages: NDArray[np.uint8] | Sequence[bytes]) -> Channel:
-    return Channel(f"/collaudit/{name}", kind, definition(kind), stamps, messages)
+    return Channel(_TOPIC + name, LOG, at, messages)

@@ -12,11 +12,10 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan.planning import Plan
 from collaudit.core.plan.sweeps import PAUSE_S
 from collaudit.core.plan.timing import Motion
-from collaudit.reports.exports.mcap_container import Channel, write_mcap
-from collaudit.reports.exports.ros_messages import TRAJECTORY, definition, joint_trajectory
+from collaudit.reports.exports.ros_mcap import TRAJECTORY, Channel, joint_trajectory, write_mcap
 from collaudit.reports.files.atomic import atomic_write, staged
-from collaudit.reports.files.plan_file import plan_json
-from collaudit.reports.terminal.plan_text import plan_text
+from collaudit.reports.files.run_files import plan_json
+from collaudit.reports.terminal.command_texts import plan_text
 
 CSV_PERIOD_S = 0.01
 _TOPIC = "/joint_trajectory"
@@ -120,7 +119,7 @@ def _leading(part: Motion) -> tuple[float, float]:
 
 def _write_mcap(file: io.BufferedWriter, plan: Plan, names: Sequence[str]) -> None:
     message = joint_trajectory(names, plan.motion.time_s, plan.motion.q, plan.motion.v)
-    channel = Channel(_TOPIC, TRAJECTORY, definition(TRAJECTORY), np.zeros(1, dtype=np.int64), [message])
+    channel = Channel(_TOPIC, TRAJECTORY, np.zeros(1, dtype=np.int64), [message])
     write_mcap(file, [channel], {"statement": plan.file.statement}, "collaudit")
 
 

@@ -11,8 +11,7 @@ from typing import Literal
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_reader import read_result
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text, read_result
 
 MANIFEST_SCHEMA = "collaudit/manifest/1"
 MANIFEST_NAME = "manifest.json"

@@ -1,8 +1,9 @@
-"""The files of a run: ``audit.json``, ``signals.parquet``, ``friction.json``, ``study.json``."""
+"""Files of results: those of a run (``audit.json``, ``signals.parquet``, ``friction.json``, …) and ``plan.json``."""
 
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
+from collaudit.core.data.detection_result import Score
+from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_reader import checked, read_result
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import checked, json_text, read_result
 
 if TYPE_CHECKING:
     from collaudit.core.data.rule_study_result import RuleStudy
@@ -41,6 +43,8 @@ _OFFERED = 6
 
 #: The last fit and its text: logs that are judged with one file in turn all keep a copy of it.
 _written: tuple[FrictionFile, str] | None = None
+SCORE_SCHEMA = "collaudit/score/1"
+AUDITS_SCHEMA = "collaudit/audits/1"
 
 
 def audit_json(result: AuditResult) -> str:
@@ -184,9 +188,44 @@ def open_run(run_dir: Path) -> StoredRun:
     return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
 
 
-def _sound(text: str, kind: type[AuditResult] | type[FrictionFile] | type[RuleStudy]) -> str:
+def _sound(text: str, kind: type[object]) -> str:
     try:
         checked(text, kind)
     except msgspec.ValidationError as error:
         raise ValueError(f"{kind.__name__} breaks its own types: {error}") from error
     return text
+
+
+def score_json(scores: Sequence[Score]) -> str:
+    """``score.json``."""
+    return json_text({"schema": SCORE_SCHEMA, "scores": list(scores)})
+
+
+def plan_json(plan: PlanFile) -> str:
+    """``plan.json`` of a plan; the same plan gives the same text.
+
+    Raises:
+        ValueError: the plan breaks its own types: a bug.
+    """
+    return _sound(json_text(plan), PlanFile)
+
+
+def read_plan(path: Path) -> PlanFile:
+    """Read and check a plan.
+
+    Raises:
+        CollauditError: it is missing, damaged, of another kind or version, or does not fit.
+    """
+    return read_result(path, PlanFile, PLAN_SCHEMA)
+
+
+def audits_json(audits: Sequence[Audit]) -> str:
+    """The results as JSON.
+
+    Args:
+        audits: at least one.
+    """
+    results = [audit.result for audit in audits]
+    if len(results) == 1:
+        return audit_json(results[0])
+    return json_text({"schema": AUDITS_SCHEMA, "audits": results})

@@ -45,7 +45,7 @@ class ReportFormat:
 #: Name, as on the command line, to format; the order is that of help and messages.
 FORMATS: dict[str, ReportFormat] = {
     "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", slow=True, stamped=True),
-    "json": ReportFormat(".json", "collaudit.reports.formats.audits_json:audits_json"),
+    "json": ReportFormat(".json", "collaudit.reports.files.run_files:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
     "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True, nightly=True),

@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import CODES
-from collaudit.reports.files.json_writer import Json, json_text, plain
+from collaudit.reports.files.json_files import Json, json_text, plain
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.finding_sections import worst_first
 from collaudit.reports.values.entries import IndexEntry

@@ -10,9 +10,8 @@ from collaudit.core.data.audit_result import Audit
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
-from collaudit.reports.page.scripts import page_scripts, page_style
+from collaudit.reports.page.scripts import page_scripts, page_style, shared_scripts
 from collaudit.reports.page.sections.joint_figures import Detail
-from collaudit.reports.page.shared_assets import shared_scripts
 from collaudit.reports.page.signal_block import signal_block
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView, Limits, StoredAudit, make_view
 

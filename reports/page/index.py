@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import own_script
 from collaudit.reports.values.entries import (

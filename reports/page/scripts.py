@@ -1,4 +1,4 @@
-"""The page's scripts and their hashes, which alone its content security policy lets run.
+"""The page's scripts and their hashes, which alone its content security policy lets run; or files that pages share.
 
 uPlot is read as it stands in the package ``uplot-python``; that package is never imported, since importing it would
 import IPython.
@@ -18,11 +18,14 @@ from pathlib import Path
 from markupsafe import Markup
 
 from collaudit.core.errors import CollauditError
+from collaudit.reports.files.atomic import atomic_write
 
 _ASSETS = Path(__file__).resolve().parent / "assets"
 _END = re.compile(r"</(?=script|style)", re.IGNORECASE)
 _INDENT = re.compile(r"^[ \t]+", re.MULTILINE)
 _COMMENT_LINE = re.compile(r"^//[^\n]*\n", re.MULTILINE)
+#: The folder in that of an audit.
+ASSETS_FOLDER = "assets"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,3 +108,34 @@ def _hash(text: bytes) -> str:
 def _safe(text: str) -> Markup:
     """Text that cannot end the element it stands in."""
     return Markup(_END.sub(r"<\\/", text))
+
+
+@cache
+def shared_scripts(folder: str) -> tuple[Script, ...]:
+    """Scripts of a page that lie in a folder, which its policy lets run as its own.
+
+    Args:
+        folder: as the page names it, relative to itself.
+    """
+    return tuple(Script(src=f"{folder}/{name}") for name, _ in _files())
+
+
+def asset_names() -> list[str]:
+    """Names of the files, in the folder of the audit."""
+    return [f"{ASSETS_FOLDER}/{name}" for name, _ in _files()]
+
+
+def write_assets(out: Path) -> None:
+    """Write the files into the folder of an audit.
+
+    Raises:
+        CollauditError: one cannot be written.
+    """
+    for name, text in _files():
+        atomic_write(out / ASSETS_FOLDER / name, text)
+
+
+@cache
+def _files() -> tuple[tuple[str, str], ...]:
+    """Names and texts. The names tell the content: reports of another version keep theirs."""
+    return tuple((f"{stem}-{sha256(text.encode()).hexdigest()[:12]}.js", text) for stem, text in script_texts())

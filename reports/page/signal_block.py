@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView
-from collaudit.reports.plots.pose_data import pose_block
+from collaudit.reports.plots.signal_data import pose_block
 
 
 def signal_block(view: AuditView) -> Markup | None:

@@ -16,8 +16,9 @@ from collaudit.reports.page.sections.friction_sheets import FrictionSheet, frict
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
 from collaudit.reports.page.sections.verdict_box import VerdictBox, verdict_box
-from collaudit.reports.page.study_section import StudyView, study_view
+from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
+from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
 from collaudit.reports.sections.event_sections import contact_section, disturbance_section, near_miss_section
 from collaudit.reports.sections.finding_sections import fact_lines, finding_section
@@ -28,13 +29,14 @@ from collaudit.reports.sections.judged_sections import (
     judged_section,
     residual_section,
     span_section,
+    threshold_evidence,
 )
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.threshold_sections import threshold_evidence
+from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.numbers import stated
-from collaudit.reports.values.times import clock_text
-from collaudit.reports.values.words import torque_unit
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import clock_text, torque_unit
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500
@@ -51,6 +53,7 @@ _CONTACT = (
     "controller",
 )
 _RESIDUAL = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean")
+_LABEL = "Alarms and sensitivity of {} over γ and n"
 
 
 class StoredAudit(Protocol):
@@ -174,3 +177,26 @@ def _findings(result: AuditResult) -> tuple[Section, ...]:
         Section(f"{len(facts)} facts of the log, and choices that were made", (), (), facts, folded=True),
     )
     return tuple(one for one in found if one.rows or one.notes)
+
+
+@dataclass(frozen=True, slots=True)
+class StudyView:
+    """Sections, drawings of planes by joint, and the map of the smallest noticeable force, empty without one."""
+
+    sections: tuple[Section, ...]
+    planes: tuple[tuple[str, Markup], ...]
+    forces: Markup | None = None
+
+
+def study_view(study: RuleStudy | None) -> StudyView | None:
+    """What the page shows of a study; None where none was made."""
+    if study is None:
+        return None
+    forces = None
+    if study.force_map is not None:
+        forces = force_map_plot(study.force_map, "Smallest force noticed at the tool, over space")
+    planes = tuple(
+        (joint, plane_map(plane, study.period_s, visible(_LABEL.format(joint)), study.units.get(joint, "N·m")))
+        for joint, plane in study.joints.items()
+    )
+    return StudyView(study_sections(study), planes, forces)

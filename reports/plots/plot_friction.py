@@ -6,10 +6,9 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_model import FrictionModel, half_width
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
-from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH, _HEIGHT = 240, 126
@@ -53,3 +52,26 @@ def draw_friction(fit: FrictionFit, torque_unit: str, speed_unit: str, name: str
     panel.dots(speeds[~pairs], values[~pairs], "dot")
     panel.dots(speeds[~pairs], values[~pairs], "dot-hole")
     return drawing(_WIDTH, _HEIGHT, label, [panel], name)
+
+
+def curve(law: FrictionModel, speed: FloatArray) -> FloatArray:
+    """Friction in motion at speeds v ≥ 0; at 0 its limit from above."""
+    return law.torque(np.maximum(speed, 1e-12))
+
+
+def band(fit: FrictionFit, speed: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Pointwise 95 % band of the curve, to first order in the parameters (delta method).
+
+    Args:
+        fit: the fit; its covariance is in the order of its parameters.
+        speed: (n,) speeds, positive.
+
+    Returns:
+        Lower and upper edge (n,), or None when the fit has no curve or no covariance.
+    """
+    law = FrictionModel.of(fit)
+    if law is None or law.spread is None:
+        return None
+    half = half_width(law, np.maximum(speed, 1e-12))
+    middle = curve(law, speed)
+    return middle - half, middle + half

@@ -1,4 +1,4 @@
-"""A joint's curves as compact data for the page's own plots: few samples, every extreme among them."""
+"""Joints' curves and positions as compact data for the page's own plots: few samples, every extreme among them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from tsdownsample import MinMaxDownsampler
 
+from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.reports.plots.joint_trace import JointTrace, Series
@@ -21,6 +22,10 @@ _MOST_STEP = 60_000
 _FINE, _COARSE = 4_095, 1_023
 #: Samples that a window has at least, where it has so many.
 _LEAST_OF_WINDOW = 40
+#: Steps over a joint's range: a hundredth of a degree over a turn.
+_POSE_STEPS = 36_000
+#: Samples of a contact, and contacts that have them.
+_OF_CONTACT, _CONTACTS = 5, 60
 
 
 def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float, float]], most: int) -> IntArray:
@@ -73,15 +78,15 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     least, most = model_range(trace, kept)
     measured = trace.measured_nm[kept].astype(np.float64)
     residual = trace.residual_nm[kept]
-    low, step = scale_of(residual, _FINE)
-    torque_low, torque_step = scale_of(np.concatenate([measured, least, most]), _COARSE)
+    low, step = _scale_of(residual, _FINE)
+    torque_low, torque_step = _scale_of(np.concatenate([measured, least, most]), _COARSE)
     arrays = [
         np.diff(kept, prepend=0).astype("<u2"),
-        _same_side_of_gamma(to_steps(residual, low, step), residual, low, step, trace.gamma_nm),
-        *(to_steps(x, torque_low, torque_step) for x in (measured, least, most)),
+        _same_side_of_gamma(_to_steps(residual, low, step), residual, low, step, trace.gamma_nm),
+        *(_to_steps(x, torque_low, torque_step) for x in (measured, least, most)),
         state,
     ]
-    data = zlib.compress(b"".join(byte_planes(x) for x in arrays), 9)
+    data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
     return {
         "kept": len(kept),
         "data": b64encode(data).decode("ascii"),
@@ -90,7 +95,7 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     }
 
 
-def byte_planes(values: np.ndarray) -> bytes:
+def _byte_planes(values: np.ndarray) -> bytes:
     """Bytes of equal weight together: the high ones repeat themselves, which deflating makes use of."""
     return np.ascontiguousarray(values).view(np.uint8).reshape(len(values), -1).T.tobytes()
 
@@ -102,7 +107,7 @@ def _with_steps(kept: IntArray) -> IntArray:
     return np.asarray(np.unique(np.concatenate([kept, *between])), dtype=np.int64)
 
 
-def scale_of(values: FloatArray, steps: int) -> tuple[float, float]:
+def _scale_of(values: FloatArray, steps: int) -> tuple[float, float]:
     """Least value and the size of a step, so that so many steps reach the greatest."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
@@ -131,7 +136,53 @@ def _extremes(values: Series, points: int) -> IntArray:
     return np.asarray(index[finite[index]])
 
 
-def to_steps(values: Series, low: float, step: float) -> np.ndarray:
+def _to_steps(values: Series, low: float, step: float) -> np.ndarray:
     """Values in whole steps, 65535 where not known."""
     whole = np.rint((values - low) / step)
     return np.where(np.isfinite(whole), whole, UNKNOWN).astype("<u2")
+
+
+def pose_samples(count: int, period_s: float, points: int, contacts_s: Sequence[tuple[float, float]]) -> IntArray:
+    """Samples at which the arm is drawn; between them the page goes straight.
+
+    Args:
+        count, period_s: of the log's samples.
+        points: spread evenly over the log.
+        contacts_s: start and end of stretches that have some of their own, in this order.
+    """
+    even = np.linspace(0, count - 1, min(count, max(points, count // _MOST_STEP + 2)))
+    around = [np.linspace(a, b, _OF_CONTACT) / period_s for a, b in contacts_s[:_CONTACTS]]
+    kept = np.unique(np.rint(np.concatenate([even, *around])).astype(np.int64))
+    return np.asarray(kept[(kept >= 0) & (kept < count)], dtype=np.int64)
+
+
+def pose_block(arm: ArmGeometry, joints: Sequence[str], position: FloatArray, kept: IntArray) -> dict[str, object]:
+    """Kinematics, and positions at some samples.
+
+    ``data`` is base64 of a deflated run of arrays of uint16, all low bytes before all high ones: steps to the next
+    sample, then each joint's position, a value of ``from`` plus so many ``step``, 65535 where not known.
+
+    Args:
+        arm: its kinematics.
+        joints: names of the columns of ``position``.
+        position: (n, j) at the samples, rad or m.
+        kept: (n,) the samples.
+    """
+    scales = [_scale_of(column, _POSE_STEPS) for column in position.T]
+    arrays = [np.diff(kept, prepend=0).astype("<u2")]
+    arrays += [_to_steps(column, *scaled) for column, scaled in zip(position.T, scales, strict=True)]
+    data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
+    links = [
+        [
+            -1 if link.joint is None else joints.index(link.joint),
+            link.parent,
+            int(link.prismatic),
+            link.factor,
+            link.offset,
+            [round(x, 6) for x in link.rotation],
+            [round(x, 5) for x in link.translation_m],
+        ]
+        for link in arm.links
+    ]
+    tool = [arm.tool_link, [round(x, 5) for x in arm.tool_m]]
+    return {"links": links, "tool": tool, "kept": len(kept), "scale": scales, "data": b64encode(data).decode("ascii")}

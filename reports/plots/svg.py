@@ -6,7 +6,9 @@ names stand in the page around the plot.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from markupsafe import Markup
@@ -14,9 +16,10 @@ from markupsafe import Markup
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.plots.joint_trace import Series
-from collaudit.reports.plots.ticks import tick_text, ticks
 
 Box = tuple[float, float, float, float]
+_TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
+_ROUGHLY = 0.65
 
 
 class Panel:
@@ -194,3 +197,22 @@ def _number(tenths: int) -> str:
     whole, part = divmod(abs(tenths), 10)
     text = (str(whole) if whole or not part else "") + (f".{part}" if part else "")
     return f"-{text}" if tenths < 0 else text
+
+
+def ticks(low: float, high: float, count: int) -> list[float]:
+    """About ``count`` multiples of 1, 2 or 5 times a power of ten within the limits; none without an extent."""
+    span = high - low
+    if not (math.isfinite(span) and span > 0):
+        return []
+    rough = span / max(count, 1)
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(s * power for s in _TICK_STEPS if s * power >= _ROUGHLY * rough)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+def tick_text(values: Sequence[float]) -> list[str]:
+    """Their labels, alike in decimals, with a true minus."""
+    step = min((abs(b - a) for a, b in pairwise(values)), default=1.0)
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    return [f"{value:.{decimals}f}".replace("-", "−") if value else "0" for value in values]

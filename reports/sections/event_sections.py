@@ -11,8 +11,7 @@ from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, force_text, height, in_time
 from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
-from collaudit.reports.values.times import clock_text
-from collaudit.reports.values.words import NONE, speed_unit, torque_unit
+from collaudit.reports.values.words import NONE, clock_text, speed_unit, torque_unit
 
 #: Kinds as readers are told them.
 KIND_WORDS: dict[ContactKind, str] = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from collaudit.core.history.robot_trend import Event, RateOfNights, RobotTrend
 from collaudit.core.history.series_changes import Change
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.values.numbers import significant
 
 TREND_SCHEMA = "collaudit/trend/1"

@@ -1,8 +1,9 @@
-"""Words for readers: verdicts, kinds, reasons, units; and text from a log made safe to look at."""
+"""Words for readers: verdicts, reasons, units, moments of the wall clock."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime, timedelta
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.friction_result import FrictionFit
@@ -106,3 +107,23 @@ def plural(count: int, one: str, many: str | None = None) -> str:
     """``1 collision``, ``2 collisions``, ``no collisions``."""
     word = one if count == 1 else (many or f"{one}s")
     return f"{count or 'no'} {word}"
+
+
+def clock_text(start: str | None, seconds: float) -> str:
+    """The UTC time so many seconds after a log's start.
+
+    Args:
+        start: ISO 8601, or None where the log does not tell.
+        seconds: from the log's first sample.
+
+    Returns:
+        Date and time to the millisecond, or a dash.
+    """
+    if start is None:
+        return NONE
+    try:
+        moment = datetime.fromisoformat(start)
+        moment = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC) + timedelta(seconds=seconds)
+    except (ValueError, OverflowError):
+        return NONE
+    return f"{moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"

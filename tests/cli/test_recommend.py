@@ -16,7 +16,7 @@ from residual_audits import audit_of, coloured
 from collaudit.core.config.schema import Config
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_folder import write_run
 
 

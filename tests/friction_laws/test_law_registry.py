@@ -27,7 +27,7 @@ from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, Ra
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
-from collaudit.reports.files.json_reader import parse_result
+from collaudit.reports.files.json_files import parse_result
 from collaudit.reports.files.run_files import friction_json
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.words import law_text, parameter_meaning

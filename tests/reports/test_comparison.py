@@ -17,7 +17,7 @@ from collaudit.core.data.detection_result import Contact, ContactForce
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows

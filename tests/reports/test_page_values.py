@@ -15,8 +15,7 @@ from collaudit.core.errors import LogError
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
 from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.judged_sections import residual_section
-from collaudit.reports.values.times import clock_text
-from collaudit.reports.values.words import counted
+from collaudit.reports.values.words import clock_text, counted
 
 BENCH = Path(__file__).resolve().parents[1] / "bench"
 

@@ -27,15 +27,13 @@ from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.downsample import column_shares, thin
 from collaudit.reports.plots.force_map_plot import force_map_plot
-from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import contact_window, draw_contact
-from collaudit.reports.plots.plot_friction import draw_friction
+from collaudit.reports.plots.plot_friction import band, curve, draw_friction
 from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
-from collaudit.reports.plots.svg import polyline, strokes
-from collaudit.reports.plots.ticks import tick_text, ticks
+from collaudit.reports.plots.svg import polyline, strokes, tick_text, ticks
 from collaudit.reports.values.contact_alarms import strongest
 
 

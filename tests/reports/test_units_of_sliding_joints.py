@@ -14,10 +14,10 @@ from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.reports.files.rule_snippets import snippet
-from collaudit.reports.page.study_section import study_view
+from collaudit.reports.page.view import study_view
 from collaudit.reports.sections.comparison_sections import compared_sections
+from collaudit.reports.terminal.command_texts import study_text
 from collaudit.reports.terminal.recommendation_text import recommendation_text
-from collaudit.reports.terminal.study_text import study_text
 from collaudit.reports.values.comparison import compare
 
 SLIDES = JOINTS[0]

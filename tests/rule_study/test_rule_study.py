@@ -15,7 +15,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.reports.files.run_files import read_run
 from collaudit.reports.files.run_folder import write_run
 from collaudit.reports.page.html import html_text
-from collaudit.reports.terminal.study_text import study_text
+from collaudit.reports.terminal.command_texts import study_text
 
 
 @pytest.fixture(scope="module")

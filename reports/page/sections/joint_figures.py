@@ -19,8 +19,7 @@ from collaudit.reports.plots.plot_against import draw_against
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
 from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.plots.plot_statistics import draw_autocorrelation, draw_histogram, draw_trend
-from collaudit.reports.plots.pose_data import pose_samples
-from collaudit.reports.plots.signal_data import kept_samples, packed
+from collaudit.reports.plots.signal_data import kept_samples, packed, pose_samples
 from collaudit.reports.values.contact_alarms import contact_limits
 from collaudit.reports.values.numbers import significant, stated
 from collaudit.reports.values.visible_text import visible

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.page.sections.joint_figures import JointFigures
-from collaudit.reports.plots.ticks import tick_text, ticks
+from collaudit.reports.plots.svg import tick_text, ticks
 from collaudit.reports.sections.judged_sections import judged_section
 
 _WIDTH, _HEIGHT = 1000, 20

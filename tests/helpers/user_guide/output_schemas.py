@@ -34,10 +34,9 @@ from collaudit.core.history.series_changes import Change
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import Difference
-from collaudit.reports.files.score_file import SCORE_SCHEMA
-from collaudit.reports.formats.audits_json import AUDITS_SCHEMA
+from collaudit.reports.files.run_files import AUDITS_SCHEMA, SCORE_SCHEMA
 from collaudit.reports.sections.body_region_sections import BodyRegionRow
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 from collaudit.reports.values.trend_values import TREND_SCHEMA

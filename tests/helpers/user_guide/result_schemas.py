@@ -31,7 +31,7 @@ from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.findings import Finding
 from collaudit.reports.files import manifest_file
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import MANIFEST_SCHEMA, Manifest
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 from collaudit.reports.values import comparison

@@ -13,7 +13,7 @@ from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style, shared_scripts
 from collaudit.reports.page.sections.joint_figures import Detail
 from collaudit.reports.page.signal_block import signal_block
-from collaudit.reports.page.view import MOST_CONTACTS, AuditView, Limits, StoredAudit, make_view
+from collaudit.reports.page.view import MOST_CONTACTS, AuditView, StoredAudit, make_view
 
 #: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
 _CARDS = 10
@@ -60,7 +60,7 @@ def html_text(
     views = []
     for k, audit in enumerate(ordered, 1):
         part = stage(progress, 0.9 * (k - 1) / len(ordered), 0.9 * k / len(ordered))
-        views.append(make_view(audit, f"log{k}", _limits(audit, len(ordered)), part))
+        views.append(make_view(audit, f"log{k}", _detail(audit, len(ordered)), part))
     if len(views) > 1:  # each joint's plane is drawn on the page of its log alone
         views = [view if view.study is None else replace(view, study=replace(view.study, planes=())) for view in views]
     versions = sorted({view.result.provenance.collaudit for view in views})
@@ -81,15 +81,15 @@ def html_text(
     )
 
 
-def _limits(audit: Audit | StoredAudit, logs: int) -> Limits:
+def _detail(audit: Audit | StoredAudit, logs: int) -> Detail:
     long = audit.result.log.duration_s >= _LONG_S
     points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
-    detail = Detail(max(300, points // logs), max(300, around // logs))
-    return Limits(_CARDS if logs < _MANY else _CARDS_OF_MANY, detail)
+    cards = _CARDS if logs < _MANY else _CARDS_OF_MANY
+    return Detail(cards, max(300, points // logs), max(300, around // logs))
 
 
 def _running_head(views: Sequence[AuditView]) -> str:
     """Log and verdict for the head of every printed page; of several logs their number."""
     if len(views) > 1:
         return f"collaudit: {len(views)} logs"
-    return f"collaudit: {views[0].result.log.name}: {views[0].verdict.word}"
+    return f"collaudit: {views[0].result.log.name}: {views[0].word}"

@@ -15,7 +15,7 @@ from collaudit.reports.page.sections.contact_cards import ContactCard, contact_c
 from collaudit.reports.page.sections.friction_sheets import FrictionSheet, friction_sheets
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
-from collaudit.reports.page.sections.verdict_box import VerdictBox, verdict_box
+from collaudit.reports.page.sections.verdict_facts import Fact, verdict_facts
 from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
 from collaudit.reports.plots.plane_map import plane_map
@@ -34,9 +34,10 @@ from collaudit.reports.sections.judged_sections import (
 from collaudit.reports.sections.section import Section
 from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
+from collaudit.reports.values.noticed import noticed_line
 from collaudit.reports.values.numbers import stated
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import clock_text, torque_unit
+from collaudit.reports.values.words import clock_text, torque_unit, verdict_word
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500
@@ -72,14 +73,6 @@ class StoredAudit(Protocol):
         """The study of its rule, where one is."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """How much of one audit is drawn: cards of contacts, and detail of the curves."""
-
-    cards: int
-    detail: Detail
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class AuditView:
     """Everything the templates need of one audit; fields in the order of the page.
@@ -87,6 +80,8 @@ class AuditView:
     Attributes:
         key: prefix of its anchors, unique in the page.
         end_s: time of the last sample.
+        word: the verdict in words.
+        noticed: what would have been noticed, unless a reason says it.
         clocks: wall clock at its first and last sample, as text.
         gammas: joint and threshold as text.
     """
@@ -95,7 +90,9 @@ class AuditView:
     result: AuditResult
     end_s: float
     clocks: tuple[str, str]
-    verdict: VerdictBox
+    word: str
+    noticed: str | None
+    facts: tuple[Fact, ...]
     strip: LogStrip
     judged: Section
     time: tuple[Section, ...]
@@ -120,26 +117,28 @@ class AuditView:
         return [getattr(figures[row[0]], kind) if row[0] in figures else None for row in self.residual.rows]
 
 
-def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Progress | None = None) -> AuditView:
+def make_view(audit: Audit | StoredAudit, key: str, detail: Detail, progress: Progress | None = None) -> AuditView:
     """Draw and word one audit.
 
     Args:
         audit: the audit; its signals in memory or in the file of its run.
         key: prefix of its anchors, unique in the page.
-        limits: how much is drawn.
+        detail: how much is drawn.
         progress: called with steps done and in all.
     """
     result = audit.result
     source = TracesInMemory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
     end = result.log.duration_s if source.end_s is None else source.end_s
-    contacts = strongest(result, limits.cards)
-    figures = joint_figures(source, result, contacts, key, limits.detail, stage(progress, 0.0, 1.0))
+    contacts = strongest(result, detail.cards)
+    figures = joint_figures(source, result, contacts, key, detail, stage(progress, 0.0, 1.0))
     return AuditView(
         key=key,
         result=result,
         end_s=end,
         clocks=(clock_text(result.log.start, 0.0), clock_text(result.log.start, end)),
-        verdict=verdict_box(result),
+        word=verdict_word(result.verdict, result.exclusions),
+        noticed=noticed_line(result),
+        facts=verdict_facts(result),
         strip=log_strip(result, end, figures),
         judged=judged_section(result),
         time=tuple(s for s in (coverage_section(result), force_section(result), span_section(result)) if s.rows),

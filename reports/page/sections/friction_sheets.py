@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from markupsafe import Markup
+
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.plot_friction import draw_friction
 from collaudit.reports.sections.friction_sections import friction_sections
 from collaudit.reports.sections.section import Section
@@ -29,7 +30,8 @@ class FrictionSheet:
     joint: str
     fit: FrictionFit
     model: str
-    plot: Figure | None
+    anchor: str
+    plot: Markup | None
     sections: tuple[Section, ...]
     facts: str
     has_band: bool
@@ -46,12 +48,12 @@ def _sheet(joint: str, fit: FrictionFit, anchor: str) -> FrictionSheet:
     plot = None
     if fit.points:
         label = visible(f"Friction of {joint} against speed: {fit.n_points} points, {fit.model or 'no curve'}")
-        drawn = draw_friction(fit, effort_unit(fit), speed_unit(fit), f"{anchor}-plot", label)
-        plot = Figure(anchor, joint, "", drawn)
+        plot = draw_friction(fit, effort_unit(fit), speed_unit(fit), f"{anchor}-plot", label)
     return FrictionSheet(
         joint=joint,
         fit=fit,
         model=law_text(fit.model) if fit.model else "not fitted",
+        anchor=anchor,
         plot=plot,
         sections=friction_sections(fit),
         facts=_facts(fit, None if law is None else law.hold),

@@ -12,7 +12,6 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.joint_trace import JointTrace, SignalSource
 from collaudit.reports.plots.plot_against import draw_against
@@ -28,8 +27,9 @@ from collaudit.reports.values.words import speed_unit, torque_unit
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """How much is drawn: samples a joint for the page's own plots, beside them of stretches around events; 0: none."""
+    """How much of an audit is drawn: cards of contacts; samples a joint in the page's own plots, and around events."""
 
+    cards: int
     points: int
     around_events: int
 
@@ -39,20 +39,23 @@ class JointFigures:
     """The drawings of one joint.
 
     Attributes:
+        anchor: its id in the page.
         bar: its states over the log.
-        overview: its residual over the log; without a drawing where no residual could be computed.
+        overview, caption: its residual over the log, and words; None where no residual could be computed.
         data: its curves for the page's own plots, None where there are none.
         windows: what it shows around the contacts that are drawn, by their number.
         pose: samples at which the arm is drawn, and its position there (n,); None without kinematics.
     """
 
     joint: str
+    anchor: str
     bar: Markup
-    overview: Figure
+    overview: Markup | None
+    caption: str
     histogram: Markup | None
     autocorrelation: Markup | None
     trend: Markup | None
-    against: Figure | None
+    against: Markup | None
     data: Mapping[str, object] | None
     windows: Mapping[int, ContactWindow]
     pose: tuple[IntArray, FloatArray] | None
@@ -96,23 +99,26 @@ def _of_joint(
     windows = {number: contact_window(trace, contact) for number, contact in contacts.items()}
     known = bool(np.isfinite(trace.residual_nm).any())
     data = None
-    if known and detail.points:
+    if known:
         kept = kept_samples(trace, detail.points, stretches, detail.around_events)
         data = {"joint": visible(joint), "unit": unit, "count": len(trace.time_s)} | packed(trace, kept)
         data |= {"gamma": trace.gamma_nm if np.isfinite(trace.gamma_nm) else None}
         data |= {"start": float(trace.time_s[0]), "period": trace.period_s}
     said = visible(f"of {joint}")
+    overview, caption = _overview(trace, result, name, unit) if known else (None, "")
     return JointFigures(
         joint=joint,
+        anchor=name,
         bar=coverage_bar(trace, visible(f"{joint}: judged, friction a range, not judged")),
-        overview=_overview(trace, result, name, unit, known),
+        overview=overview,
+        caption=caption,
         histogram=draw_histogram(trace, f"{name}-h", f"Histogram of the judged residual {said}, with ±γ"),
         autocorrelation=draw_autocorrelation(trace, f"{name}-a", f"Autocorrelation of the residual {said} up to 0.5 s"),
         trend=draw_trend(trace, f"{name}-t", f"RMS of the residual {said} over the log"),
         against=_against(trace, result, name, unit),
         data=data,
         windows={number: window for number, window in windows.items() if window is not None},
-        pose=None if result.arm is None or not detail.points else _pose(trace, result, detail),
+        pose=None if result.arm is None else _pose(trace, result, detail),
     )
 
 
@@ -122,25 +128,23 @@ def _pose(trace: JointTrace, result: AuditResult, detail: Detail) -> tuple[IntAr
     return kept, trace.position_rad[kept].astype(np.float64)
 
 
-def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str, known: bool) -> Figure:
+def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str) -> tuple[Markup, str]:
+    """The drawing and what is said of it: the threshold, the axis, and what lies outside of it."""
     joint = trace.joint
-    if not known:
-        return Figure(name, joint, "no residual could be computed", None)
     alarms = [event for event in result.collisions if event.joint == joint]
     near = [event for event in result.near_misses if event.joint == joint]
     gamma = result.rule.gamma_nm.get(joint)
     level = "no threshold" if gamma is None else f"γ = {stated(gamma)} {unit}"
     label = visible(f"Residual of {joint} over the whole log, {level}")
     svg, height, note = draw_overview(trace, alarms, near, f"{name}-o", label)
-    return Figure(name, joint, f"{level}, axis ±{significant(height)} {unit}", svg, f"{note} {unit}" if note else None)
+    return svg, f"{level}, axis ±{significant(height)} {unit}{f'; {note} {unit}' if note else ''}"
 
 
-def _against(trace: JointTrace, result: AuditResult, name: str, unit: str) -> Figure | None:
+def _against(trace: JointTrace, result: AuditResult, name: str, unit: str) -> Markup | None:
     fit = result.friction.get(trace.joint)
     prismatic = fit is not None and speed_unit(fit) == "m/s"
     label = visible(f"Residual of {trace.joint} against its speed and its position, {unit}")
-    svg = draw_against(trace, unit, prismatic, f"{name}-v", label)
-    return None if svg is None else Figure(f"{name}-against", trace.joint, "against speed and position", svg)
+    return draw_against(trace, unit, prismatic, f"{name}-v", label)
 
 
 def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: float) -> list[tuple[float, float]]:

@@ -16,32 +16,20 @@ _WIDTH, _HEIGHT = 1000, 20
 
 
 @dataclass(frozen=True, slots=True)
-class StripPhase:
-    """A phase: name, left edge and width in per cent, and words."""
-
-    name: str
-    left: float
-    width: float
-    words: str
-
-
-@dataclass(frozen=True, slots=True)
-class StripBar:
-    """One joint's states over the log; None when the signals lack the joint."""
-
-    joint: str
-    svg: Markup | None
-    share: str
-
-
-@dataclass(frozen=True, slots=True)
 class LogStrip:
-    """The strip; ``contacts`` and ``near_misses`` are rows of marks, None where there are none."""
+    """The strip.
 
-    phases: tuple[StripPhase, ...]
+    Attributes:
+        phases: of each its name, left edge and width in per cent, and words.
+        contacts, near_misses: rows of marks, None where there are none.
+        bars: each joint with its states over the log, None when the signals lack it, and the share that was judged.
+        ticks: place in per cent and label.
+    """
+
+    phases: tuple[tuple[str, float, float, str], ...]
     contacts: Markup | None
     near_misses: Markup | None
-    bars: tuple[StripBar, ...]
+    bars: tuple[tuple[str, Markup | None, str], ...]
     ticks: tuple[tuple[float, str], ...]
 
 
@@ -55,15 +43,15 @@ def log_strip(result: AuditResult, end_s: float, figures: Sequence[JointFigures]
         phases=tuple(_phase(span.phase, span.start_s, span.end_s, end_s) for span in result.phases),
         contacts=_marks(contacts, end_s, "mark-alarm", f"{len(contacts)} contacts over the log"),
         near_misses=_marks(near, end_s, "mark-near", f"{len(near)} near misses over the log"),
-        bars=tuple(StripBar(joint, drawn.get(joint), judged) for joint, judged, *_ in judged_section(result).rows),
+        bars=tuple((joint, drawn.get(joint), judged) for joint, judged, *_ in judged_section(result).rows),
         ticks=tuple((round(100 * t / end_s, 3), text) for t, text in zip(values, tick_text(values), strict=True)),
     )
 
 
-def _phase(phase: str, start_s: float, end_s: float, end: float) -> StripPhase:
+def _phase(phase: str, start_s: float, end_s: float, end: float) -> tuple[str, float, float, str]:
     scale = 100 / end if end > 0 else 0.0
     left, right = (min(max(t, 0.0), end) * scale for t in (start_s, end_s))
-    return StripPhase(phase, round(left, 3), round(right - left, 3), f"{phase}: {start_s:.3f} to {end_s:.3f} s")
+    return phase, round(left, 3), round(right - left, 3), f"{phase}: {start_s:.3f} to {end_s:.3f} s"
 
 
 def _marks(spans: Sequence[tuple[float, float]], end_s: float, kind: str, label: str) -> Markup | None:

@@ -1,14 +1,14 @@
-"""The verdict, why, what it does not speak of, and the numbers that go with it."""
+"""The numbers that go with a verdict."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.verdict.noticed_words import force_text, headline_forces
-from collaudit.reports.values.noticed import lost_share, noticed_line
+from collaudit.reports.values.noticed import lost_share
 from collaudit.reports.values.numbers import duration, percent, significant, stated
-from collaudit.reports.values.words import NONE, VERDICT_SENTENCE, counted, verdict_word
+from collaudit.reports.values.words import NONE, counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,39 +20,9 @@ class Fact:
     reference: str = ""
     flag: str = ""
 
-    @property
-    def flag_text(self) -> str:
-        """The flag in words."""
-        return {"ok": "within", "off": "outside", "": ""}[self.flag]
 
-
-@dataclass(frozen=True, slots=True)
-class VerdictBox:
-    """What stands in the box; ``noticed``: what would have been, unless a reason says it; ``facts``: its values."""
-
-    verdict: Verdict
-    word: str
-    sentence: str
-    noticed: str | None
-    reasons: tuple[str, ...]
-    exclusions: tuple[str, ...]
-    facts: tuple[Fact, ...]
-
-
-def verdict_box(result: AuditResult) -> VerdictBox:
-    """The box of one audit."""
-    return VerdictBox(
-        verdict=result.verdict,
-        word=verdict_word(result.verdict, result.exclusions),
-        sentence=VERDICT_SENTENCE[result.verdict],
-        noticed=noticed_line(result),
-        reasons=result.reasons,
-        exclusions=result.exclusions,
-        facts=_facts(result),
-    )
-
-
-def _facts(result: AuditResult) -> tuple[Fact, ...]:
+def verdict_facts(result: AuditResult) -> tuple[Fact, ...]:
+    """Values in the order of the box."""
     lost = lost_share(result)
     return (
         _contacts(result),

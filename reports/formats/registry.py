@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -28,31 +28,32 @@ class ReportFormat:
             without their signals, and lines of logs that could not be audited.
         of_many: whether ``collaudit audit --format`` offers it, for all logs together.
         files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
-        slow: whether it takes a keyword ``progress`` too, called with steps done and in all.
-        stamped: whether it takes a keyword ``made``: when and where the report is made, or None.
-        nightly: whether it takes a keyword ``sentence``: what is said of all logs together.
+        takes: keywords of the function: ``progress``, called with steps done and in all; ``made``, when and where the
+            report is made, or None; ``sentence``, what is said of all logs together.
     """
 
     suffix: str
     writer: str
     of_many: bool = False
     files: bool = False
-    slow: bool = False
-    stamped: bool = False
-    nightly: bool = False
+    takes: tuple[str, ...] = ()
 
 
 #: Name, as on the command line, to format; the order is that of help and messages.
 FORMATS: dict[str, ReportFormat] = {
-    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", slow=True, stamped=True),
+    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", takes=("progress", "made")),
     "json": ReportFormat(".json", "collaudit.reports.files.run_files:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
-    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True, nightly=True),
+    "markdown": ReportFormat(
+        ".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True, takes=("sentence",)
+    ),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
-    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True, slow=True),
-    "parquet": ReportFormat(".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True, slow=True),
-    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, slow=True),
+    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True, takes=("progress",)),
+    "parquet": ReportFormat(
+        ".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True, takes=("progress",)
+    ),
+    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, takes=("progress",)),
 }
 
 
@@ -90,9 +91,7 @@ def write_report(
 
     known = format_named(fmt)
     if known.files and audits:
-        written = _function(known)(path, audits, **_tells(known, progress))
-        assert isinstance(written, tuple)
-        return written
+        return cast("tuple[Path, ...]", _called(known, path, audits, progress=progress))
     atomic_write(path, report_text(audits, fmt, unread, progress, made))
     return (path,)
 
@@ -112,7 +111,7 @@ def report_text(
         raise ConfigError("this format is written to files", found=fmt, hint="name a file with -o")
     if known.of_many:
         return summary_text([audit.result for audit in audits], fmt, unread)
-    return _call(known, audits, **_tells(known, progress), **({"made": made} if known.stamped else {}))
+    return cast("str", _called(known, audits, progress=progress, made=made))
 
 
 def summary_text(
@@ -138,7 +137,7 @@ def summary_text(
         raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
     names = distinct([result.log.name for result in results])
     named = [replace(one, log=replace(one.log, name=name)) for one, name in zip(results, names, strict=True)]
-    return _call(known, named, unread, **({"sentence": sentence} if known.nightly else {}))
+    return cast("str", _called(known, named, unread, sentence=sentence))
 
 
 def format_named(name: str) -> ReportFormat:
@@ -152,18 +151,8 @@ def format_named(name: str) -> ReportFormat:
     return FORMATS[name]
 
 
-def _tells(known: ReportFormat, progress: Progress | None) -> dict[str, object]:
-    return {"progress": progress} if known.slow else {}
-
-
-def _call(known: ReportFormat, *arguments: object, **options: object) -> str:
-    text = _function(known)(*arguments, **options)
-    assert isinstance(text, str)
-    return text
-
-
-def _function(known: ReportFormat) -> Callable[..., object]:
+def _called(known: ReportFormat, *arguments: object, **offered: object) -> object:
+    """What the format's function makes of the arguments, and of those keywords that it takes."""
     module, _, function = known.writer.partition(":")
-    found = getattr(import_module(module), function)
-    assert callable(found)
-    return cast("Callable[..., object]", found)
+    options = {name: value for name, value in offered.items() if name in known.takes}
+    return getattr(import_module(module), function)(*arguments, **options)

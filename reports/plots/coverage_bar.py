@@ -26,7 +26,7 @@ def coverage_bar(trace: JointTrace, label: str) -> Markup:
     top = np.zeros(min(_COLUMNS, len(trace.state)))
     shapes: list[Markup] = []
     for kind, mask in parts.items():
-        share = column_shares(mask, _COLUMNS) if len(top) else top
+        share = column_shares(mask, _COLUMNS)
         top = top + share
         if share.any():
             path = _path(np.rint(_HEIGHT * top).astype(int))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from tsdownsample import MinMaxDownsampler
 
@@ -36,9 +34,5 @@ def thin(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArra
 
 def column_shares(mask: BoolArray, columns: int) -> FloatArray:
     """Share of True in each of ``columns`` equal stretches; (min(columns, n),)."""
-    n = len(mask)
-    edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
-    if n == 0:
-        return np.empty(0)
-    counts = [np.count_nonzero(mask[start:stop]) for start, stop in pairwise(edges.tolist())]
-    return np.asarray(counts, dtype=np.float64) / np.diff(edges)
+    edges = np.linspace(0, len(mask), min(columns, len(mask)) + 1).astype(np.int64)
+    return np.asarray(np.add.reduceat(mask, edges[:-1], dtype=np.float64) / np.diff(edges))

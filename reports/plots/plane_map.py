@@ -23,6 +23,8 @@ _TORQUE = ("#0d4f3c", "#2a6f57", "#4c8f75", "#74ae95", "#a0cbb6", "#cde5d9", "#e
 _UNKNOWN = "#c9c9c9"
 #: Rows that thresholds are drawn in.
 _ROWS = 30
+#: By how much strokes are wider than rows, pixels: no seam shows where a browser scales them.
+_OVERLAP = 0.5
 _RATES = (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
@@ -130,7 +132,7 @@ def _shaded(plane: JointPlane, left: float, ranks: IntArray, shades: Sequence[st
     out = Markup()
     for rank, colour in enumerate((_UNKNOWN, *shades), -1):
         path = row_strokes(shown == rank, edges, height)
-        out += Markup('<path stroke="{}" stroke-width="{:g}" d="{}"/>').format(colour, height, path)
+        out += Markup('<path stroke="{}" stroke-width="{:g}" d="{}"/>').format(colour, height + _OVERLAP, path)
     return out
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from markupsafe import Markup
@@ -53,7 +52,7 @@ def draw_overview(
             panel.level(sign * trace.gamma_nm, "gamma")
     for events, kind in ((near_misses, "mark-near"), (alarms, "mark-alarm")):
         panel.moments([event.onset_s for event in events], kind)
-    return drawing(_WIDTH, _HEIGHT, label, [panel], name, stretch=True), height, beyond
+    return drawing(_WIDTH, _HEIGHT, label, [panel], name, "plot stretch"), height, beyond
 
 
 def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest: float) -> tuple[float, str | None]:
@@ -76,7 +75,7 @@ def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest
 
 def _mostly(mask: BoolArray) -> tuple[np.ndarray, np.ndarray]:
     """First sample of, and first after, the pixel columns that are mostly masked, neighbours joined."""
-    shares = column_shares(mask, _COLUMNS) if len(mask) else np.empty(0)
+    shares = column_shares(mask, _COLUMNS)
     edges = np.linspace(0, len(mask), len(shares) + 1).astype(np.int64)
     change = np.flatnonzero(np.diff(np.concatenate(([False], shares >= 0.5, [False])).astype(np.int8)))
     return edges[change[::2]], edges[change[1::2]]
@@ -100,14 +99,6 @@ def _column_extremes(values: Series, mask: BoolArray, columns: int) -> tuple[Int
     Returns:
         First sample of each stretch (k + 1,), then least and greatest (k,); NaN where none counts.
     """
-    n = len(values)
-    edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
-    if n == 0:
-        return edges, np.empty(0), np.empty(0)
-    low, high = np.full(len(edges) - 1, np.nan), np.full(len(edges) - 1, np.nan)
-    for k, (start, stop) in enumerate(pairwise(edges.tolist())):  # each stretch stays in the processor's cache
-        judged = values[start:stop][mask[start:stop]]
-        judged = judged[np.isfinite(judged)]
-        if judged.size:
-            low[k], high[k] = judged.min(), judged.max()
-    return edges, low, high
+    edges = np.linspace(0, len(values), min(columns, len(values)) + 1).astype(np.int64)
+    shown = np.where(mask & np.isfinite(values), values, np.nan)
+    return edges, np.fmin.reduceat(shown, edges[:-1]), np.fmax.reduceat(shown, edges[:-1])

@@ -120,7 +120,7 @@ class Panel:
 
 
 def drawing(
-    width: int, height: int, label: str, panels: Sequence[Panel], name: str, stretch: bool = False, clip: bool = True
+    width: int, height: int, label: str, panels: Sequence[Panel], name: str, kind: str = "plot", clip: bool = True
 ) -> Markup:
     """Panels as one ``<svg>``.
 
@@ -129,8 +129,8 @@ def drawing(
         label: what it shows, for those who cannot see it; may hold any text.
         panels: drawn in order; what lies outside of one is cut off.
         name: unique in the page; letters, digits and hyphens.
+        kind: its classes; with ``stretch`` it fills its place whatever the proportions, and must hold no text.
         clip: whether anything can lie outside of a panel.
-        stretch: whether it fills its place whatever the proportions; it must hold no text then.
     """
     body = []
     for k, panel in enumerate(panels):
@@ -142,8 +142,7 @@ def drawing(
             )
             body.append(f'</clipPath><g clip-path="url(#{name}-clip{k})">')
         body.append("".join(panel.marks) + ("</g>" if clip else ""))
-    kind = "plot stretch" if stretch else "plot"
-    fill = Markup(' preserveAspectRatio="none"') if stretch else ""
+    fill = Markup(' preserveAspectRatio="none"') if "stretch" in kind else ""
     head = Markup('<svg class="{}" viewBox="0 0 {} {}"{} role="img" aria-label="{}">')
     return head.format(kind, width, height, fill, label) + Markup("".join(body)) + Markup("</svg>")
 

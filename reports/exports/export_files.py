@@ -86,7 +86,7 @@ def _write_tables(path: Path, audits: Sequence[Audit], write: _Writer, progress:
     signals_path = path.with_name(f"{path.stem}.signals{path.suffix}")
     with staged(path) as part:
         write(_event_table(audits), part, stage(None, 0.0, 1.0))
-    signals = _signal_table(audits)
+    signals = pa.concat_tables([_table(audit) for audit in audits], promote_options="default")
     with staged(signals_path) as part:
         write(signals, part, stage(progress, 0.25, 1.0))
     return path, signals_path
@@ -170,16 +170,8 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
         }
 
 
-def _signal_table(audits: Sequence[Audit]) -> pa.Table:
-    """Columns ``log``, ``time_s`` and, of each joint, ``QUANTITY:JOINT``; what is not known is null.
-
-    Args:
-        audits: of one or several logs; a joint that a log does not have is null there.
-    """
-    return pa.concat_tables([_table(audit) for audit in audits], promote_options="default")
-
-
 def _table(audit: Audit) -> pa.Table:
+    """Columns ``log``, ``time_s`` and, of each joint, ``QUANTITY:JOINT``; what is not known is null."""
     signals = audit.signals
     count = len(signals.time_s)
     names = pa.array([visible(audit.result.log.name)])

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Hashable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -74,21 +73,6 @@ def not_finite(value: Any, path: str = "$") -> Iterator[str]:
             yield from not_finite(item, f"{path}[{index}]")
 
 
-def checked(text: str, kind: type[T]) -> T:
-    """JSON as the dataclass that it should hold.
-
-    Raises:
-        msgspec.ValidationError: it does not fit the types of the fields; the first problem, with its place.
-    """
-    decoder: msgspec.json.Decoder[T] = _decoder(cast("Hashable", kind))
-    return decoder.decode(text)
-
-
-@cache
-def _decoder(kind: Hashable) -> msgspec.json.Decoder[Any]:
-    return msgspec.json.Decoder(cast("Any", kind))
-
-
 def read_result(path: Path, kind: type[T], schema: str) -> T:
     """Read a result file.
 
@@ -111,7 +95,7 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
     document = _parse(text, where)
     _check_schema(document, schema, where)
     try:
-        result = checked(text, kind)
+        return msgspec.json.decode(text, type=kind)
     except msgspec.ValidationError as error:
         for place in not_finite(document):
             raise CollauditError(
@@ -126,7 +110,6 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
         ) from error
     except msgspec.DecodeError as error:  # what the standard library lets pass: half of a UTF-16 pair
         raise _damaged(where, str(error)) from error
-    return result
 
 
 def _load(path: Path) -> str:

@@ -16,7 +16,7 @@ from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import checked, json_text, read_result
+from collaudit.reports.files.json_files import json_text, read_result
 
 if TYPE_CHECKING:
     from collaudit.core.data.rule_study_result import RuleStudy
@@ -190,7 +190,7 @@ def open_run(run_dir: Path) -> StoredRun:
 
 def _sound(text: str, kind: type[object]) -> str:
     try:
-        checked(text, kind)
+        msgspec.json.decode(text, type=kind)
     except msgspec.ValidationError as error:
         raise ValueError(f"{kind.__name__} breaks its own types: {error}") from error
     return text

@@ -57,7 +57,9 @@ def write_plan(folder: Path, plan: Plan, names: Sequence[str], page: str) -> tup
     for name, text in texts.items():
         atomic_write(folder / name, text)
     with staged(folder / "trajectory.mcap") as path, path.open("xb") as file:
-        _write_mcap(file, plan, names)
+        message = joint_trajectory(names, plan.motion.time_s, plan.motion.q, plan.motion.v)
+        channel = Channel(_TOPIC, TRAJECTORY, np.zeros(1, dtype=np.int64), [message])
+        write_mcap(file, [channel], {"statement": plan.file.statement}, "collaudit")
     return (*(folder / name for name in texts), folder / "trajectory.mcap")
 
 
@@ -115,12 +117,6 @@ def _leading(part: Motion) -> tuple[float, float]:
     j = int(np.argmax(np.abs(part.q[-1] - part.q[0])))
     steps = np.abs(np.diff(part.v[:, j]) / np.diff(part.time_s))
     return float(np.floor(1e5 * np.abs(part.v[:, j]).max()) / 1e5), float(np.floor(1e5 * steps.max()) / 1e5)
-
-
-def _write_mcap(file: io.BufferedWriter, plan: Plan, names: Sequence[str]) -> None:
-    message = joint_trajectory(names, plan.motion.time_s, plan.motion.q, plan.motion.v)
-    channel = Channel(_TOPIC, TRAJECTORY, np.zeros(1, dtype=np.int64), [message])
-    write_mcap(file, [channel], {"statement": plan.file.statement}, "collaudit")
 
 
 def _row(values: FloatArray) -> str:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -12,8 +16,8 @@ from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style, shared_scripts
 from collaudit.reports.page.sections.joint_figures import Detail
-from collaudit.reports.page.signal_block import signal_block
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView, StoredAudit, make_view
+from collaudit.reports.plots.signal_data import pose_block
 
 #: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
 _CARDS = 10
@@ -93,3 +97,38 @@ def _running_head(views: Sequence[AuditView]) -> str:
     if len(views) > 1:
         return f"collaudit: {len(views)} logs"
     return f"collaudit: {views[0].result.log.name}: {views[0].word}"
+
+
+def signal_block(view: AuditView) -> Markup | None:
+    """Curves of every joint of one audit, its contacts, and the arm; None where no joint has a residual."""
+    joints = [{"id": f"{view.key}-joint-{k}"} | dict(f.data) for k, f in enumerate(view.figures, 1) if f.data]
+    if not joints:
+        return None
+    block = {"end": view.end_s, "start": view.result.log.start, "joints": joints, "contacts": _contacts(view)}
+    text = json.dumps(block | {"arm": _arm(view)}, allow_nan=False, separators=(",", ":"))
+    for char in "<>&\u2028\u2029":
+        text = text.replace(char, f"\\u{ord(char):04x}")
+    return Markup(text)
+
+
+def _contacts(view: AuditView) -> list[list[object]]:
+    """Of each contact its number, the time to show, its own, and which joints alarmed, by their place in the arm."""
+    links = [] if view.result.arm is None else [link.joint for link in view.result.arm.links]
+    listed = list(zip(view.result.contacts, view.contacts.windows, strict=True))[:MOST_CONTACTS]
+    return [
+        [
+            number,
+            *(round(s, 4) for s in (*window, contact.onset_s, contact.end_s)),
+            [k for k, joint in enumerate(links) if joint in contact.joints],
+        ]
+        for number, (contact, window) in enumerate(listed, 1)
+    ]
+
+
+def _arm(view: AuditView) -> dict[str, object] | None:
+    poses = {figure.joint: figure.pose for figure in view.figures if figure.pose is not None}
+    if view.result.arm is None or any(link.joint and link.joint not in poses for link in view.result.arm.links):
+        return None
+    kept = next(iter(poses.values()))[0]
+    position = np.stack([values for _, values in poses.values()], axis=1)
+    return pose_block(view.result.arm, list(poses), position, kept)

@@ -94,15 +94,8 @@ def summarise(entries: Sequence[IndexEntry]) -> Summary:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class IndexLine:
-    """A log on the page: its entry, link to its report, first reason, what else is said of it, its last nights."""
-
-    entry: IndexEntry
-    link: str | None
-    brief: str
-    more: tuple[str, ...]
-    nights: Markup | None
+#: A log on the page: its entry, link to its report, first reason, what else is said of it, its last nights.
+_Line = tuple[IndexEntry, str | None, str, tuple[str, ...], Markup | None]
 
 
 def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[NightBefore]]) -> str:
@@ -116,19 +109,19 @@ def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[NightBe
             lines=lines,
             with_robots=any(entry.robot for entry in summary.logs),
             with_new=any(entry.new_contacts is not None for entry in summary.logs),
-            with_nights=any(line.nights for line in lines),
+            with_nights=any(nights for *_, nights in lines),
             scripts=(own_script("index_table.js"),),
         )
     )
 
 
-def _line(entry: IndexEntry, nights: Sequence[NightBefore]) -> IndexLine:
+def _line(entry: IndexEntry, nights: Sequence[NightBefore]) -> _Line:
     """A pass without events says in a word that something is left out of it; all else begins with its reason."""
     every = (*(entry.error or "").splitlines()[1:], *entry.reasons, *entry.exclusions)
     brief = brief_reason(entry)
     if entry.verdict == "pass" and not entry.contacts and not entry.near_misses:
         brief = f"{len(entry.exclusions)} exclusions" if entry.exclusions else ""
-    return IndexLine(entry, _link(entry.report), brief, () if every == (brief,) else every, _nights(nights))
+    return entry, _link(entry.report), brief, () if every == (brief,) else every, _nights(nights)
 
 
 def _nights(nights: Sequence[NightBefore]) -> Markup | None:

@@ -19,7 +19,7 @@ OTHERS = {
     "cli/fleet/run_log.py": "events of the run, one a line",
     "fixtures/truth.py": "known truth",
     "reports/files/signals_file.py": "metadata inside Parquet",
-    "reports/page/signal_block.py": "curves inside the page, on one line",
+    "reports/page/html.py": "curves inside the page, on one line",
     "reports/store/result_store.py": "what the folder is, not a result",
 }
 

@@ -11,24 +11,17 @@ import io
 import json
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from collaudit.core.errors import CollauditError, LogError
-from collaudit.core.history.log_record import (
-    STORE_SCHEMA,
-    ContactRecord,
-    FindingRecord,
-    JointRecord,
-    LogRecord,
-    NearMissRecord,
-    ParameterRecord,
-)
+from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import plain
@@ -108,13 +101,6 @@ LIGHT_SCHEMA = pa.schema(
         if field.name not in ("friction", "findings")
     ]
 )
-_PARTS: Mapping[str, type] = {
-    "joints": JointRecord,
-    "friction": ParameterRecord,
-    "contacts": ContactRecord,
-    "near_misses": NearMissRecord,
-    "findings": FindingRecord,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -332,19 +318,14 @@ def record_table(records: Sequence[LogRecord]) -> pa.Table:
 
 
 def records_of(rows: Iterable[Mapping[str, Any]]) -> list[LogRecord]:
-    """Records of a table's rows."""
-    return [_record(row) for row in rows]
+    """Records of a table's rows.
 
-
-def _record(row: Mapping[str, Any]) -> LogRecord:
-    values: dict[str, Any] = {f.name: _frozen(row[f.name]) for f in fields(LogRecord) if f.name not in _PARTS}
-    values |= {name: tuple(_part(kind, item) for item in row.get(name) or ()) for name, kind in _PARTS.items()}
-    return LogRecord(**values)
-
-
-def _part(kind: type, item: Mapping[str, Any]) -> Any:
-    return kind(**{name: _frozen(value) for name, value in item.items()})
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+    Raises:
+        LogError: one is not what an audit writes.
+    """
+    try:
+        return [msgspec.convert(row, LogRecord) for row in rows]
+    except msgspec.ValidationError as error:
+        raise LogError(
+            "a record of the store cannot be read", found=str(error), expected="what collaudit audit --store writes"
+        ) from error

@@ -66,7 +66,7 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     design, target = data.design(law), data.target
     fit = ls.solve(design, target)
     held: tuple[str, ...] = ()
-    if law.non_negative and np.any(fit.estimate[: len(law.symbols)] < 0):
+    if law.bounded and np.any(fit.estimate[: len(law.symbols)] < 0):
         fit, held = _non_negative(design, target, law)
     k = len(law.symbols)
     quality = Quality.of(fit.sum_squares, max(1, data.n - fit.estimate.size), data)

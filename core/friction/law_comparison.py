@@ -94,7 +94,7 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
         free = np.delete(np.arange(design.shape[1]), held)
         estimate = np.zeros(design.shape[1])
         estimate[free] = ls.estimate_of(design[:, free], train.target)
-    if law.non_negative:
+    if law.bounded:
         estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
     return np.asarray(test.raw(law, c) @ estimate)
 

@@ -20,7 +20,6 @@ Interval = tuple[float | None, float | None]
 Coefficients = tuple[FloatArray, float]
 Shape = Callable[[FloatArray, FloatArray, float | FloatArray], tuple[FloatArray, ...]]
 ParameterKind = Literal["friction", "viscous", "rate", "speed", "number"]
-Role = Literal["line", "reference", "alternative"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +73,11 @@ class FrictionLaw(ABC):
         title: in words.
         formula: text of the curve.
         parameters: in the order of the file.
-        role: ``line`` is the plain straight line that every law is compared with and that is fallen back to;
-            ``reference`` is the law whose undetermined parameters explain why the line was taken, and which an F test
-            takes where no speed can be held out. One law each.
         same_curve_as: name of the law whose curve this one has, under other symbols or within bounds.
         breakaway: whether its value towards zero speed is breakaway, once its parameters are determined.
         directional: whether both directions have parameters of their own.
+        bounded: whether the parameters are held at zero or above in the fit; only for a law without a rate.
+        data_driven: whether only the curve means anything, and not its parameters.
         remarks: sentences on what a fit means, from its intervals by symbol.
     """
 
@@ -87,10 +85,11 @@ class FrictionLaw(ABC):
     title: str
     formula: str
     parameters: tuple[Parameter, ...]
-    role: Role = "alternative"
     same_curve_as: str | None = None
     breakaway: bool = False
     directional: bool = False
+    bounded: bool = False
+    data_driven: bool = False
     remarks: Callable[[Mapping[str, Interval | None]], tuple[str, ...]] = no_remarks
 
     def __post_init__(self) -> None:
@@ -111,16 +110,6 @@ class FrictionLaw(ABC):
         Returns:
             (n,) positive where it opposes the motion.
         """
-
-    @property
-    def bounded(self) -> bool:
-        """Whether parameters are held within bounds in the fit."""
-        return False
-
-    @property
-    def data_driven(self) -> bool:
-        """Whether only the curve means anything, and not its parameters."""
-        return False
 
     @property
     def in_auto(self) -> bool:
@@ -153,7 +142,6 @@ class SeparableLaw(FrictionLaw):
         named: coefficients (k,) and C to parameters by symbol.
         natural: the way back.
         rate: the term that C belongs to; None for a law without one.
-        non_negative: whether the coefficients are held at zero or above; only for a law without a rate.
         as_line: of the reference law: what level and slope of the straight line stand for, by the interval of C.
     """
 
@@ -161,7 +149,6 @@ class SeparableLaw(FrictionLaw):
     named: Callable[[FloatArray, float], dict[str, float]]
     natural: Callable[[Values], Coefficients]
     rate: RateTerm | None = None
-    non_negative: bool = False
     as_line: Callable[[Interval], tuple[str, str]] | None = None
 
     @property
@@ -173,11 +160,6 @@ class SeparableLaw(FrictionLaw):
     def viscous_columns(self) -> tuple[int, ...]:
         """Coefficients that are viscous friction: columns whose parameter is of that kind."""
         return tuple(_column(self, p.symbol) for p in self.parameters if p.kind == "viscous")
-
-    @property
-    def bounded(self) -> bool:
-        """Whether parameters are held within bounds in the fit."""
-        return self.non_negative
 
     def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
         """Friction against the motion; see :meth:`FrictionLaw.curve`."""
@@ -203,11 +185,6 @@ class RidgeLaw(FrictionLaw):
     columns: Callable[[FloatArray, Values], FloatArray]
     least_points: int
     least_held_out: int
-
-    @property
-    def data_driven(self) -> bool:
-        """Whether only the curve means anything, and not its parameters."""
-        return True
 
     def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
         """Friction against the motion; see :meth:`FrictionLaw.curve`."""

@@ -42,6 +42,7 @@ RBF = RidgeLaw(
         Parameter("v", "speed", numbered=True),
         Parameter("w", "number"),
     ),
+    data_driven=True,
     remarks=_only_the_curve,
     layout=_layout,
     columns=_bumps,

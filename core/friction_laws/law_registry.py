@@ -11,13 +11,17 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from collaudit.core.errors import CollauditError
-from collaudit.core.friction_laws.directional_stribeck import ASYMMETRIC_LUGRE, ASYMMETRIC_STRIBECK_GAUSS
-from collaudit.core.friction_laws.friction_law import FrictionLaw, Role, SeparableLaw
+from collaudit.core.friction_laws.friction_law import FrictionLaw
 from collaudit.core.friction_laws.gaussian_bumps import RBF
-from collaudit.core.friction_laws.saturating_viscous import SATURATING_VISCOUS
-from collaudit.core.friction_laws.smooth_coulomb import SMOOTH_COULOMB_VISCOUS
+from collaudit.core.friction_laws.levelling import SATURATING_VISCOUS, SMOOTH_COULOMB_VISCOUS
 from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS, COULOMB_VISCOUS, DAMPING_COULOMB
-from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS, STRIBECK_TUSTIN
+from collaudit.core.friction_laws.stribeck import (
+    ASYMMETRIC_LUGRE,
+    ASYMMETRIC_STRIBECK_GAUSS,
+    STATIC_LUGRE,
+    STRIBECK_GAUSS,
+    STRIBECK_TUSTIN,
+)
 
 #: Simplest first: of laws that explain the points as well with as many parameters, the earlier is taken.
 LAWS: dict[str, FrictionLaw] = {
@@ -49,17 +53,11 @@ def law_named(name: str) -> FrictionLaw:
     return LAWS[name]
 
 
-def _only(role: Role) -> SeparableLaw:
-    """The one law of a role."""
-    (law,) = (law for law in LAWS.values() if law.role == role)
-    assert isinstance(law, SeparableLaw)
-    return law
-
-
-#: The straight line that every law is compared with.
-LINE = _only("line")
-#: The law that explains what the line leaves open.
-REFERENCE = _only("reference")
+#: The straight line that every law is compared with, and that is fallen back to.
+LINE = COULOMB_VISCOUS
+#: The law whose undetermined parameters explain why the line was taken; an F test takes it where no speed can be held
+#: out.
+REFERENCE = STATIC_LUGRE
 
 
 @dataclass(frozen=True, slots=True)

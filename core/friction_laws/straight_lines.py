@@ -35,7 +35,6 @@ COULOMB_VISCOUS = SeparableLaw(
     title="Coulomb and viscous",
     formula="f(v) = A + D·v",
     parameters=(Parameter("A", "friction", "level of the line"), Parameter("D", "viscous", "slope of the line")),
-    role="line",
     shape=_line,
     named=_NAMED,
     natural=_NATURAL,
@@ -50,7 +49,7 @@ DAMPING_COULOMB = SeparableLaw(
     shape=_line,
     named=_NAMED,
     natural=_NATURAL,
-    non_negative=True,
+    bounded=True,
 )
 
 ASYMMETRIC_COULOMB_VISCOUS = SeparableLaw(

@@ -15,7 +15,6 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction, RippleWave
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import load_torque
-from collaudit.core.friction.friction_variation import wave_sums
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.friction.slopes import any_law, held_out_slopes, jackknifed
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -134,7 +133,8 @@ _FEWEST_CYCLES, _MOST_CYCLES = 40, 500
 _MOST_WAVES = 4
 #: Share of the residual's RMS that a wave must take away on blocks left out.
 _WAVE_WORTH = 0.01
-_SPECTRUM_SAMPLES = 20_000
+#: Positions are put into so many bins of a turn to look for waves: a bin is a fiftieth of the shortest one.
+_BINS = 1 << 15
 _LEAST_TRAVEL_RAD = 0.2
 _LEAST_SAMPLES = 500
 
@@ -184,13 +184,12 @@ def ripple_torque(waves: tuple[RippleWave, ...], position_rad: FloatArray, veloc
 
 def _strongest(position_rad: FloatArray, residual: FloatArray) -> float | None:
     """Whole cycles a turn with the largest amplitude, of those with two cycles over the range at least."""
-    step = max(1, position_rad.size // _SPECTRUM_SAMPLES)
-    q, r = position_rad[::step], residual[::step]
-    lowest = max(_FEWEST_CYCLES, int(np.ceil(4.0 * np.pi / np.ptp(q))))
+    lowest = max(_FEWEST_CYCLES, int(np.ceil(4.0 * np.pi / np.ptp(position_rad))))
     if lowest >= _MOST_CYCLES:
         return None
-    cycles = np.arange(lowest, _MOST_CYCLES + 1)
-    return float(cycles[int(np.argmax(np.abs(wave_sums(q, r, cycles))))])
+    place = np.floor(position_rad * (_BINS / (2.0 * np.pi))).astype(np.int64) % _BINS
+    amplitude = np.abs(np.fft.rfft(np.bincount(place, residual, _BINS)))
+    return float(lowest + int(np.argmax(amplitude[lowest : _MOST_CYCLES + 1])))
 
 
 def _columns(position_rad: FloatArray, direction: FloatArray, cycles: float) -> FloatArray:

@@ -314,21 +314,10 @@ class Trend:
 
 
 @dataclass(frozen=True, slots=True)
-class RippleFacts:
-    """The strongest harmonic of a joint's residual over its position, and the share of the variance it explains."""
-
-    amplitude_nm: float
-    cycles_per_turn: float
-    explained: float
-    log: str
-
-
-@dataclass(frozen=True, slots=True)
 class FrictionVariation:
     """Trends of one joint's friction; ``untold`` lists what the data cannot determine, and why."""
 
     trends: tuple[Trend, ...]
-    ripple: tuple[RippleFacts, ...]
     untold: tuple[str, ...]
 
 

@@ -1,68 +1,26 @@
-"""Friction variation: with running time, temperature and load on the gear, and over position."""
+"""Friction variation: with running time, temperature and load on the gear."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from collaudit.core.data.identification_result import FrictionVariation, RippleFacts, Trend, TrendFit
+from collaudit.core.data.identification_result import FrictionVariation, Trend, TrendFit
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
-from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import quantile_of
 
 _MIN_RUN_S = 60.0
 _MIN_KELVIN = 2.0
 _MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads shows nothing
-_MOST_CYCLES = 400  # a turn
-_FINE_CYCLES = 16
 _MOST_SAMPLES = 60_000
 _ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
 
 
-def ripple(position_rad: FloatArray, residual: FloatArray, log: str) -> RippleFacts | None:
-    """The strongest harmonic over position, by projection onto sine and cosine at whole cycles a turn.
-
-    Args:
-        position_rad, residual: (n,) settled samples.
-        log: its name.
-    """
-    if position_rad.size < 500 or np.ptp(position_rad) < 0.2:
-        return None
-    step = max(1, position_rad.size // 20_000)
-    q, r = position_rad[::step], residual[::step] - residual.mean()
-    lowest = int(np.ceil(4 * np.pi / np.ptp(q)))  # two cycles over the range at least
-    power = float(np.mean(r**2))
-    if power <= 0 or lowest >= _MOST_CYCLES:
-        return None
-    cycles = np.arange(lowest, _MOST_CYCLES + 1)
-    best = int(np.argmax(np.abs(wave_sums(q, r, cycles))))
-    amplitude = 2.0 * float(np.abs(np.mean(r * np.exp(-1j * cycles[best] * q))))
-    return RippleFacts(amplitude, float(cycles[best]), min(1.0, 0.5 * amplitude**2 / power), log)
-
-
-def wave_sums(position: FloatArray, values: FloatArray, cycles: IntArray) -> NDArray[np.complex128]:
-    """Sums of values · exp(-i · cycle · position) for consecutive cycles, none skipped.
-
-    exp(-i (a + b) q) = exp(-i a q) exp(-i b q): with a in steps of sixteen and b below, the sums are one product of
-    matrices. Its rows are powers, each made of the one before: two exponentials a sample are computed in place of 400.
-    """
-    fine = np.empty((_FINE_CYCLES + 1, position.size), dtype=np.complex128)
-    coarse = np.empty((-(-cycles.size // _FINE_CYCLES), position.size), dtype=np.complex128)
-    fine[0], fine[1] = 1.0, np.exp(-1j * position)
-    for k in range(2, _FINE_CYCLES + 1):
-        np.multiply(fine[k - 1], fine[1], out=fine[k])
-    coarse[0] = np.exp(-1j * cycles[0] * position) * values
-    for k in range(1, coarse.shape[0]):
-        np.multiply(coarse[k - 1], fine[-1], out=coarse[k])
-    return np.asarray((coarse @ fine[:-1].T).ravel()[: cycles.size])
-
-
 def joint_variation(name: str, left: Settled) -> FrictionVariation:
-    """Friction of one joint against time, temperature, load and position.
+    """Friction of one joint against time, temperature and load.
 
     Args:
         name: of the log.
@@ -98,8 +56,7 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
         trends.append(Trend("load", *loaded, span, name))
     else:
         undetermined.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
-    wave = ripple(left.position, left.residual, name)
-    return FrictionVariation(tuple(trends), () if wave is None else (wave,), tuple(undetermined))
+    return FrictionVariation(tuple(trends), tuple(undetermined))
 
 
 def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionVariation]:
@@ -107,10 +64,9 @@ def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionV
     out: dict[str, FrictionVariation] = {}
     for part in parts:
         for joint, found in part.items():
-            before = out.get(joint, FrictionVariation((), (), ()))
+            before = out.get(joint, FrictionVariation((), ()))
             undetermined = tuple(dict.fromkeys((*before.untold, *found.untold)))
-            trends, ripples = (*before.trends, *found.trends), (*before.ripple, *found.ripple)
-            out[joint] = FrictionVariation(trends, ripples, undetermined)
+            out[joint] = FrictionVariation((*before.trends, *found.trends), undetermined)
     return out
 
 

@@ -203,23 +203,16 @@ def _trends(trends: dict[str, FrictionVariation]) -> Section:
     untold: list[tuple[str, str]] = []
     for joint, found in trends.items():
         by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}
-        waves = "; ".join(
-            f"{significant(w.amplitude_nm)} N·m at {w.cycles_per_turn:.0f} a turn, {percent(w.explained, 0)}"
-            for w in found.ripple
-        )
-        lines.append(
-            (joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1), waves or NONE)
-        )
+        lines.append((joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1)))
         untold += [(joint, f"{text}.") for text in found.untold]
     head = (
         "Joint",
         "Friction with running time, % a minute",
         "With temperature, % a kelvin",
         "With load, N·m per N·m",
-        "Ripple: amplitude, cycles, share of the residual's variance",
     )
     return Section(
-        "Friction trends (time, temperature, load, position)",
+        "Friction trends (time, temperature, load)",
         head,
         tuple(lines),
         tuple(joint_lines(untold, len(trends))),

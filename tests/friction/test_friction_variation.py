@@ -1,4 +1,4 @@
-"""Warm-up, temperature, load and ripple against what was put in."""
+"""Warm-up, temperature and load against what was put in."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from collaudit.core.friction.friction_model import TemperatureModel
-from collaudit.core.friction.friction_variation import ripple
 from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
 
 
@@ -84,20 +83,6 @@ def test_too_little_says_nothing() -> None:
     assert load_slope(t, np.zeros(t.size), friction, np.full(t.size, 7.0)) is None
     none = np.zeros(t.size)
     assert friction_slope(t, none, none, beside(t, friction), t) is None, "a law without friction"
-
-
-def test_ripple_is_found_with_its_frequency_and_share() -> None:
-    rng = np.random.default_rng(0)
-    q = 0.5 * np.sin(0.7 * np.arange(0, 60, 0.002))
-    wave = 0.8 * np.sin(200 * q + 0.4)
-    found = ripple(q, wave + 0.4 * rng.standard_normal(q.size), "log")
-    assert found is not None
-    assert found.cycles_per_turn == pytest.approx(200, abs=2)
-    assert found.amplitude_nm == pytest.approx(0.8, rel=0.15)
-    assert found.explained == pytest.approx(0.32 / (0.32 + 0.16), abs=0.15)
-    quiet = ripple(q, 0.4 * rng.standard_normal(q.size), "log")
-    assert quiet is not None
-    assert quiet.explained < 0.02
 
 
 def test_friction_beyond_the_fits_temperatures_is_held_at_its_ends() -> None:

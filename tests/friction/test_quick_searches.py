@@ -1,11 +1,11 @@
-"""Short ways of searching give what the long ways give: the common variance, waves of a ripple."""
+"""Short ways of searching give what the long ways give: the common variance, sums along the rates."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from collaudit.core.friction import fit_quality, friction_variation
+from collaudit.core.friction import fit_quality
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS
@@ -38,14 +38,6 @@ def test_sums_along_the_rates_are_those_of_whole_fits(law: SeparableLaw, timing_
     points, rates = _points(4, timing_nm=timing_nm), np.geomspace(0.5, 200.0, 30)
     whole = [ls.fit_at(points, law, float(c)).sum_squares for c in rates]
     np.testing.assert_allclose(ls.sums_along(points, law, rates), whole, rtol=1e-6)
-
-
-def test_waves_of_a_ripple_are_sums_over_all_samples() -> None:
-    rng = np.random.default_rng(2)
-    position, values = rng.uniform(-2.0, 2.0, 700), rng.standard_normal(700)
-    cycles = np.arange(7, 60)
-    plain = np.array([np.sum(values * np.exp(-1j * n * position)) for n in cycles])
-    np.testing.assert_allclose(friction_variation.wave_sums(position, values, cycles), plain, atol=1e-10)
 
 
 @pytest.mark.parametrize("gone", [lambda x: 0.0 * x, lambda x: x, lambda x: np.ones(x.size)])

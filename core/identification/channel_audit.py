@@ -12,7 +12,7 @@ from collaudit.core.data.identification_result import Bounds, ChannelFacts
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.identification.effort_audit import audit_effort
-from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
+from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.prepare.effort.channel_shift import (
     all_known,
@@ -40,7 +40,6 @@ def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, li
     pulled = wrench if isinstance(wrench, Delay) else None
     spoils_gains = estimate is not None and _is_significant(estimate, prepared.series.period_s)
     spoils_gains &= estimate is not None and abs(estimate.seconds) > _MATTERS_S
-    calibration = calibrate_sensor(prepared, config)
     velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
         effort_delay_ms=_ms(estimate),
@@ -48,7 +47,7 @@ def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, li
         velocity_delay_ms=None if velocity is None else 1e3 * velocity,
         wrench_delay_ms=_ms(pulled),
         wrench_delay_ci95_ms=_bounds_ms(pulled),
-        sensor=None if calibration is None else sensor_facts(calibration, config),
+        sensor=calibrate_sensor(prepared, config),
     )
     findings = audit_effort(prepared, estimate if spoils_gains else None)
     findings += audit_delays(prepared, config, effort, wrench)

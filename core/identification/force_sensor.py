@@ -6,8 +6,6 @@ the configured sign: linear in m, m c and the six offsets.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from collaudit.core.config.schema import Config
@@ -15,35 +13,21 @@ from collaudit.core.data.identification_result import Bounds, SensorFacts
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.prepare.prepared import Prepared
 
 _STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
 _MIN_POSES = 4
 _STANDARD_G = 9.80665
+#: Least spread of gravity about a third axis of the sensor, m/s², for what hangs on that axis to be known.
+_LEAST_SPREAD = 0.1 * _STANDARD_G
+_FLAT = (
+    "Gravity never leaves a plane of the sensor: poses turned about another axis are missing, and the offset "
+    "along the one left out is poorly known."
+)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SensorCalibration:
-    """Estimates (10,): mass kg, mass times centre kg·m (3), offset N (3), N·m (3); sd (10,); what is missing.
-
-    ``centre_sd`` (3,) is the centre's, m, the errors of mass and moments taken together.
-    ``turn_deg`` is how far the sensor seems turned against its frame (rotation vector, degrees), None where the
-    poses do not tell; ``turn_sd_deg`` its standard error; ``drift`` (6,) change over the log and its sd (6,).
-    """
-
-    estimate: FloatArray
-    sd: FloatArray
-    centre_sd: FloatArray
-    poses: int
-    missing: tuple[str, ...]
-    turn_deg: FloatArray | None
-    turn_sd_deg: float | None
-    drift: FloatArray
-    drift_sd: FloatArray
-
-
-def calibrate_sensor(prepared: Prepared, config: Config) -> SensorCalibration | None:
+def calibrate_sensor(prepared: Prepared, config: Config) -> SensorFacts | None:
     """Calibrate from all stretches at rest; None without a wrench, its frame, or enough poses."""
     series, frame = prepared.series, config.log.wrench_frame
     if series.wrench is None or frame is None or prepared.robot.bodies is None:
@@ -56,7 +40,6 @@ def calibrate_sensor(prepared: Prepared, config: Config) -> SensorCalibration | 
     when = np.array([pose[2] for pose in poses])
     gravity = prepared.robot.gravity_in(q, frame)
     spread = np.linalg.svd(gravity - gravity.mean(axis=0), compute_uv=False) / np.sqrt(len(poses))
-    missing = _missing(spread)
     if spread[1] < 0.05 * _STANDARD_G:
         return None
     sign = float(config.log.wrench_sign)
@@ -67,63 +50,42 @@ def calibrate_sensor(prepared: Prepared, config: Config) -> SensorCalibration | 
     rest = target - design @ estimate
     free = max(1, target.size - 10)
     scale = scale * float(np.sqrt(np.sum((rest / scale) ** 2) / free))
-    covariance = np.linalg.pinv((design / scale[:, None]).T @ (design / scale[:, None]), hermitian=True)
+    weighted = design / scale[:, None]
+    covariance: FloatArray = np.asarray(np.linalg.pinv(weighted.T @ weighted, hermitian=True), dtype=np.float64)
     left = rest.reshape(-1, 6)
     clock = when - when.mean()
     slope = clock @ left / float(clock @ clock)
     slope_sd = np.sqrt(np.sum((left - np.outer(clock, slope)) ** 2, axis=0) / max(1, len(poses) - 2) / (clock @ clock))
     length = float(np.ptp(when))
+    ci95 = tuple(map(interval_95, estimate, np.sqrt(np.diag(covariance))))
+    known = ci95[0][0] > 0.0
+    centre, x, y, z = _centre(estimate, covariance)
     turn, turn_sd = _turn(gravity, reading[:, :3], sign, spread)
-    return SensorCalibration(
-        estimate,
-        np.sqrt(np.diag(covariance)),
-        _centre_sd(estimate, np.asarray(covariance, dtype=np.float64)),
-        len(poses),
-        missing,
-        turn,
-        turn_sd,
-        slope * length,
-        slope_sd * length,
-    )
-
-
-def _centre_sd(estimate: FloatArray, covariance: FloatArray) -> FloatArray:
-    """(3,) m: to first order d(mc/m) = (d(mc) - c dm)/m."""
-    mass = float(estimate[0]) if estimate[0] != 0 else np.inf
-    slope = np.column_stack([-estimate[1:4] / mass, np.eye(3)]) / mass
-    return np.asarray(np.sqrt(np.maximum(np.diag(slope @ covariance[:4, :4] @ slope.T), 0.0)))
-
-
-def sensor_facts(found: SensorCalibration, config: Config) -> SensorFacts:
-    """A calibration with its intervals."""
-    e, half = found.estimate, STANDARD_ERRORS_95 * found.sd
-    com = com_ci = None
-    if e[0] > half[0]:
-        centre = e[1:4] / e[0]
-        com, com_ci = _three(centre), _bounds(centre, STANDARD_ERRORS_95 * found.centre_sd)
     return SensorFacts(
-        frame=config.log.wrench_frame or "",
-        poses=found.poses,
-        mass_kg=float(e[0]),
-        mass_ci95=_bounds(e[:1], half[:1])[0],
-        com_m=com,
-        com_ci95=None if com_ci is None else (com_ci[0], com_ci[1], com_ci[2]),
-        offset=tuple(float(x) for x in e[4:]),
-        offset_ci95=_bounds(e[4:], half[4:]),
-        turn_deg=None if found.turn_deg is None else _three(found.turn_deg),
-        turn_half_deg=None if found.turn_sd_deg is None else STANDARD_ERRORS_95 * found.turn_sd_deg,
-        drift=tuple(float(x) for x in found.drift),
-        drift_ci95=_bounds(found.drift, STANDARD_ERRORS_95 * found.drift_sd),
-        missing=found.missing,
+        frame=frame,
+        poses=len(poses),
+        mass_kg=float(estimate[0]),
+        mass_ci95=ci95[0],
+        com_m=centre if known else None,
+        com_ci95=(x, y, z) if known else None,
+        offset=tuple(estimate[4:].tolist()),
+        offset_ci95=ci95[4:],
+        turn_deg=None if turn is None else tuple(turn.tolist()),
+        turn_half_deg=None if turn_sd is None else STANDARD_ERRORS_95 * turn_sd,
+        drift=tuple((slope * length).tolist()),
+        drift_ci95=tuple(map(interval_95, slope * length, slope_sd * length)),
+        missing=(_FLAT,) if spread[2] < _LEAST_SPREAD else (),
     )
 
 
-def _three(x: FloatArray) -> tuple[float, float, float]:
-    return float(x[0]), float(x[1]), float(x[2])
-
-
-def _bounds(x: FloatArray, half: FloatArray) -> tuple[Bounds, ...]:
-    return tuple((float(a - b), float(a + b)) for a, b in zip(x, half, strict=True))
+def _centre(estimate: FloatArray, covariance: FloatArray) -> tuple[tuple[float, float, float], Bounds, Bounds, Bounds]:
+    """Centre of mass, m, and the interval of each coordinate; to first order d(mc/m) = (d(mc) - c dm)/m."""
+    mass = float(estimate[0]) if estimate[0] != 0 else np.inf
+    centre = estimate[1:4] / mass
+    slope = np.column_stack([-centre, np.eye(3)]) / mass
+    sd = np.sqrt(np.maximum(np.diag(slope @ covariance[:4, :4] @ slope.T), 0.0))
+    x, y, z = map(interval_95, centre, sd)
+    return tuple(centre.tolist()), x, y, z
 
 
 def audit_force_sensor(prepared: Prepared, config: Config, found: SensorFacts | None) -> list[Finding]:
@@ -204,20 +166,11 @@ def _scales(design: FloatArray, target: FloatArray) -> FloatArray:
     return np.tile([force] * 3 + [moment] * 3, rest.shape[0])
 
 
-def _missing(spread: FloatArray) -> tuple[str, ...]:
-    if spread[2] < 0.1 * _STANDARD_G:
-        return (
-            "Gravity never leaves a plane of the sensor: poses turned about another axis are missing, and the offset "
-            "along the one left out is poorly known.",
-        )
-    return ()
-
-
 def _turn(
     gravity: FloatArray, force: FloatArray, sign: float, spread: FloatArray
 ) -> tuple[FloatArray | None, float | None]:
     """Rotation vector (degrees) that carries the frame's gravity to the sensor's, by Procrustes (Kabsch 1976)."""
-    if spread[2] < 0.1 * _STANDARD_G:
+    if spread[2] < _LEAST_SPREAD:
         return None, None
     from scipy.spatial.transform import Rotation
 

@@ -18,6 +18,11 @@ MEDIAN_SE = 1.2533
 HUBER_BOUND = 1.345
 
 
+def interval_95(value: float, sd: float) -> tuple[float, float]:
+    """The 95 % interval of an estimate with a standard error."""
+    return float(value - STANDARD_ERRORS_95 * sd), float(value + STANDARD_ERRORS_95 * sd)
+
+
 def robust_sd(deviation: FloatArray) -> float:
     """Standard deviation by the median absolute deviation; (n,) deviations from their centre, without NaN."""
     return SD_PER_MAD * median_of(np.abs(deviation))

@@ -23,7 +23,7 @@ from collaudit.core.config.schema import Config, RobotConfig
 from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.identification.base_parameters import base_map
-from collaudit.core.identification.force_sensor import calibrate_sensor, sensor_facts
+from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
@@ -121,9 +121,8 @@ def by_sensor(robot: str, seed: int, cache: Path) -> Iterator[Row]:
     log = replace(log, wrench=WrenchSeries(time_s, recording.wrench, recording.wrench_topic))
     keys = {"wrench_frame": arm.sensor_frame, "wrench_sign": arm.log.wrench_sign}
     config = Config.of({"log": keys})
-    calibration = calibrate_sensor(prepare(log, model, config), config)
-    assert calibration is not None
-    facts, tool = sensor_facts(calibration, config), model.tool
+    facts, tool = calibrate_sensor(prepare(log, model, config), config), model.tool
+    assert facts is not None
     assert tool is not None
     assert model.bodies is not None
     yield from row("sensor: mass, kg", tool.mass_kg, facts.mass_kg, facts.mass_ci95)

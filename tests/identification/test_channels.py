@@ -182,16 +182,18 @@ def many_poses(seed: int = 1) -> np.ndarray:
 
 def test_sensor_offset_and_tool_lie_in_their_intervals() -> None:
     config = settings(wrench="/w", wrench_frame="tool0")
-    true = np.array([1.4, 0.014, -0.028, 0.084, 1.7, -2.4, 4.1, 0.06, -0.11, 0.03])
+    true = [1.4, 0.01, -0.02, 0.06, 1.7, -2.4, 4.1, 0.06, -0.11, 0.03]
     hits = 0
     for seed in range(12):
         found = calibrate_sensor(prepared(static_log(many_poses(), seed), config), config)
         assert found is not None
         assert found.poses == 12
         assert not found.missing
-        hits += int(np.count_nonzero(np.abs(found.estimate - true) < 2.0 * found.sd))
+        assert found.com_ci95 is not None
+        ci95 = (found.mass_ci95, *found.com_ci95, *found.offset_ci95)
+        hits += sum(low < x < high for x, (low, high) in zip(true, ci95, strict=True))
         assert found.turn_deg is not None
-        assert np.all(np.abs(found.turn_deg) < 5 * (found.turn_sd_deg or 0) + 0.1)
+        assert np.all(np.abs(found.turn_deg) < 2.5 * (found.turn_half_deg or 0) + 0.1)
     assert 0.88 <= hits / 120 <= 0.995
 
 

@@ -10,6 +10,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stats import weighted_median
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.gain_findings import gains_at
@@ -50,7 +51,7 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
         return []
     weight = np.array([_load(prepared, g) for g in known])
     gain = np.array([g.gain for g in known])
-    size = _weighted_median(np.log(np.abs(gain)), weight)
+    size = weighted_median(np.log(np.abs(gain)), weight)
     typical = float(np.exp(size))
     heavy = np.abs(np.log(np.abs(gain)) - size) < np.log(_ALIKE)
     alike = float(weight[heavy].sum() / weight.sum())
@@ -102,12 +103,6 @@ def _load(prepared: Prepared, gain: EffortGain) -> float:
     assert prepared.rigid_nm is not None
     column: FloatArray = prepared.rigid_nm[:, prepared.series.column(gain.joint)]
     return float(np.nanvar(column)) * gain.explained + 1e-12
-
-
-def _weighted_median(x: FloatArray, weight: FloatArray) -> float:
-    order = np.argsort(x)
-    passed = np.cumsum(weight[order]) / weight.sum()
-    return float(x[order][int(np.searchsorted(passed, 0.5))])
 
 
 def _steps(prepared: Prepared) -> list[Finding]:

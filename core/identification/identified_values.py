@@ -17,7 +17,7 @@ from collaudit.core.data.identification_result import (
 )
 from collaudit.core.identification.base_parameters import BaseMap, base_map
 from collaudit.core.identification.inertial_consistency import is_consistent
-from collaudit.core.identification.priors import ARMATURE_SHARE
+from collaudit.core.identification.priors import ARMATURE_SHARE, own_armature
 from collaudit.core.identification.problem.angle_columns import angle_torque
 from collaudit.core.identification.problem.identification_problem import Solution, Unknowns, residual, solve, terms_of
 from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS, held_out
@@ -27,7 +27,7 @@ from collaudit.core.identification.problem.standard_errors import StandardErrors
 from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, Solved
 from collaudit.core.identification.tool_estimate import identified_tool
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.numeric.stats import interval_95
 from collaudit.core.robot.robot_model import RobotModel
 
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
@@ -48,7 +48,7 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
         inertials=job.robot.inertial_parameters,
         inertials_prior_sd=np.zeros_like(job.unknowns.inertials_prior_sd),
         armature_prior_sd=np.zeros_like(job.unknowns.armature_prior_sd),
-        armature=_leader_armature(job.robot),
+        armature=own_armature(job.robot),
     )
     motion = job.terms.motion
     bare = terms_of(motion, job.terms.regressor, file_only)
@@ -63,13 +63,13 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
     for j, name in enumerate(job.robot.joint_names):
         drive = drive_of(job, j)
         offset_known = drive.gain is not None and bool(moving[:, j].any()) and not job.terms.one_way[j]
-        known = None if drive.gain is None or job.gains is None else _interval(drive.gain, float(job.gains.sd[j]))
+        known = None if drive.gain is None or job.gains is None else interval_95(drive.gain, float(job.gains.sd[j]))
         joints[name] = replace(
             drive,
             gain_ci95=known,
             gain_kept=job.gains is not None and bool(job.gains.kept[j]),
             gain_by_load=job.gains is not None and bool(job.gains.by_load[j]),
-            offset_ci95=_interval(drive.offset_nm, float(job.errors.offset_sd[j])) if offset_known else (None, None),
+            offset_ci95=interval_95(drive.offset_nm, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_ci95=_armature_interval(job, j),
             angle_torque=_angle_torque(job, j, job.errors.nuisance[j]),
             rms_file_nm=rms[0][j],
@@ -90,7 +90,7 @@ def drive_of(found: Solved, j: int) -> IdentifiedJoint:
         offset_nm=float(solution.nuisance[j, OFFSET]) if known and not found.terms.one_way[j] else 0.0,
         offset_ci95=(None, None),
         armature_kg_m2=float(solution.armature[j]),
-        armature_file_kg_m2=float(_leader_armature(found.robot)[j]),
+        armature_file_kg_m2=float(own_armature(found.robot)[j]),
         samples=int(np.count_nonzero(found.terms.motion.moving[:, j])),
         rms_file_nm=None,
         rms_nm=None,
@@ -115,13 +115,8 @@ def _armature_interval(job: Report, j: int) -> Bounds | None:
     if not job.solution.free[p + j]:
         return None
     at = int(np.count_nonzero(job.solution.free[: p + j]))
-    low, high = _interval(float(job.solution.armature[j]), float(np.sqrt(max(job.errors.covariance[at, at], 0.0))))
+    low, high = interval_95(float(job.solution.armature[j]), float(np.sqrt(max(job.errors.covariance[at, at], 0.0))))
     return (max(0.0, low or 0.0), high)
-
-
-def _leader_armature(robot: RobotModel) -> FloatArray:
-    assert robot.bodies is not None
-    return robot.armature[[robot.bodies.joint_names.index(n) for n in robot.joint_names]]
 
 
 def rms_of(rest: FloatArray, moving: BoolArray) -> list[float | None]:
@@ -136,10 +131,6 @@ def _held_out(terms: Terms, unknowns: Unknowns) -> list[float | None]:
     """RMS per joint over all blocks of time, each predicted from the other blocks."""
     rest = held_out(terms, unknowns, [terms.motion.block])
     return rms_of(rest, np.isfinite(rest))
-
-
-def _interval(value: float, sd: float) -> Bounds:
-    return value - STANDARD_ERRORS_95 * sd, value + STANDARD_ERRORS_95 * sd
 
 
 def bodies_of(robot: RobotModel, solution: Solution) -> dict[str, IdentifiedBody]:
@@ -177,7 +168,7 @@ def base_parameters_of(job: Report) -> tuple[BaseParameter, ...]:
         value = float(base.matrix[k] @ job.solution.inertials)
         on_file = float(base.matrix[k] @ job.robot.inertial_parameters)
         share = float(1.0 - (after[k] / before[k]) ** 2) if before[k] > 0 else 0.0
-        found.append(BaseParameter(name, value, on_file, _interval(value, float(after[k])), max(0.0, share)))
+        found.append(BaseParameter(name, value, on_file, interval_95(value, float(after[k])), max(0.0, share)))
     return tuple(sorted(found, key=lambda b: -b.from_data))
 
 

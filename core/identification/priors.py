@@ -46,8 +46,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
         sd[last - 10] = _TOOL_MASS_SD
         sd[last - 9 : last - 6] = _TOOL_MOMENT_SD
     names = robot.joint_names
-    leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
-    armature = robot.armature[leader]
+    armature = own_armature(robot)
     armature_prior_sd = np.zeros(len(names))
     if {"inertials", "rotor"} & set(estimate) and prepared[0].effort_source != "joint":
         inertia = _joint_inertia(robot, prepared[0])
@@ -189,6 +188,10 @@ def _joint_inertia(robot: RobotModel, prepared: Prepared) -> FloatArray:
     middle = np.nanmedian(position[:: max(1, len(position) // _FOR_THE_MIDDLE)], axis=0)
     pose = np.broadcast_to(middle, (count, count)).copy()
     torque = robot.inverse_dynamics(pose, np.zeros((count, count)), np.eye(count)) - robot.gravity_torque(pose)
-    leader = [robot.bodies.joint_names.index(n) for n in robot.joint_names] if robot.bodies else []
-    out: FloatArray = np.diag(torque) - robot.armature[leader]
-    return out
+    return np.asarray(np.diag(torque) - own_armature(robot))
+
+
+def own_armature(robot: RobotModel) -> FloatArray:
+    """(j,) rotor inertia that the description states of the bodies' own joints, kg·m²."""
+    assert robot.bodies is not None
+    return np.asarray(robot.armature[[robot.bodies.joint_names.index(name) for name in robot.joint_names]])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.identification_result import Bounds, IdentifiedTool
+from collaudit.core.data.identification_result import IdentifiedTool
 from collaudit.core.identification.problem.identification_problem import Solution
 from collaudit.core.identification.problem.standard_errors import StandardErrors
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -48,27 +48,18 @@ def identified_tool(
     total = known + float(solution.inertials[k] - before[k])
     moment = known * at + solution.inertials[k + 1 : k + 4] - before[k + 1 : k + 4]
     in_frame = turn.T @ (moment - total * place)
-    covariance = _covariance(solution, errors, k)
+    rows = (np.cumsum(solution.free) - 1)[k : k + 4]
+    covariance = errors.covariance[np.ix_(rows, rows)]  # of mass and first moments
     # d(moment in frame) = R^T (dh - dm p)
     jacobian = np.column_stack([-turn.T @ place, turn.T])
     sd = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
     mass_sd = float(np.sqrt(max(covariance[0, 0], 0.0)))
-    bounds: list[Bounds] = [
-        (float(x - STANDARD_ERRORS_95 * s), float(x + STANDARD_ERRORS_95 * s))
-        for x, s in zip(in_frame, sd, strict=True)
-    ]
+    x, y, z = (interval_95(value, error) for value, error in zip(in_frame, sd, strict=True))
     centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
     return IdentifiedTool(
         frame=frame,
         mass_kg=total,
-        mass_ci95=(total - STANDARD_ERRORS_95 * mass_sd, total + STANDARD_ERRORS_95 * mass_sd),
+        mass_ci95=interval_95(total, mass_sd),
         com_m=None if centre is None else (float(centre[0]), float(centre[1]), float(centre[2])),
-        moment_ci95_kg_m=(bounds[0], bounds[1], bounds[2]),
+        moment_ci95_kg_m=(x, y, z),
     )
-
-
-def _covariance(solution: Solution, errors: StandardErrors, k: int) -> FloatArray:
-    """(4, 4) covariance of mass and first moments of one body."""
-    place = np.cumsum(solution.free) - 1
-    wanted = [int(place[k + i]) for i in range(4)]
-    return np.asarray(errors.covariance[np.ix_(wanted, wanted)])

@@ -6,7 +6,7 @@ import numpy as np
 
 from collaudit.core.data.identification_result import DEGREE, AngleTorque, scaled_angle
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.numeric.stats import interval_95
 
 #: rad (or m) that a joint must cover for its angle to tell anything.
 _LEAST_RANGE = 0.2
@@ -45,8 +45,7 @@ def angle_torque(
     if covariance is None:
         return AngleTorque(angles, tuple(torque.tolist()))
     sd = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", columns, covariance, columns), 0.0))
-    ends = np.column_stack([torque - STANDARD_ERRORS_95 * sd, torque + STANDARD_ERRORS_95 * sd])
-    return AngleTorque(angles, tuple(torque.tolist()), tuple((low, high) for low, high in ends.tolist()))
+    return AngleTorque(angles, tuple(torque.tolist()), tuple(map(interval_95, torque, sd)))
 
 
 def _range(position: FloatArray, moving: BoolArray) -> tuple[float, float] | None:

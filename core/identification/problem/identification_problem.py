@@ -128,20 +128,23 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
 
 def precision_of(terms: Terms, unknowns: Unknowns, solution: Solution) -> FloatArray:
     """(f, f) precision of the free unknowns about their solution, by the data and the prior together."""
-    state = state_of(terms, solution)
-    reweigh(terms, state)
     free, precision = _prior(terms.motion, unknowns)
-    return _normal(terms, state, free)[1] + np.diag(precision[free])
+    return _normal(terms, weighted_state(terms, solution), free)[1] + np.diag(precision[free])
 
 
 def _prior(motion: Motion, unknowns: Unknowns) -> tuple[BoolArray, FloatArray]:
     """(p + 2 j,) which unknowns are free, and their precision before the data; gains of what does not move are not."""
-    gain_sd = np.where(motion.moving.any(axis=0), unknowns.gain_prior_sd, 0.0)
-    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, gain_sd])
+    scales = prior_sd(unknowns)
+    scales[-unknowns.gain.size :][~motion.moving.any(axis=0)] = 0.0
     free = np.asarray(scales > 0)
     precision = np.zeros(free.size)
     precision[free] = scales[free] ** -2.0
     return free, precision
+
+
+def prior_sd(unknowns: Unknowns) -> FloatArray:
+    """(p + 2 j,) standard deviations of inertials, rotor inertias and gains before the data."""
+    return np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd])
 
 
 def residual(terms: Terms, solution: Solution) -> FloatArray:
@@ -169,6 +172,13 @@ def _state(
 def state_of(terms: Terms, s: Solution) -> State:
     """The state that a solution ended in, its weights not yet found."""
     return _state(terms, s.inertials, s.armature, s.gain, s.nuisance.copy(), s.sigma.copy())
+
+
+def weighted_state(terms: Terms, solution: Solution) -> State:
+    """The state that a solution ended in, with the weights of its samples there."""
+    state = state_of(terms, solution)
+    reweigh(terms, state)
+    return state
 
 
 def weighted_joints(state: State) -> list[int]:
@@ -221,10 +231,11 @@ def reweigh(terms: Terms, state: State) -> None:
         state.slope[:, j] = np.where(use & (ratio <= HUBER_BOUND), 1.0 / design, 0.0)
 
 
-def jacobian(
-    terms: Terms, state: State, j: int, free: BoolArray, rest: FloatArray, root: FloatArray
-) -> tuple[IntArray, FloatArray]:
-    """Which free unknowns joint j feels, and (n, f_j) weighted derivatives of its torque by them."""
+def jacobian(terms: Terms, state: State, j: int, free: BoolArray, rest: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Which unknowns joint j feels, and (n, f_j) derivatives of its torque by them.
+
+    The free ones come first, then friction and offset of each joint (k,), which are the last k of joint j's own.
+    """
     p, joints = state.inertials.size, state.armature.size
     parts, unknown = [terms.columns[j]], [terms.index[j]]
     if free[p + j]:
@@ -234,8 +245,9 @@ def jacobian(
         smooth = terms.motion.effort[:, j] / state.gain[j] - rest
         parts.append((smooth / state.gain[j])[:, None])
         unknown.append(np.array([p + joints + j]))
-    place = (np.cumsum(free) - 1)[np.concatenate(unknown)]
-    return np.asarray(place, dtype=np.int64), np.concatenate(parts, axis=1) * root[:, None]
+    place, kinds = (np.cumsum(free) - 1)[np.concatenate(unknown)], terms.nuisance.shape[2]
+    friction = np.count_nonzero(free) + kinds * j + np.arange(kinds)
+    return np.concatenate([place, friction]), np.concatenate([*parts, terms.nuisance[j]], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -258,9 +270,10 @@ def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, Fl
     gradient, data, friction = np.zeros(size), np.zeros((size, size)), list[_Projected]()
     for j in weighted_joints(state):
         root = np.sqrt(state.weight[:, j]) / state.sigma[j]
-        place, columns = jacobian(terms, state, j, free, rest[:, j], root)
-        every = np.column_stack([columns, terms.nuisance[j] * root[:, None], rest[:, j] * root])
-        products, count = every.T @ every, place.size
+        place, columns = jacobian(terms, state, j, free, rest[:, j])
+        every = np.column_stack([columns, rest[:, j]]) * root[:, None]
+        products, count = every.T @ every, place.size - terms.nuisance.shape[2]
+        place = place[:count]
         shared, inverse = products[count:-1, :count], generalised_inverse(products[count:-1, count:-1])
         friction.append(_Projected(j, place, inverse @ products[count:-1, -1], inverse @ shared))
         gradient[place] += products[:count, -1] - shared.T @ friction[-1].alone

@@ -11,11 +11,11 @@ from collaudit.core.identification.problem.identification_problem import (
     Solution,
     Unknowns,
     jacobian,
-    reweigh,
+    prior_sd,
     solve,
-    state_of,
     unexplained_torque,
     weighted_joints,
+    weighted_state,
 )
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.identification.problem.standard_errors import scaled_inverse
@@ -58,16 +58,14 @@ class Linearised:
 
 def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearised:
     """The problem about its solution, with the weights that its samples have there."""
-    state = state_of(terms, solution)
-    reweigh(terms, state)
+    state = weighted_state(terms, solution)
     rest = unexplained_torque(terms, state)
-    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd])
     origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
     found = np.concatenate([solution.inertials, solution.armature, solution.gain])
     free, kinds = solution.free, terms.nuisance.shape[2]
     known = int(np.count_nonzero(free))
     precision = np.zeros(known + kinds * state.gain.size)
-    precision[:known] = scales[free] ** -2.0
+    precision[:known] = prior_sd(unknowns)[free] ** -2.0
     gradient = np.zeros_like(precision)
     gradient[:known] = precision[:known] * (origin - found)[free]
     hessian, joints = np.zeros((precision.size, precision.size)), []
@@ -75,9 +73,7 @@ def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearis
         friction = slice(known + kinds * j, known + kinds * (j + 1))
         precision[friction] = _friction_precision(terms, j)
         gradient[friction] = -precision[friction] * solution.nuisance[j]
-        place, columns = jacobian(terms, state, j, free, rest[:, j], np.ones(len(rest)))
-        place = np.concatenate([place, known + kinds * j + np.arange(kinds)])
-        columns = np.concatenate([columns, terms.nuisance[j]], axis=1)
+        place, columns = jacobian(terms, state, j, free, rest[:, j])
         weight = state.weight[:, j] / state.sigma[j] ** 2
         weighed = columns * weight[:, None]
         hessian[np.ix_(place, place)] += weighed.T @ columns

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
@@ -50,13 +51,8 @@ def drift_columns(times_s: Sequence[FloatArray]) -> FloatArray:
         # the first log lacks one hat: all hats together are the offset itself
         hats = [np.interp(time, knots, row) for row in np.eye(count + 1)[int(k == 0) :]]
         parts.append(np.array(hats).reshape(len(hats), time.size).T)
-    out = np.zeros((sum(t.size for t in times_s), sum(p.shape[1] for p in parts)))
-    row = column = 0
-    for part in parts:
-        out[row : row + part.shape[0], column : column + part.shape[1]] = part
-        row, column = row + part.shape[0], column + part.shape[1]
-    centred: FloatArray = out - out.mean(axis=0)
-    return centred
+    out = block_diag(*parts)
+    return np.asarray(out - out.mean(axis=0))
 
 
 def nuisance_columns(

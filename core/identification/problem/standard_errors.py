@@ -18,10 +18,10 @@ from collaudit.core.identification.problem.identification_problem import (
     Solution,
     Unknowns,
     jacobian,
-    reweigh,
-    state_of,
+    prior_sd,
     unexplained_torque,
     weighted_joints,
+    weighted_state,
 )
 from collaudit.core.identification.problem.nuisance import OFFSET
 from collaudit.core.identification.problem.problem_terms import Terms
@@ -48,21 +48,17 @@ class StandardErrors:
 
 def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> StandardErrors:
     """Covariance of all unknowns together, friction and offset among them."""
-    state = state_of(terms, solution)
-    reweigh(terms, state)
+    state = weighted_state(terms, solution)
     rest, joints = unexplained_torque(terms, state), state.gain.size
-    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd])[
-        solution.free
-    ]
+    scales = prior_sd(unknowns)[solution.free]
     kinds = terms.nuisance.shape[2]
     size = scales.size + kinds * joints
     precision, data = np.zeros(size), np.zeros((size, size))
     precision[: scales.size] = scales**-2.0
     parts = []
     for j in weighted_joints(state):
-        place, columns = jacobian(terms, state, j, solution.free, rest[:, j], np.full(len(rest), 1.0 / state.sigma[j]))
-        columns = np.concatenate([columns, terms.nuisance[j] / state.sigma[j]], axis=1)
-        place = np.concatenate([place, scales.size + kinds * j + np.arange(kinds)])
+        place, columns = jacobian(terms, state, j, solution.free, rest[:, j])
+        columns = columns / state.sigma[j]
         data[np.ix_(place, place)] += (columns * state.slope[:, j, None]).T @ columns
         parts.append((j, place, columns))
     inverse = scaled_inverse(data + np.diag(precision))

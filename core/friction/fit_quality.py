@@ -163,8 +163,8 @@ def _excess(data: ls.Points, law: SeparableLaw) -> Callable[[float], float]:
     columns, freedom = data.raw(law, c), max(1, data.n - _free(data, law))
 
     def excess(variance: float) -> float:
-        weighed = data.with_sd(np.sqrt(data.sd**2 + variance))
-        return 1.0 - freedom / max(ls.sum_squares_of(weighed.weighted(columns), weighed.target), 1e-300)
+        weighed = replace(data, sd=np.sqrt(data.sd**2 + variance))
+        return 1.0 - freedom / max(ls.solve(weighed.weighted(columns), weighed.target).sum_squares, 1e-300)
 
     return excess
 

@@ -61,13 +61,9 @@ def held_out(data: ls.Points, law: FrictionLaw, folds: IntArray, ridge: float | 
 
 def _predict(train: ls.Points, test: ls.Points, law: FrictionLaw, ridge: float | None) -> FloatArray | None:
     """Friction at the test points by a fit to the others, their offset included; None where they cannot carry it."""
-    if isinstance(law, RidgeLaw):
-        return _predict_ridge(train, test, law, ridge)
-    assert isinstance(law, SeparableLaw)
-    return _predict_separable(train, test, law)
-
-
-def _predict_ridge(train: ls.Points, test: ls.Points, law: RidgeLaw, ridge: float | None) -> FloatArray | None:
+    if isinstance(law, SeparableLaw):
+        return _predict_separable(train, test, law)
+    assert isinstance(law, RidgeLaw)
     if train.n < law.least_held_out:
         return None
     fitted = fit_ridge_law(train, law, ridge)
@@ -93,7 +89,7 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
     if held:
         free = np.delete(np.arange(design.shape[1]), held)
         estimate = np.zeros(design.shape[1])
-        estimate[free] = ls.estimate_of(design[:, free], train.target)
+        estimate[free] = ls.solve(design[:, free], train.target).estimate
     if law.bounded:
         estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
     return np.asarray(test.raw(law, c) @ estimate)

@@ -9,7 +9,6 @@ of A, B, D by profiling over C (Bates and Watts, Nonlinear Regression Analysis, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -81,10 +80,6 @@ class Points:
         along = shared @ x
         return np.asarray(x - share * (shared * along if x.ndim == 1 else shared[:, None] * along[..., None, :]))
 
-    def with_sd(self, sd: FloatArray) -> Points:
-        """The same points with other standard deviations (n,); many times in a row, where ``replace`` is slow."""
-        return Points(self.speed, self.friction, sd, self.offset, self.direction, self.timing)
-
     def take(self, rows: IntArray) -> Points:
         """Only these rows."""
         offset = None if self.offset is None else self.offset[rows]
@@ -128,31 +123,15 @@ class Profile:
 def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
     """Least squares through a column-scaled QR decomposition (of zeros, for the covariance alone)."""
     target = np.zeros(design.shape[0]) if target is None else target
-    estimate, inverse, scale = _solved(design, target)
-    with np.errstate(over="ignore"):  # of a column that is all but gone, the coefficient may be anything
-        covariance = (inverse @ inverse.T) / np.outer(scale, scale)
-    rest = target - design @ estimate
-    return LinearFit(estimate, covariance, float(rest @ rest))
-
-
-def estimate_of(design: FloatArray, target: FloatArray) -> FloatArray:
-    """(k,) estimates of :func:`solve` alone."""
-    return _solved(design, target)[0]
-
-
-def sum_squares_of(design: FloatArray, target: FloatArray) -> float:
-    """Sum of squares of :func:`solve` alone."""
-    rest = target - design @ _solved(design, target)[0]
-    return float(rest @ rest)
-
-
-def _solved(design: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Estimates (k,), inverse triangle (k, k) of the scaled columns, and their scale (k,)."""
     scale: FloatArray = np.sqrt(np.add.reduce(design * design, axis=0))
     scale[scale == 0] = 1.0
     q, r = np.linalg.qr(design / scale)
     inverse: FloatArray = np.asarray(np.linalg.inv(_solvable(r)), dtype=np.float64)
-    return np.asarray(inverse @ (q.T @ target) / scale), inverse, scale
+    estimate: FloatArray = np.asarray(inverse @ (q.T @ target) / scale)
+    with np.errstate(over="ignore"):  # of a column that is all but gone, the coefficient may be anything
+        covariance = (inverse @ inverse.T) / np.outer(scale, scale)
+    rest = target - design @ estimate
+    return LinearFit(estimate, covariance, float(rest @ rest))
 
 
 def fit_at(points: Points, law: SeparableLaw, c: float) -> LinearFit:
@@ -165,14 +144,6 @@ def search_range(points: Points) -> tuple[float, float]:
     return 0.03 / float(points.speed.max()), 12.0 / float(points.speed.min())
 
 
-@lru_cache(maxsize=256)
-def _coarse_rates(low: float, high: float) -> FloatArray:
-    """(161,) rates, read-only: fits without some of the points, and of other laws, mostly ask for the same ones."""
-    grid = np.geomspace(low, high, _COARSE)
-    grid.flags.writeable = False
-    return grid
-
-
 def profile(points: Points, law: SeparableLaw) -> Profile:
     """Fit the linear coefficients along a logarithmic grid of C, dense around the best.
 
@@ -182,14 +153,14 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
     low, high = search_range(points)
     best = best_rate(points, law)
     near = _near(points, law, best, low, high)
-    grid = np.unique(np.concatenate([_coarse_rates(low, high), near, [best]]))
+    grid = np.unique(np.concatenate([np.geomspace(low, high, _COARSE), near, [best]]))
     estimate, covariance, sums = _solve_all(points, law, grid)
     return Profile(grid, sums, estimate, covariance, int(np.argmin(sums)))
 
 
 def best_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares, to 1e-5 of itself: a grid, a finer one about its minimum, and there a parabola."""
-    coarse = _coarse_rates(*search_range(points))
+    coarse = np.geomspace(*search_range(points), _COARSE)
     k = int(np.argmin(sums_along(points, law, coarse)))
     fine = np.geomspace(coarse[max(k - 1, 0)], coarse[min(k + 1, _COARSE - 1)], _FINE)
     sums = sums_along(points, law, fine)
@@ -225,18 +196,7 @@ def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArr
 
 def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Estimates (m, k), unscaled covariances (m, k, k) and sums of squares (m,) at every rate, all at once."""
-    estimate, inverse, scale, sums = _decomposed(points, law, grid)
-    with np.errstate(over="ignore"):  # where the exponential is all but gone, its coefficient may be anything
-        covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
-    return estimate, np.clip(covariance, -_UNBOUNDED, _UNBOUNDED), sums
-
-
-def _decomposed(
-    points: Points, law: SeparableLaw, grid: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """At every rate: estimates (m, k), inverse triangles (m, k, k) of the scaled columns, scales (m, k), sums (m,)."""
-    design = points.design(law, grid[:, None])
-    target = points.target
+    design, target = points.design(law, grid[:, None]), points.target
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0] = 1.0
     q, r = np.linalg.qr(design / scale[:, None, :])
@@ -244,7 +204,9 @@ def _decomposed(
     projected = np.einsum("mnk,n->mk", q, target)
     estimate = np.einsum("mij,mj->mi", inverse, projected) / scale
     rest = target - np.einsum("mnk,mk->mn", design, estimate)
-    return estimate, inverse, scale, np.einsum("mn,mn->m", rest, rest)
+    with np.errstate(over="ignore"):  # where the exponential is all but gone, its coefficient may be anything
+        covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
+    return estimate, np.clip(covariance, -_UNBOUNDED, _UNBOUNDED), np.einsum("mn,mn->m", rest, rest)
 
 
 def _near(points: Points, law: SeparableLaw, best: float, low: float, high: float) -> FloatArray:
@@ -252,10 +214,7 @@ def _near(points: Points, law: SeparableLaw, best: float, low: float, high: floa
     fit = fit_at(points, law, best)
     jac = jacobian(points, law, fit.estimate, best)
     scale = max(1.0, fit.sum_squares / max(1, points.n - jac.shape[1]))
-    try:
-        se = float(np.sqrt(scale * solve(jac).covariance[-1, -1]))
-    except np.linalg.LinAlgError:  # no exponential at all: C has no standard error, the coarse grid is enough
-        return np.empty(0)
+    se = float(np.sqrt(scale * solve(jac).covariance[-1, -1]))
     if not np.isfinite(se) or se > best:
         return np.empty(0)
     reach = np.linspace(-_REACH, _REACH, _DENSE) * se
@@ -307,11 +266,7 @@ def interval_of_linear(prof: Profile, weights: FloatArray, allowance: float) -> 
 
 def _solvable(r: FloatArray) -> FloatArray:
     """(…, k, k) triangles in which a column gone in rounding is kept, its variance then beyond all bounds."""
-    if r.ndim == 2 and min(map(abs, r.diagonal().tolist())) >= _FLAT:
-        return r  # what almost every one of hundreds of thousands of small fits is
     index = np.arange(r.shape[-1])
     diagonal = r[..., index, index]
-    flat = np.abs(diagonal) < _FLAT
-    if flat.any():
-        r[..., index, index] = np.where(flat, _FLAT, diagonal)
+    r[..., index, index] = np.where(np.abs(diagonal) < _FLAT, _FLAT, diagonal)
     return r

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from collaudit.core.friction.fit_quality import point_arrays, robust_weights, wi
 from collaudit.core.friction.identifiability import identifiability
 from collaudit.core.friction.law_candidates import Candidate, FrictionUnits, fit_linear_law, fit_rate_law, fit_ridge_law
 from collaudit.core.friction.law_comparison import choose, compare
-from collaudit.core.friction.physical_law import dissipation, physical, vanishes_unseen
+from collaudit.core.friction.physical_law import drives, physical, vanishes_unseen
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.numeric.arrays import FloatArray
@@ -67,8 +67,7 @@ def fit_friction(
     weight = robust_weights(raw, robust)
     kept = tuple(replace(p, weight=float(w)) for p, w in zip(points, weight, strict=True))
     data = with_scatter(raw, weight)
-    power = dissipation(points)
-    inverted = power is not None and power.inverted
+    inverted = drives(points)
     job = _Job(replace(empty, points=kept, dissipates=not inverted), data, units, bounded=not inverted)
     fit = _automatic(job) if law is None else _insisted(job, law)
     return replace(fit, r_squared=_r_squared(fit, data))
@@ -77,18 +76,18 @@ def fit_friction(
 def _insisted(job: _Job, law: FrictionLaw) -> FrictionFit:
     """The law that was asked for, whatever the data say of it."""
     if law is LINE:
-        return _line(job, _straight(job), ("The model was chosen in the configuration.",), None)
+        return _line(job, _fitted(job, LINE), ("The model was chosen in the configuration.",), None)
     found = _candidate(job, law)
     if isinstance(found, str):
-        return _line(job, _straight(job), (found,), None)
+        return _line(job, _fitted(job, LINE), (found,), None)
     if found.refusal:
-        return _line(job, _straight(job), (f"{law.name}: {found.refusal}.",), None)
+        return _line(job, _fitted(job, LINE), (f"{law.name}: {found.refusal}.",), None)
     return _law_fit(job, found)
 
 
 def _automatic(job: _Job) -> FrictionFit:
     """Compare all laws; fall back to the straight line where nothing richer is determined."""
-    line = _straight(job)
+    line = _fitted(job, LINE)
     fitted: list[Candidate] = []
     refused: list[ModelComparison] = []
     for law in LAWS.values():
@@ -144,27 +143,21 @@ def _candidate(job: _Job, law: FrictionLaw) -> Candidate | str:
     least = _least_points(data, law)
     if data.n < least:
         return f"{data.n} points are too few (at least {least} are needed)"
-    if isinstance(law, RidgeLaw):
-        found = fit_ridge_law(data, law)
-        return physical(found, data.speed, _separable(job)) if job.bounded else found
-    assert isinstance(law, SeparableLaw)
-    fit = _separable(job)
-    return physical(fit(law), data.speed, fit) if job.bounded else fit(law)
+    return _fitted(job, law)
 
 
-def _separable(job: _Job) -> Callable[[SeparableLaw], Candidate]:
-    """How a separable law is fitted to the job's points."""
+def _fitted(job: _Job, law: FrictionLaw) -> Candidate:
+    """A law fitted to the job's points, within physical bounds unless what the points show is no friction."""
 
-    def fit(law: SeparableLaw) -> Candidate:
+    def separable(law: SeparableLaw) -> Candidate:
         return fit_linear_law(job.data, law) if law.rate is None else fit_rate_law(job.data, law, law.rate, job.units)
 
-    return fit
-
-
-def _straight(job: _Job) -> Candidate:
-    """The straight line, within physical bounds."""
-    line = fit_linear_law(job.data, LINE)
-    return physical(line, job.data.speed, _separable(job)) if job.bounded else line
+    if isinstance(law, SeparableLaw):
+        found = separable(law)
+    else:
+        assert isinstance(law, RidgeLaw)
+        found = fit_ridge_law(job.data, law)
+    return physical(found, job.data.speed, separable) if job.bounded else found
 
 
 def _least_points(data: ls.Points, law: FrictionLaw) -> int:

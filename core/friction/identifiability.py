@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from collaudit.core.data.friction_result import Bounds, Identifiability, OpenSide
@@ -29,17 +31,11 @@ def identifiability(
 
     values = _singular_values(fitted.jacobian)
     smallest = values[-1] if values else 0.0
-    correlations = {}
-    if fitted.covariance is not None:
-        symbols = [s for s, x in zip(fitted.values, np.diag(fitted.covariance), strict=True) if x > 0]
-        every = list(fitted.values)
-        for i, first in enumerate(symbols):
-            for second in symbols[i + 1 :]:
-                a, b = every.index(first), every.index(second)
-                size = np.sqrt(fitted.covariance[a, a] * fitted.covariance[b, b])
-                correlations[f"{key(first)} ~ {key(second)}"] = float(
-                    np.clip(fitted.covariance[a, b] / size, -1.0, 1.0)
-                )
+    correlations, covariance = {}, fitted.covariance
+    for (a, first), (b, second) in combinations(enumerate(fitted.values), 2):
+        if covariance is not None and covariance[a, a] > 0 and covariance[b, b] > 0:
+            share = covariance[a, b] / np.sqrt(covariance[a, a] * covariance[b, b])
+            correlations[f"{key(first)} ~ {key(second)}"] = float(np.clip(share, -1.0, 1.0))
     asked = richer if richer is not None else fitted
     return Identifiability(
         singular_values=values,

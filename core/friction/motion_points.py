@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
@@ -33,48 +32,20 @@ _GAP = 3.0
 _MARGIN = 1.05  # friction is used a little beyond the speeds it was measured at
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MotionSamples:
-    """Samples of one joint's settled motion that tell friction, in the order of time, each (m,).
-
-    Attributes:
-        rows: sample numbers of the log.
-        speed: rad/s (m/s if prismatic).
-        direction: of the motion, 1 or -1.
-        friction: effort less the torque that reaches the link, along the motion, N·m.
-        stretch: number of the second that a sample lies in, of those with samples, from 0.
-    """
-
-    rows: IntArray
-    speed: FloatArray
-    direction: FloatArray
-    friction: FloatArray
-    stretch: IntArray
-
-
 def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     """Points (speed, friction) of one joint from all its settled motion, each direction by itself.
 
-    The standard error is from the scatter between stretches of one second, since neighbouring samples err alike.
+    Friction is the effort less the torque that reaches the link. The standard error is from the scatter between
+    stretches of one second, since neighbouring samples err alike.
 
     Args:
-        prepared: a log with effort in torque units, and a model torque or a joint torque sensor.
+        prepared: a log with effort in torque units, and a model torque or a joint torque sensor; none give no points.
         joint: its name.
-    """
-    samples = motion_samples(prepared, joint)
-    return () if samples is None else points_of_samples(samples)
-
-
-def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
-    """What :func:`motion_points` is made of; None without such a torque or motion.
-
-    Args:
-        prepared, joint: as there.
     """
     series = prepared.series
     known = gear_torque(prepared, joint)
     if known is None or series.effort is None:
-        return None
+        return ()
     j = series.column(joint)
     if sensed(prepared, joint):  # as noisy as the effort
         known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
@@ -82,55 +53,27 @@ def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
     unexplained = np.subtract(effort, known, out=effort)
     rows = _settled_rows(series, j, unexplained)
     if rows.size == 0:
-        return None
-    velocity = series.velocity_rad_s[:, j][rows]
-    direction = np.sign(velocity)
-    second = np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64)
-    return MotionSamples(rows, np.abs(velocity), direction, direction * unexplained[rows], numbered(second))
-
-
-def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None) -> tuple[FrictionPoint, ...]:
-    """The points, as of :func:`motion_points`.
-
-    Args:
-        samples: of one joint.
-        left_out: (m,) samples that do not count; None: all count.
-    """
-    speed = samples.speed.copy() if left_out is None else samples.speed[~left_out]
-    if speed.size == 0:
         return ()
-    fastest = float(speed.max()) * 1.0001
-    edges = np.geomspace(max(MOVING_RAD_S, quantile_of(speed, 0.02)), fastest, _BINS + 1)
-    bins = _bins(samples, edges)
-    if left_out is not None:
-        bins[left_out] = 2 * _BINS
-    count, total = _by_stretch(samples, bins)
+    velocity = series.velocity_rad_s[:, j][rows]
+    second = numbered(np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64))
+    return _points(velocity, np.sign(velocity) * unexplained[rows], second)
+
+
+def _points(velocity: FloatArray, friction: FloatArray, second: IntArray) -> tuple[FrictionPoint, ...]:
+    """Points of (m,) samples, forward ones first: one a bin of speeds that enough seconds have."""
+    speed = np.abs(velocity)
+    edges = np.geomspace(max(MOVING_RAD_S, quantile_of(speed, 0.02)), float(speed.max()) * 1.0001, _BINS + 1)
+    bins = np.searchsorted(edges, speed, side="right")
     points = []
-    for number in range(2 * _BINS):
-        there = count[number] > 0
-        if np.count_nonzero(there) >= _MIN_STRETCHES:
-            inside, sign = np.flatnonzero(bins == number), 1 if number < _BINS else -1
-            speed, friction = samples.speed[inside], samples.friction[inside]
-            points.append(_point(speed, friction, count[number][there], total[number][there], sign))
+    for direction in (1, -1):
+        way = np.sign(velocity) == direction
+        for number in range(1, _BINS + 1):
+            inside = np.flatnonzero(way & (bins == number))
+            count = np.bincount(second[inside])
+            total = np.asarray(np.bincount(second[inside], friction[inside]), dtype=np.float64)
+            if np.count_nonzero(count) >= _MIN_STRETCHES:
+                points.append(_point(speed[inside], friction[inside], count[count > 0], total[count > 0], direction))
     return tuple(points)
-
-
-def _by_stretch(samples: MotionSamples, bins: NDArray[np.uint8]) -> tuple[IntArray, FloatArray]:
-    """(bins, stretches) number of samples, and sum of their friction; the last bin is that of what does not count."""
-    stretches, size = int(samples.stretch[-1]) + 1, 2 * _BINS + 1
-    key = bins.astype(np.int64) * stretches + samples.stretch
-    count = np.bincount(key, minlength=size * stretches).reshape(size, stretches)
-    total = np.bincount(key, samples.friction, minlength=size * stretches).reshape(size, stretches)
-    return np.asarray(count, dtype=np.int64), np.asarray(total, dtype=np.float64)
-
-
-def _bins(samples: MotionSamples, edges: FloatArray) -> NDArray[np.uint8]:
-    """(m,) bin of each sample's speed, backward ones after forward ones; below the lowest edge twice their number."""
-    above = np.zeros(samples.speed.size, dtype=np.uint8)
-    for edge in edges:
-        above += samples.speed >= edge
-    number = above - np.uint8(1) + np.uint8(_BINS) * (samples.direction < 0)
-    return np.where(above > 0, number, 2 * _BINS).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ bound makes sense of that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
@@ -25,24 +25,10 @@ _SHARE = 0.8  # of the points that must be negative themselves
 _FALLEN = 0.5  # of its level that friction has left at the slowest speed measured, where it is said to vanish at rest
 
 
-@dataclass(frozen=True, slots=True)
-class Dissipation:
-    """Mean friction of a joint over its points, errors of gravity aside; negative where power would be produced.
+def drives(points: Sequence[FrictionPoint]) -> bool:
+    """Whether friction is negative at nearly every speed, its mean beyond its uncertainty (one-sided 99.9 %).
 
-    Attributes:
-        level_nm: mean over the directions.
-        bound_nm: its one-sided 99.9 % upper bound.
-        inverted: whether it is negative beyond its uncertainty, at nearly every speed.
-    """
-
-    level_nm: float
-    bound_nm: float
-    inverted: bool
-
-
-def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
-    """Mean friction of points of both directions; None where one direction is missing or the points are few.
-
+    Not where one direction is missing or the points are few.
     An error of the model's gravity torque raises one direction and lowers the other: their mean is free of it.
     """
     value = np.array([p.friction_nm for p in points])
@@ -50,7 +36,7 @@ def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
     sides = [value[way == side] for side in (1, -1)]
     pairs = value[way == 0]
     if len(points) < _LEAST_POINTS or (pairs.size == 0 and min(s.size for s in sides) == 0):
-        return None
+        return False
     offset = 0.0 if min(s.size for s in sides) == 0 else 0.5 * float(np.mean(sides[0]) - np.mean(sides[1]))
     free = value - offset * way
     if pairs.size == 0:
@@ -58,11 +44,11 @@ def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
     else:
         level, freedom = float(np.mean(free)), len(points) - 1
     if freedom < 1:
-        return None
+        return False
     scatter = float(np.std(free, ddof=1)) / np.sqrt(len(points))
     timing = float(np.mean([p.timing_nm for p in points]))
     bound = level + float(student_quantile(freedom, _CLEAR)) * float(np.hypot(scatter, timing))
-    return Dissipation(level, bound, bound < 0 and float(np.mean(free < 0)) >= _SHARE)
+    return bound < 0 and float(np.mean(free < 0)) >= _SHARE
 
 
 def physical(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw], Candidate]) -> Candidate:

@@ -98,10 +98,9 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     bandwidth = min(_SECTION_BANDWIDTH_HZ, series.bandwidth_hz)
     smooth = low_pass(series.velocity_rad_s, series.segments, series.period_s, bandwidth)
 
-    def of_joint(joint: str) -> tuple[list[Section], list[RejectedSection]]:
-        j = series.column(joint)
-        sections: list[Section] = []
-        rejected: list[RejectedSection] = []
+    sections: list[Section] = []
+    rejected: list[RejectedSection] = []
+    for j, joint in enumerate(series.joint_names):  # not in threads: short calls, section by section
         logged = series.raw_velocity_rad_s
         noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
         quiet = _quiet(smooth[:, j], _least(series, config), config, noise)
@@ -109,14 +108,9 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
             found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
             sections += [_measure(series, joint, j, s) for s in found]
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
-        return sections, rejected
-
-    made = []
-    for count, joint in enumerate(series.joint_names, 1):  # not in threads: short calls, section by section
-        made.append(of_joint(joint))
         if progress is not None:
-            progress(count, len(series.joint_names))
-    return SectionSet(tuple(s for found, _ in made for s in found), tuple(r for _, lost in made for r in lost))
+            progress(j + 1, len(series.joint_names))
+    return SectionSet(tuple(sections), tuple(rejected))
 
 
 def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> list[Span]:

@@ -12,7 +12,7 @@ from collaudit.core.friction.joint_fits import friction_findings
 from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.law_comparison import choose
 from collaudit.core.friction.motion_points import any_motion_tells_more, covered, distinct_speeds
-from collaudit.core.friction.physical_law import dissipation
+from collaudit.core.friction.physical_law import drives
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 
 UNITS = FrictionUnits.of("revolute", "Nm")
@@ -95,12 +95,8 @@ def test_a_law_that_misses_speeds_is_not_as_good_for_being_uncertain_of_it() -> 
 @pytest.mark.parametrize("offset", [0.0, 8.0])
 def test_inverted_effort_is_told_from_an_error_of_gravity(offset: float) -> None:
     speeds = np.linspace(0.1, 1.5, 10)
-    wrong = dissipation(points(speeds, lambda v: -6.8 - 3.1 * v, offset=offset))
-    right = dissipation(points(speeds, lambda v: 6.8 + 3.1 * v, offset=offset))
-    assert wrong is not None
-    assert wrong.inverted
-    assert right is not None
-    assert not right.inverted
+    assert drives(points(speeds, lambda v: -6.8 - 3.1 * v, offset=offset))
+    assert not drives(points(speeds, lambda v: 6.8 + 3.1 * v, offset=offset))
     fit = fitted(speeds, lambda v: -6.8 - 3.1 * v, offset=offset)
     assert not fit.dissipates
     assert "inverted" in friction_findings({"j": fit})[0].text
@@ -115,14 +111,13 @@ def test_inverted_effort_is_told_from_an_error_of_gravity(offset: float) -> None
 def test_no_friction_at_all_is_not_negative_friction() -> None:
     wrong = 0
     for seed in range(50):
-        found = dissipation(points(np.linspace(0.1, 1.5, 8), lambda v: 0.0, sd=0.3, seed=seed))
-        wrong += found is not None and found.inverted
+        wrong += drives(points(np.linspace(0.1, 1.5, 8), lambda v: 0.0, sd=0.3, seed=seed))
     assert wrong == 0
 
 
 def test_one_direction_alone_tells_no_sign() -> None:
     ahead = [p for p in points(np.linspace(0.1, 1, 8), lambda v: -3.0) if p.direction > 0]
-    assert dissipation(ahead) is None
+    assert not drives(ahead)
 
 
 def test_bounded_laws_oppose_the_motion_at_every_speed_measured() -> None:

@@ -35,15 +35,14 @@ _LEAST_SPAN = 0.5  # of friction's mean: a smaller span of loads shows nothing
 def joint_correction(parts: Sequence[Settled]) -> FrictionCorrection | None:
     """Corrections of one joint from its settled samples, one entry a log; None where nothing is shown."""
     step = max(1, sum(p.time_s.size for p in parts) // _MOST_SAMPLES)
-    thin = _thinned(parts, step)
     stretch, count = [], 0
-    for part in thin:
-        _, label = np.unique(np.floor(part.time_s / _STRETCH_S), return_inverse=True)
+    for part in parts:
+        _, label = np.unique(np.floor(part.time_s[::step] / _STRETCH_S), return_inverse=True)
         stretch.append(label + count)
         count += int(label.max()) + 1
     if count < _FEWEST_STRETCHES:
         return None
-    data, cluster = _joined(thin), np.concatenate(stretch).astype(np.int64)
+    data, cluster = _joined(parts, step), np.concatenate(stretch).astype(np.int64)
     fold = cluster % _FOLDS
     before = float(np.sqrt(np.mean(data.residual**2)))
     waves, left = ripple_waves(data.position, np.sign(data.friction), data.residual, cluster, fold)
@@ -95,15 +94,11 @@ def _rms(x: FloatArray) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
-def _thinned(parts: Sequence[Settled], step: int) -> list[Settled]:
+def _joined(parts: Sequence[Settled], step: int) -> Settled:
     """Every so many of the samples, without temperatures."""
     kept = [name for name in Settled.__slots__ if name != "temperature"]
-    return [Settled(**{name: getattr(p, name)[::step] for name in kept}, temperature=None) for p in parts]
-
-
-def _joined(parts: Sequence[Settled]) -> Settled:
-    kept = [name for name in Settled.__slots__ if name != "temperature"]
-    return Settled(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in kept}, temperature=None)
+    columns = {name: np.concatenate([getattr(part, name)[::step] for part in parts]) for name in kept}
+    return Settled(**columns, temperature=None)
 
 
 def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[Finding]:

@@ -63,8 +63,8 @@ class IdentifiedJoint:
         armature_file_kg_m2: rotor inertia of the robot's description.
         armature_ci95: interval of the rotor inertia used, from data and prior; None where it was not estimated.
         samples: of this joint in motion.
-        rms_file_nm, rms_nm: residual in motion with the inertials of the robot's description, and as identified.
-        held_out_rms_file_nm, held_out_rms_nm: the same on blocks of time that were left out.
+        held_out_rms_file_nm, held_out_rms_nm: residual in motion, on blocks of time that were left out, with the
+            inertials of the robot's description, and as identified.
         gain_kept: the gain is the stated one, since the motion tells no better; its interval is that of the statement.
         gain_by_load: the gain follows from logs that differ by a known load, whatever the inertials are.
         angle_torque: what a spring, a counterbalance or a cable adds by the joint's angle; None where none was found.
@@ -77,8 +77,6 @@ class IdentifiedJoint:
     armature_kg_m2: float
     armature_file_kg_m2: float
     samples: int
-    rms_file_nm: float | None
-    rms_nm: float | None
     held_out_rms_file_nm: float | None
     held_out_rms_nm: float | None
     armature_ci95: Bounds | None = None

@@ -19,7 +19,7 @@ from collaudit.core.identification.base_parameters import BaseMap, base_map
 from collaudit.core.identification.inertial_consistency import is_consistent
 from collaudit.core.identification.priors import ARMATURE_SHARE, own_armature
 from collaudit.core.identification.problem.angle_columns import angle_torque
-from collaudit.core.identification.problem.identification_problem import Solution, Unknowns, residual, solve, terms_of
+from collaudit.core.identification.problem.identification_problem import Solution, Unknowns, solve, terms_of
 from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS, held_out
 from collaudit.core.identification.problem.nuisance import OFFSET
 from collaudit.core.identification.problem.problem_terms import Terms
@@ -50,14 +50,8 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
         armature_prior_sd=np.zeros_like(job.unknowns.armature_prior_sd),
         armature=own_armature(job.robot),
     )
-    motion = job.terms.motion
-    bare = terms_of(motion, job.terms.regressor, file_only)
-    moving = motion.moving
-    rms = [
-        rms_of(rest, moving)
-        for rest in (residual(bare, solve(bare, file_only, HELD_OUT_STEPS)), residual(job.terms, job.solution))
-    ]
-    some = Samples(motion, job.terms.regressor).at_most(MOST_HELD_OUT)
+    moving = job.terms.motion.moving
+    some = Samples(job.terms.motion, job.terms.regressor).at_most(MOST_HELD_OUT)
     out = [_held_out(terms_of(some.motion, some.regressor, each), each) for each in (file_only, job.unknowns)]
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
@@ -72,8 +66,6 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
             offset_ci95=interval_95(drive.offset_nm, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_ci95=_armature_interval(job, j),
             angle_torque=_angle_torque(job, j, job.errors.nuisance[j]),
-            rms_file_nm=rms[0][j],
-            rms_nm=rms[1][j],
             held_out_rms_file_nm=out[0][j],
             held_out_rms_nm=out[1][j],
         )
@@ -92,8 +84,6 @@ def drive_of(found: Solved, j: int) -> IdentifiedJoint:
         armature_kg_m2=float(solution.armature[j]),
         armature_file_kg_m2=float(own_armature(found.robot)[j]),
         samples=int(np.count_nonzero(found.terms.motion.moving[:, j])),
-        rms_file_nm=None,
-        rms_nm=None,
         held_out_rms_file_nm=None,
         held_out_rms_nm=None,
         angle_torque=_angle_torque(found, j, None) if known else None,

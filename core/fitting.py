@@ -21,7 +21,7 @@ from collaudit.core.friction.joint_fits import friction_findings
 from collaudit.core.identification.candidates import wanted
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.estimate_choice import choose
-from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.identification.identification import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration

@@ -36,30 +36,27 @@ _Found = Delay | Undetermined | None
 def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, list[Finding]]:
     """Everything that can be said about the channels of one log."""
     effort, wrench = effort_delay(prepared), _wrench_delay(prepared, config)
-    estimate = effort if isinstance(effort, Delay) else None
-    pulled = wrench if isinstance(wrench, Delay) else None
-    spoils_gains = estimate is not None and _is_significant(estimate, prepared.series.period_s)
-    spoils_gains &= estimate is not None and abs(estimate.seconds) > _MATTERS_S
+    late = effort if isinstance(effort, Delay) and _is_significant(effort, prepared.series.period_s) else None
     velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
-        effort_delay_ms=_ms(estimate),
-        effort_delay_ci95_ms=_bounds_ms(estimate),
+        effort_delay_ms=_ms(effort),
+        effort_delay_ci95_ms=_bounds_ms(effort),
         velocity_delay_ms=None if velocity is None else 1e3 * velocity,
-        wrench_delay_ms=_ms(pulled),
-        wrench_delay_ci95_ms=_bounds_ms(pulled),
+        wrench_delay_ms=_ms(wrench),
+        wrench_delay_ci95_ms=_bounds_ms(wrench),
         sensor=calibrate_sensor(prepared, config),
     )
-    findings = audit_effort(prepared, estimate if spoils_gains else None)
+    findings = audit_effort(prepared, late if late is not None and abs(late.seconds) > _MATTERS_S else None)
     findings += audit_delays(prepared, config, effort, wrench)
     return facts, findings + audit_force_sensor(prepared, config, facts.sensor)
 
 
-def _ms(delay: Delay | None) -> float | None:
-    return None if delay is None else 1e3 * delay.seconds
+def _ms(delay: _Found) -> float | None:
+    return 1e3 * delay.seconds if isinstance(delay, Delay) else None
 
 
-def _bounds_ms(delay: Delay | None) -> Bounds | None:
-    return None if delay is None else (1e3 * delay.ci95[0], 1e3 * delay.ci95[1])
+def _bounds_ms(delay: _Found) -> Bounds | None:
+    return (1e3 * delay.ci95[0], 1e3 * delay.ci95[1]) if isinstance(delay, Delay) else None
 
 
 def audit_delays(prepared: Prepared, config: Config, effort: _Found, wrench: _Found) -> list[Finding]:
@@ -133,9 +130,7 @@ def _wrench_delay(prepared: Prepared, config: Config) -> _Found:
     force = series.wrench[:, :3]
     estimate = all_known([force])
     known = all_known([series.position_rad, series.acceleration_rad_s2]) & estimate & ~series.edge
-    moving = np.zeros(known.size, dtype=np.bool_)
-    for j in range(len(series.joint_names)):
-        moving |= np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
+    moving = (np.abs(series.velocity_rad_s) > MOVING_RAD_S).any(axis=1)
     rows = thinned(np.flatnonzero(known & moving), series, estimate)
     gravity = prepared.robot.gravity_in(series.position_rad[rows], frame)
     if rows.size == 0 or float(np.std(gravity, axis=0).max()) < 1.0:

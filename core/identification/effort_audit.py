@@ -10,7 +10,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import weighted_median
+from collaudit.core.numeric.stats import few_values, weighted_median
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.gain_findings import gains_at
@@ -23,8 +23,8 @@ _MOST = 0.6  # of the load, borne by joints with like gains
 _COARSE = 0.5
 #: Standard deviation of Gaussian noise over the median of |successive differences|: 1.4826 / sqrt(2).
 _SD_PER_MEDIAN_DIFFERENCE = 1.05
-#: An effort of more different values has no step; so many samples are looked at first.
-_MOST_VALUES, _FIRST = 200, 4096
+#: An effort of more different values has no step.
+_MOST_VALUES = 200
 _HEARD = 1e-3  # a joint with less of the load than this does not speak of signs
 
 
@@ -134,11 +134,8 @@ def _coarse(series: UniformSeries, joint: str) -> Finding | None:
 
 def _step(effort: FloatArray) -> float | None:
     """The step of an effort that takes few different values, else None."""
-    most = min(_MOST_VALUES, effort.size // 5)
-    if np.unique(np.round(effort[:_FIRST], 9)).size > most:  # a fine one shows it at once
-        return None
-    values = np.unique(np.round(effort, 9))
-    if not 3 <= values.size <= most:
+    values = few_values(effort, min(_MOST_VALUES, effort.size // 5))
+    if values is None or values.size < 3:
         return None
     gaps = np.diff(values)
     step = float(np.median(gaps))

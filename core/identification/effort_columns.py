@@ -18,7 +18,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.robust_regression import RobustFit
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
+from collaudit.core.numeric.stats import few_values, median_of, quantile_of, robust_sd
 from collaudit.core.numeric.tables import blocks
 from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
@@ -38,7 +38,7 @@ _OWN_SHARE, _ARM_SHARE = 0.3, 0.03
 #: Directions that change the torque by less than this share of the effort's spread, or come after so many, are left.
 _NEGLIGIBLE, _MOST = 1e-3, 30
 #: An effort of no more different values than this is known to a step at best.
-_COARSE, _FIRST = 60, 4096
+_COARSE = 60
 _AT_ONCE = 4096  # samples of inertial columns that memory holds
 
 
@@ -258,8 +258,5 @@ def _directions(motion: ThinnedMotion, j: int, settled_draws: IntArray, sd: Floa
 
 def _step(effort: FloatArray) -> float:
     """The step of an effort that takes few different values; 0 of a finer one."""
-    effort = effort[np.isfinite(effort)]
-    if np.unique(np.round(effort[:_FIRST], 9)).size > _COARSE:  # a fine one shows it at once
-        return 0.0
-    values = np.unique(np.round(effort, 9))
-    return float(np.median(np.diff(values))) if 1 < values.size <= _COARSE else 0.0
+    values = few_values(effort[np.isfinite(effort)], _COARSE)
+    return 0.0 if values is None or values.size < 2 else float(np.median(np.diff(values)))

@@ -48,15 +48,14 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
     names = robot.joint_names
     armature = own_armature(robot)
     armature_prior_sd = np.zeros(len(names))
+    inertia = _joint_inertia(robot, prepared[0])
+    # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them
+    unstated = np.where(armature > 0.0, 0.0, ARMATURE_SHARE * float(inertia.max()))
     if {"inertials", "rotor"} & set(estimate) and prepared[0].effort_source != "joint":
-        inertia = _joint_inertia(robot, prepared[0])
-        armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * inertia)
-        # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them
-        widest = ARMATURE_SHARE * float(inertia.max())
-        armature_prior_sd = np.where(armature > 0, armature_prior_sd, np.maximum(armature_prior_sd, widest))
+        armature_prior_sd = np.maximum(np.maximum(share * armature, ARMATURE_SHARE * inertia), unstated)
     gain, gain_prior_sd = np.ones(len(names)), np.zeros(len(names))
     if "gain" in estimate:
-        armature_prior_sd = np.maximum(armature_prior_sd, rotor_prior_sd(robot, prepared[0], armature))
+        armature_prior_sd = np.maximum(armature_prior_sd, unstated)
         stated = gains_stated(prepared[0], config)
         gain_prior_sd[:] = config.fit.gain_sd if stated else np.inf
         for found in prepared[0].gains:
@@ -73,13 +72,6 @@ def gains_stated(prepared: Prepared, config: Config) -> bool:
     units = config.log.units
     stated = bool(units.torque_constant_nm_per_a) or "effort" in units.given
     return stated and prepared.start.series.effort_unit == "Nm"
-
-
-def rotor_prior_sd(robot: RobotModel, prepared: Prepared, armature: FloatArray) -> FloatArray:
-    """(j,) standard deviation of rotor inertias that are not stated, kg·m²; 0 for stated ones."""
-    # behind gears a rotor may outweigh a light wrist's link hundreds of times
-    widest = ARMATURE_SHARE * float(_joint_inertia(robot, prepared).max())
-    return np.asarray(np.where(armature > 0.0, 0.0, widest))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

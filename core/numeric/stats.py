@@ -16,6 +16,7 @@ SD_PER_MAD = 1.4826
 MEDIAN_SE = 1.2533
 #: Huber's bound in standard deviations: 95 % of the efficiency of least squares on normal errors.
 HUBER_BOUND = 1.345
+_FIRST = 4096
 
 
 def interval_95(value: float, sd: float) -> tuple[float, float]:
@@ -59,3 +60,11 @@ def parabola_minimum(before: FloatArray, at: FloatArray, after: FloatArray) -> F
     """
     bend = before - 2.0 * at + after
     return np.asarray(np.where(bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1.0), 0.0))
+
+
+def few_values(x: FloatArray, most: int) -> FloatArray | None:
+    """The different values of (n,) numbers, rising; None where they are more than so many, to 1e-9."""
+    if np.unique(np.round(x[:_FIRST], 9)).size > most:  # that shows at once
+        return None
+    values = np.unique(np.round(x, 9))
+    return values if values.size <= most else None

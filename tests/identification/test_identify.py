@@ -13,8 +13,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.friction.motion_points import motion_points
 from collaudit.core.identification import inertial_consistency
 from collaudit.core.identification.base_parameters import base_map
-from collaudit.core.identification.identification import identify
-from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.identification.identification import identified_findings, identify
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared

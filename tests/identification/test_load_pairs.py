@@ -11,8 +11,7 @@ import pytest
 
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.identification.identification import identify
-from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.identification.identification import identified_findings, identify
 from collaudit.core.prepare.known_load import KnownLoad, loaded
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared

@@ -11,9 +11,10 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
+from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.gear_torque import gear_torque, sensed
 from collaudit.core.prepare.prepared import Prepared
 
@@ -55,7 +56,7 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     if rows.size == 0:
         return ()
     velocity = series.velocity_rad_s[:, j][rows]
-    second = numbered(np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64))
+    _, second = np.unique(np.floor(series.time_s[rows] / _STRETCH_S), return_inverse=True)
     return _points(velocity, np.sign(velocity) * unexplained[rows], second)
 
 
@@ -142,22 +143,11 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
         j: the joint's column.
         needed: (n,) each.
     """
-    settled = _settled(series.velocity_rad_s[:, j], round(_SETTLED_S / series.period_s))
+    settled = steady(series.velocity_rad_s[:, j], MOVING_RAD_S, round(_SETTLED_S / series.period_s))
     settled &= ~(series.edge | series.saturated[:, j])
     for column in needed:
         settled &= np.isfinite(column)
     return np.flatnonzero(settled)
-
-
-def _settled(v: FloatArray, margin: int) -> BoolArray:
-    """(n,) whether the joint has moved one way for so many samples, and will for as many more."""
-    direction = np.subtract(v > MOVING_RAD_S, v < -MOVING_RAD_S, dtype=np.int8)
-    edges = np.concatenate([[0], np.flatnonzero(direction[1:] != direction[:-1]) + 1, [v.size]])
-    out = np.zeros(v.size, dtype=np.bool_)
-    for a, b in pairwise(edges.tolist()):
-        if direction[a] != 0:
-            out[a + margin : max(a + margin, b - margin)] = True
-    return out
 
 
 def clustered_error(mean: float, count: IntArray, total: FloatArray) -> float:
@@ -169,12 +159,6 @@ def clustered_error(mean: float, count: IntArray, total: FloatArray) -> float:
     """
     score = total - mean * count  # ratio estimator of a mean over clusters of unequal size
     return float(np.sqrt(count.size / (count.size - 1) * np.sum(score**2))) / int(count.sum())
-
-
-def numbered(rising: IntArray) -> IntArray:
-    """(n,) numbers that do not fall, counted from 0 without a gap."""
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(rising)) + 1, [rising.size]])
-    return np.repeat(np.arange(edges.size - 1), np.diff(edges))
 
 
 def _point(speed: FloatArray, friction: FloatArray, count: IntArray, total: FloatArray, sign: int) -> FrictionPoint:

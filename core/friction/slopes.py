@@ -8,7 +8,6 @@ import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.identification_result import Bounds
-from collaudit.core.friction.motion_points import numbered
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _BLOCK_S = 2.0
@@ -137,8 +136,8 @@ def load_slope(
         time_s, residual, friction: as for :func:`friction_slope`, in the order of time.
         load: (n,) size of the torque that the gear carries, N·m.
     """
-    label = numbered(np.floor(time_s / _BLOCK_S).astype(np.int64))
-    if label[-1] + 1 < _MIN_BLOCKS:
+    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    if blocks.size < _MIN_BLOCKS:
         return None
     along = residual * np.sign(friction)
     at = load - load.mean()
@@ -147,11 +146,7 @@ def load_slope(
         return None
     slope = float(at @ (along - along.mean())) / power
     score: FloatArray = np.bincount(label, weights=at * (along - along.mean() - slope * at)).astype(np.float64)
-    return slope, _interval(slope, score, power, 4)
-
-
-def _interval(slope: float, score: FloatArray, power: float, together: int) -> Bounds:
-    sums = np.add.reduceat(score, np.arange(0, score.size, together))
+    sums = np.add.reduceat(score, np.arange(0, score.size, _TOGETHER))
     freedom = max(1, sums.size - 2)
     half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(np.sum(sums**2) * sums.size / freedom)) / power
-    return slope - half, slope + half
+    return slope, (slope - half, slope + half)

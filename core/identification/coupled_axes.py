@@ -57,7 +57,9 @@ def fit_coupled(
         with_inertia: whether the drive's inertia on the axis is to be identified, as other inertias are.
     """
     couplings = prepared[0].series.couplings
-    if not couplings or not all(_usable(p) for p in prepared):
+    if not couplings:
+        return {}, []
+    if any(p.rigid_nm is None or p.series.effort is None or p.series.effort_unit != "Nm" for p in prepared):
         return {}, [_undetermined(c, "model torque and effort in N·m are needed") for c in couplings]
     try:
         motion = collect(prepared, config.fit.max_samples, config.fit.blocks)
@@ -81,10 +83,6 @@ def fit_coupled(
         fits[coupling.joint] = fit
         findings.append(_said(coupling, fit))
     return fits, findings
-
-
-def _usable(log: Prepared) -> bool:
-    return log.rigid_nm is not None and log.series.effort is not None and log.series.effort_unit == "Nm"
 
 
 def _system(motion: Motion, rest: FloatArray, weights: FloatArray) -> _System:

@@ -119,14 +119,10 @@ def drive_gains(
     kept = np.isfinite(prior) & ~((error < _DETERMINED * prior) & _seen(terms, free, first.gain))
     gain = np.where(kept, unknowns.gain, first.gain)
     shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
-    pair = pair_gains(terms)
     gain, sd = np.where(shown, gain, np.nan), np.where(kept, prior, error)
-    return Gains(
-        np.where(pair.determined, pair.gain, gain),
-        np.where(pair.determined, pair.sd, sd),
-        np.asarray(kept & ~pair.determined),
-        pair.determined,
-    )
+    of_loads, loads_sd = pair_gains(terms)
+    told = np.isfinite(of_loads)
+    return Gains(np.where(told, of_loads, gain), np.where(told, loads_sd, sd), np.asarray(kept & ~told), told)
 
 
 def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:

@@ -8,8 +8,6 @@ Friction that grows with the load has the sign of the motion: sgn v |tau_a,j| is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
@@ -25,24 +23,15 @@ _STATED = 0.005
 _LAW = 7
 
 
-@dataclass(frozen=True, slots=True)
-class PairGains:
-    """Gains (j,) and standard errors such that 1.96 of them span 95 %; NaN and inf where the loads do not tell one."""
-
-    gain: FloatArray
-    sd: FloatArray
-
-    @property
-    def determined(self) -> BoolArray:
-        """(j,) joints whose gain the loads tell."""
-        return np.asarray(np.isfinite(self.gain))
-
-
-def pair_gains(terms: Terms) -> PairGains:
+def pair_gains(terms: Terms) -> tuple[FloatArray, FloatArray]:
     """Gains from known loads.
 
     Args:
         terms: samples and columns of all logs together.
+
+    Returns:
+        Gains (j,) and standard errors (j,) such that 1.96 of them span 95 %; NaN and inf where the loads do not tell
+        one.
     """
     load_nm, log = terms.motion.load, terms.motion.log
     count = load_nm.shape[1]
@@ -54,7 +43,7 @@ def pair_gains(terms: Terms) -> PairGains:
         found = _gain(terms, load_nm[:, j], log, j, use)
         if found is not None and found[1] < _SHOWN * abs(found[0]):
             gain[j], sd[j] = found
-    return PairGains(gain, sd)
+    return gain, sd
 
 
 def _gain(terms: Terms, load: FloatArray, log: IntArray, j: int, use: BoolArray) -> tuple[float, float] | None:

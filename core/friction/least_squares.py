@@ -60,10 +60,7 @@ class Points:
         """
         shape = law.shape(self.speed, self.direction, c)
         parts = [*shape] if self.offset is None or law.directional else [*shape, self.offset]
-        out = np.empty((*max((part.shape for part in parts), key=len), len(parts)))
-        for k, part in enumerate(parts):
-            out[..., k] = part
-        return out
+        return np.ascontiguousarray(np.stack(np.broadcast_arrays(*parts), axis=-1))
 
     def design(self, law: SeparableLaw, c: float | FloatArray = 0.0) -> FloatArray:
         """(…, n, k) weighted design matrix of a law at a rate, or at (m, 1) rates."""

@@ -20,7 +20,7 @@ from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
 from collaudit.core.identification.priors import Gains, tool_body
 from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
-from collaudit.core.identification.problem.identification_samples import Motion, collect
+from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
 from collaudit.core.identification.solved_problem import Samples, solved, with_gains
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -87,8 +87,10 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     if not np.isfinite(scale).any():
         return nothing, None
 
+    whole_logs = [motion.log] if np.unique(motion.log).size >= _FEWEST_LOGS else []
+
     def left_of(one: Unknowns) -> FloatArray:
-        return held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
+        return held_out(terms_of(motion, regressor, one), one, [motion.block, *whole_logs]) * (one.gain / scale)
 
     left = {one: left_of(unknowns(one)) for one in tried}
     plain = [one for one in tried if not {"gain", "inertials", "tool"} & set(one.estimate)]
@@ -194,12 +196,6 @@ def _simplest(loss: FloatArray) -> int:
 def _error(loss: FloatArray) -> float:
     """Standard error of the mean of (c,) losses."""
     return float(loss.std() / np.sqrt(loss.size))
-
-
-def _parts(motion: Motion) -> list[IntArray]:
-    """Numbers of the parts that samples belong to, one array (n,) a way to divide them."""
-    logs = np.unique(motion.log).size
-    return [motion.block, *([motion.log] if logs >= _FEWEST_LOGS else [])]
 
 
 def _rms(rest: FloatArray) -> FloatArray:

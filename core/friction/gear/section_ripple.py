@@ -79,7 +79,8 @@ def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -
     rows = [np.arange(s.span.start, s.span.stop, step) for s in sections]
     section = np.repeat(np.arange(len(sections)), [r.size for r in rows])
     at = np.concatenate(rows)
-    data = _Samples.of(series.position_rad[at, j], series.effort[at, j], section, _ahead(sections)[section])
+    side = np.array([int(s.velocity_rad_s < 0) for s in sections])[section]
+    data = _Samples.of(series.position_rad[at, j], series.effort[at, j], section, side)
     if np.ptp(data.position) < _LEAST_TRAVEL_RAD:
         return None
     return _fitted(data)
@@ -98,14 +99,12 @@ def without_ripple(
     return replace(series, effort=effort)
 
 
-def _ahead(sections: Sequence[Section]) -> IntArray:
-    """(s,) 0 for sections forward, 1 for those backward."""
-    return np.array([int(s.velocity_rad_s < 0) for s in sections])
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Samples:
-    """Samples of all sections: position, effort without each section's parabola, section, side; basis (n, 3)."""
+    """Samples of all sections: position, effort without each section's parabola, section, side (1 of backward ones).
+
+    ``basis`` (n, 3) is that of the parabolas.
+    """
 
     position: FloatArray
     effort: FloatArray

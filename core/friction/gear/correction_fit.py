@@ -128,7 +128,7 @@ _FEWEST_CYCLES, _MOST_CYCLES = 40, 500
 _MOST_WAVES = 4
 #: Share of the residual's RMS that a wave must take away on blocks left out.
 _WAVE_WORTH = 0.01
-#: Positions are put into so many bins of a turn to look for waves: a bin is a fiftieth of the shortest one.
+#: Positions are put into so many bins of a turn to look for waves: 65 for the shortest one.
 _BINS = 1 << 15
 _LEAST_TRAVEL_RAD = 0.2
 _LEAST_SAMPLES = 500

@@ -11,12 +11,12 @@ from typing import Any
 
 import bench_logs_data as data
 import numpy as np
+import tomlkit
 from mcap.writer import CompressionType
 
 from collaudit.core.data.audit_result import FRICTION_SCHEMA, FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.toml import to_toml
 from collaudit.reports.files.run_files import write_friction
 
 ARM = robot_named("seven")
@@ -96,7 +96,7 @@ def hour_log(minutes: float) -> Path:
                    "friction_level": "fixed", "friction_level_sd": 1e-6},
         "friction": {"file": path.with_suffix(".friction.json").name},
     }  # fmt: skip
-    path.with_suffix(".toml").write_text(to_toml(tables, {}), encoding="utf-8")
+    path.with_suffix(".toml").write_text(tomlkit.dumps(tables), encoding="utf-8")
     _write_friction(path.with_suffix(".friction.json"))
     return path
 

@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import tomlkit
 from detection_table import replace_table
 
 from collaudit.core.api import prepare
@@ -19,7 +20,6 @@ from collaudit.core.config import load_config
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.fitting import fit_logs
 from collaudit.core.provenance import make_provenance
-from collaudit.fixtures.toml import to_toml
 
 _UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _UR3 = dict(zip(("Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3"), _UR, strict=True))
@@ -57,7 +57,7 @@ def levels(data: Path, work: Path) -> Iterator[str]:
             "detect": {"compare": others},
             "fit": {"estimate": ["friction"]},
         }
-        config.write_text(to_toml(tables), encoding="utf-8")
+        config.write_text(tomlkit.dumps(tables), encoding="utf-8")
         loaded = load_config(config)
         provenance = make_provenance(loaded, None, None)
         prepared = [prepare((data / name,), loaded) for name in names]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,18 +40,14 @@ def parse(path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[st
     """
     if dialect.delimiter == " " or dialect.encoding == "utf-16":
         return parse_rewritten(path, dialect, wanted, types)
-
-    _leave_signals_alone()
-    encoding = dialect.encoding.removesuffix("-sig")
-    reading = _Reading(len(dialect.names), dialect.skip, dialect.delimiter, encoding, wanted, types, dialect.decimal)
     if compression_at(path) is not None:
         with open_bytes(path) as stream:
             try:
-                return reading.table(stream), damage_of(stream)
+                return _read(stream, dialect, wanted, types), damage_of(stream)
             except DECOMPRESSION_ERRORS as error:
                 raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
     with pa.OSFile(str(path)) as source:
-        return reading.table(source), None
+        return _read(source, dialect, wanted, types), None
 
 
 def parse_rewritten(
@@ -63,7 +59,6 @@ def parse_rewritten(
         path, dialect, wanted, types: as of :func:`parse`, which also tells what is returned and raised.
         stop: number from 1 of the line that is left out with all that follows; None for none.
     """
-    _leave_signals_alone()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     try:
@@ -78,54 +73,33 @@ def parse_rewritten(
             damage = damage_of(raw)
     except DECOMPRESSION_ERRORS as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
-    reading = _Reading(len(dialect.names), 0, ",", "utf-8", wanted, types, dialect.decimal)
-    return reading.table(io.BytesIO(out.getvalue().encode("utf-8", "replace"))), damage
+    rewritten = io.BytesIO(out.getvalue().encode("utf-8", "replace"))
+    return _read(rewritten, replace(dialect, skip=0, delimiter=",", encoding="utf-8"), wanted, types), damage
 
 
-def _leave_signals_alone() -> None:
-    """Arrow's handler of Ctrl-C is a thread of its own."""
+def _read(source: Any, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any]) -> Any:
+    """Let Arrow read a table in this thread, with comments between the rows left out.
 
+    Arrow's own threads go on after an error and can abort the process; its handler of Ctrl-C is a thread, too.
+    """
     enable_signal_handlers(False)
-
-
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """What Arrow is told about a table."""
-
-    width: int
-    skip: int
-    delimiter: str
-    encoding: str
-    wanted: Sequence[int]
-    types: Mapping[str, Any]
-    decimal: str
-
-    def table(self, source: Any) -> Any:
-        """Read it in this thread, with comments between the rows left out.
-
-        Arrow's own threads go on after an error and can abort the process.
-        """
-
-        return arrow_csv.read_csv(
-            source,
-            read_options=arrow_csv.ReadOptions(
-                column_names=[f"c{index}" for index in range(self.width)],
-                skip_rows=self.skip,
-                block_size=_BLOCK,
-                encoding=self.encoding,
-                use_threads=False,
-            ),
-            parse_options=arrow_csv.ParseOptions(
-                delimiter=self.delimiter,
-                invalid_row_handler=_comment_or_error,
-            ),
-            convert_options=arrow_csv.ConvertOptions(
-                include_columns=[f"c{index}" for index in self.wanted],
-                column_types=dict(self.types),
-                decimal_point=self.decimal,
-                null_values=list(NULLS),
-            ),
-        )
+    return arrow_csv.read_csv(
+        source,
+        read_options=arrow_csv.ReadOptions(
+            column_names=[f"c{index}" for index in range(len(dialect.names))],
+            skip_rows=dialect.skip,
+            block_size=_BLOCK,
+            encoding=dialect.encoding.removesuffix("-sig"),
+            use_threads=False,
+        ),
+        parse_options=arrow_csv.ParseOptions(delimiter=dialect.delimiter, invalid_row_handler=_comment_or_error),
+        convert_options=arrow_csv.ConvertOptions(
+            include_columns=[f"c{index}" for index in wanted],
+            column_types=dict(types),
+            decimal_point=dialect.decimal,
+            null_values=list(NULLS),
+        ),
+    )
 
 
 def _comment_or_error(row: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -104,24 +105,11 @@ def _typed(
         ArrowInvalid: they fit none, or another cell or row is not as it should be.
     """
 
-    *kinds, last = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
-    for kind in kinds:
-        try:
+    kinds = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else []
+    for kind in kinds[:-1]:
+        with suppress(pa.ArrowInvalid):
             return parse_as(wanted, types | {f"c{time}": kind})
-        except pa.ArrowInvalid:
-            if _parses(parse_as, time, kind):
-                raise  # the fault lies in another column
-    return parse_as(wanted, types if last is None else types | {f"c{time}": last})
-
-
-def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
-    """Whether one column alone can be read as a type."""
-
-    try:
-        parse_as([column], {f"c{column}": kind})
-    except pa.ArrowInvalid:
-        return False
-    return True
+    return parse_as(wanted, types | {f"c{time}": kind for kind in kinds[-1:]})
 
 
 def _mended(

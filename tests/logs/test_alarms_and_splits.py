@@ -159,6 +159,20 @@ def test_a_clock_set_back_between_the_files_of_a_split_bag(storage: str, tmp_pat
     assert (np.diff(log.time_s) > 0).all()
 
 
+@pytest.mark.parametrize("third", [None, b"no storage"], ids=["absent", "unreadable"])
+def test_a_file_that_a_split_bag_lacks_is_said(third: bytes | None, tmp_path: Path) -> None:
+    for k in range(2):
+        w.write_mcap(tmp_path / f"bag_{k}.mcap", states(500 * k, 500))
+    if third is not None:
+        (tmp_path / "bag_2.mcap").write_bytes(third)
+    names = "".join(f"    - bag_{k}.mcap\n" for k in range(3))
+    (tmp_path / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{names}")
+    log = read(tmp_path)
+    assert log.time_s.size == 1000
+    (said,) = [one for one in log.findings if one.code == "log-partial"]
+    assert "bag_2.mcap" in said.text and said.severity == "error"
+
+
 def test_definitions_from_a_folder_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Without `--msg-path` the type is named as missing; with it the joints are there."""
     folder = tmp_path / "defs" / "lbr_fri_idl" / "msg"

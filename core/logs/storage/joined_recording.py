@@ -21,10 +21,9 @@ class JoinedRecording:
 
     @property
     def damage(self) -> list[Damage]:
-        """The damage of all files, each with its name."""
-        return [
-            Damage(f"{path.name}: {item.text}", item.lost) for path, reader in self._readers for item in reader.damage
-        ]
+        """The damage of the folder and of all files, the latter with their names."""
+        files = [(path.name, item) for path, reader in self._readers for item in reader.damage]
+        return [*self._folder_damage, *(Damage(f"{name}: {item.text}", item.lost) for name, item in files)]
 
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages, file after file."""

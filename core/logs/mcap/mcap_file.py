@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Batch, MessageReader, Progress
+from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
@@ -29,8 +29,6 @@ class McapFile(ChunkedFile):
         self.file = RandomFile(path)
         self.index = self._indexed() if index is None else index
         self.damage, self.counts = self.index.damage, self.index.counts
-        self._summed = any(chunk.crc for chunk in self.index.chunks)
-        self._unsummed: list[int] = []
         if self._hidden_channels() or self.index.lacks_schemas():
             for chunk in ordered_map(self.load, list(self.index.chunks)):
                 self._records(chunk)
@@ -93,21 +91,6 @@ class McapFile(ChunkedFile):
     def _records(self, chunk: Chunk) -> None:
         for op, at, length in chunk.located.others:
             self.index.record(op, chunk.data[at + 9 : at + 9 + length])
-
-    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
-        """Raw messages by chunk; that a chunk lacks a check sum is damage where others have one."""
-        self._unsummed = []
-        yield from super().batches(keys, progress)
-        for at in self._unsummed if self._summed else ():
-            self.note(f"the chunk at byte {at} has no check sum, unlike the others", lost=False)
-
-    def judge(self, chunk: Chunk) -> None:
-        """Note what is wrong with a chunk, and whether it has a check sum."""
-        super().judge(chunk)
-        ref = chunk.ref
-        self._summed = self._summed or bool(ref.crc)
-        if chunk.problem is None and ref.loose is None and ref.complete and not ref.crc:
-            self._unsummed.append(ref.at)
 
 
 #: How the table of formats opens a file.

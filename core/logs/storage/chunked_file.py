@@ -105,8 +105,8 @@ class ChunkedFile:
         """Bytes that a chunk may become."""
         return MAX_CHUNK_BYTES if self.bounds is None else self.bounds.chunk_bytes
 
-    def note(self, text: str, *, lost: bool = True) -> None:
+    def note(self, text: str) -> None:
         """Note damage, each once."""
-        damage = Damage(text, lost)
+        damage = Damage(text)
         if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
             self.damage.append(damage)

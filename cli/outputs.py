@@ -54,7 +54,7 @@ def _files(value: object, runs: bool) -> Iterator[Path]:
         elif glob.has_magic(str(item)):
             from collaudit.core.logs.path_patterns import matching_paths
 
-            yield from (Path(name) for name in matching_paths(str(item)) if Path(name).is_file())
+            yield from (match for match in matching_paths(str(item)) if match.is_file())
 
 
 def _inside(folder: Path, runs: bool) -> list[Path]:

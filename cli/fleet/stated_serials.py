@@ -32,7 +32,7 @@ def _of_file(path: Path) -> set[str]:
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
     if head.startswith(b"\x89MCAP"):
-        from collaudit.core.logs.mcap.mcap_metadata import metadata_values
+        from collaudit.core.logs.mcap.mcap_records import metadata_values
 
         return metadata_values(path)
     words: set[str] = set()

@@ -33,7 +33,7 @@ def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
         if path.exists():
             found = _expand(path)
         elif glob.has_magic(str(arg)):
-            found = [item for name in matching_paths(str(arg)) for item in _expand(Path(name), strict=False)]
+            found = [item for match in matching_paths(str(arg)) for item in _expand(match, strict=False)]
             if not found:
                 raise ConfigError("no log matches this pattern", where=str(arg))
         else:

@@ -13,7 +13,6 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_formats import format_of, is_table
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
-from collaudit.core.logs.messages.profiles import CONFIGURED
 from collaudit.core.logs.opening import (
     also_files,
     check_there,
@@ -30,8 +29,7 @@ from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
-from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
-from collaudit.core.logs.topics.topic_findings import skipped_findings
+from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
 from collaudit.core.numeric.arrays import IntArray
 
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.

@@ -16,10 +16,11 @@ import atheris
 
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
     from collaudit.core.logs.mcap import mcap_chunk, mcap_file, mcap_records, mcap_scan
-    from collaudit.core.logs.messages import column_extraction, layout, profiles
+    from collaudit.core.logs.messages import column_extraction, layout
     from collaudit.core.logs.messages.message_schema import parse_schema
     from collaudit.core.logs.rosbag1 import bag_chunk, bag_file
     from collaudit.core.logs.storage.records import Channel
+    from collaudit.core.logs.topics.log_topics import profile_of
 
 import numpy as np
 
@@ -88,7 +89,7 @@ def messages(encoding: str) -> Callable[[bytes], None]:
     text = w.definition(w.JOINT_STATE, encoding).encode()
     channel = Channel(1, "/joint_states", w.JOINT_STATE, encoding, "ros1msg" if encoding == "ros1" else "ros2msg", text)
     kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, {})
-    profile = profiles.profile_of(channel.type)
+    profile = profile_of(channel.type)
     assert profile is not None
 
     def one(data: bytes) -> None:

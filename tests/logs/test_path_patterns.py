@@ -29,14 +29,14 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_as_glob_without_links(pattern: str, absolute: bool, tree: Path) -> None:
     whole = str(tree / pattern) if absolute else pattern
-    assert matching_paths(whole) == sorted(set(glob.glob(whole, recursive=True)))  # noqa: PTH207
+    assert [str(path) for path in matching_paths(whole)] == sorted(set(glob.glob(whole, recursive=True)))  # noqa: PTH207
 
 
 def test_a_circle_of_links_ends(tree: Path) -> None:
     for number in range(6):
         (tree / "a" / f"up{number}").symlink_to(tree)
     started = time.process_time()
-    assert matching_paths("**/*.csv") == ["a/b/x.csv", "a/x.csv", "c [1]/x.csv", "x.csv"]
+    assert [str(path) for path in matching_paths("**/*.csv")] == ["a/b/x.csv", "a/x.csv", "c [1]/x.csv", "x.csv"]
     assert time.process_time() - started < 5
 
 

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.messages.profiles import profile_of
+from collaudit.core.logs.topics.log_topics import profile_of
 
 COUNT = 25
 CURRENT = {"torque_constant_nm_per_a": dict.fromkeys(profile_of("ur_msgs/msg/RobotStateRTMsg").fixed_names, 1.0)}

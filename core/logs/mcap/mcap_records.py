@@ -6,11 +6,13 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 from mcap import records
 from mcap.data_stream import ReadDataStream
 
+from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
 from collaudit.core.numeric.arrays import IntArray
 
@@ -61,15 +63,34 @@ def record_places(data: bytes, start: int = 0, stop: int | None = None) -> Itera
         start += 9 + length
 
 
-def summary_of(file: Any) -> bytes:
-    """The summary section of a file (:class:`~collaudit.core.logs.storage.file_reading.RandomFile`); empty without."""
+def summary_of(file: RandomFile) -> bytes:
+    """The summary section of a file; empty without."""
     tail = file.read(max(file.size - _TAIL, 0), _TAIL)
     if len(tail) < _TAIL or tail[-8:] != MAGIC or tail[0] != FOOTER:
         return b""
     start = parsed(FOOTER, tail[9:-8]).summary_start
     size = file.size - _TAIL - start
-    summary: bytes = file.read(start, size) if start >= len(MAGIC) and 0 < size <= _MAX_SUMMARY else b""
-    return summary
+    return file.read(start, size) if start >= len(MAGIC) and 0 < size <= _MAX_SUMMARY else b""
+
+
+def metadata_values(path: Path) -> set[str]:
+    """Values of all metadata records that the file's summary lists; none where it has no usable summary.
+
+    Args:
+        path: an MCAP file.
+    """
+    file = RandomFile(path)
+    try:
+        summary = summary_of(file)
+        found: set[str] = set()
+        for op, at, length in record_places(summary):
+            index = parsed(op, summary[at + 9 : at + 9 + length]) if op == METADATA_INDEX else None
+            record = b"" if index is None else file.read(index.offset, min(index.length, MAX_SMALL))
+            metadata = parsed(METADATA, record[9:]) if record[:1] == bytes([METADATA]) else None
+            found |= set() if metadata is None else set(metadata.metadata.values())
+        return found
+    finally:
+        file.close()
 
 
 @dataclass(frozen=True, slots=True)

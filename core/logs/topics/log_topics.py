@@ -1,4 +1,4 @@
-"""The topics of a log, and decoding them."""
+"""The topics of a log: which profile reads each, that of its type or one that the configuration states; decoding."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
-from collaudit.core.logs.messages.message_definitions import read_definitions
-from collaudit.core.logs.messages.message_schema import SchemaError
-from collaudit.core.logs.messages.profiles import configured, profile_of
+from collaudit.core.logs.messages.message_schema import SchemaError, read_definitions
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
-from collaudit.core.vendors.message_profiles import Profile
+from collaudit.core.vendors.message_profiles import PROFILES, Profile
 
 Definitions = Mapping[str, Any]
 ENCODINGS = ("cdr", "ros1", "json", "protobuf")
+#: Name of the profiles that the configuration makes.
+CONFIGURED = "configured"
+_BY_TYPE = {kind: profile for profile in PROFILES for kind in profile.types}
 
 
 @dataclass(slots=True, eq=False)
@@ -138,3 +141,54 @@ def described(topics: Sequence[Topic], limit: int = 20) -> str:
         return "no topics"
     shown = ", ".join(f"{topic.name} ({topic.type})" for topic in topics[:limit])
     return shown + (f" and {len(topics) - limit} more" if len(topics) > limit else "")
+
+
+def profile_of(type_name: str) -> Profile | None:
+    """The profile that reads a message type, or None."""
+    return _BY_TYPE.get(type_name)
+
+
+def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | None:
+    """The profile that the configuration itself gives for a topic, if it does.
+
+    Raises:
+        ConfigError: paths are given for a topic that is not named.
+    """
+    fields = settings.fields
+    if fields is None:
+        return None
+    for named, path in (("joint_states", fields.position), ("wrench", fields.wrench)):
+        if path is not None and getattr(settings, named) is None:
+            raise ConfigError(f"[log.fields] says where fields stand on a topic that [log] {named} does not name")
+    if fields.position is not None and _same(topic, settings.joint_states):
+        path = fields.names if isinstance(fields.names, str) else None
+        fixed = tuple(fields.names) if isinstance(fields.names, list) else ("joint{i}",)
+        return Profile(
+            name=CONFIGURED,
+            role="joint_states",
+            types=(type_name,),
+            stamp=fields.stamp,
+            names=path,
+            fixed_names=fixed if path is None else (),
+            position=fields.position,
+            velocity=fields.velocity,
+            effort=fields.effort,
+            temperature=fields.temperature,
+            joint_torque=fields.joint_torque,
+        )
+    if fields.wrench is not None and _same(topic, settings.wrench):
+        return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.wrench_stamp, wrench=fields.wrench)
+    return None
+
+
+def _same(topic: str, named: str | None) -> bool:
+    return named is not None and topic.strip("/") == named.strip("/")
+
+
+def skipped_findings(topic: Topic) -> tuple[Finding, ...]:
+    """Findings for messages of a topic that were left out."""
+    decoded = topic.decoded
+    if not decoded.skipped:
+        return ()
+    text = f"{decoded.skipped} of {decoded.seen} messages were left out; the first because {decoded.problem}."
+    return (Finding("log-message-skipped", "warning", text, where=topic.name),)

@@ -31,11 +31,10 @@ from collaudit.core.logs.topics.annotation_topics import (
     read_phases,
 )
 from collaudit.core.logs.topics.joint_states_topic import choose_joint_states, companions
-from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
+from collaudit.core.logs.topics.log_topics import Topic, decode, skipped_findings, topics_of
 from collaudit.core.logs.topics.logged_wrench import read_wrench
 from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
 from collaudit.core.logs.topics.publishers import Publisher, publishers_of
-from collaudit.core.logs.topics.topic_findings import skipped_findings
 from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
 
 

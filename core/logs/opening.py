@@ -67,7 +67,7 @@ def open_messages(paths: Sequence[Path], bounds: ReadingBounds | None = None) ->
     if not readers:
         raise refused[0]
     for _, reader in readers:
-        if isinstance(reader, ChunkedFile):
+        if isinstance(reader, ChunkedFile) and bounds is not None:
             reader.bounds = bounds
     if len(readers) == 1:
         readers[0][1].damage.extend(damage)

@@ -9,12 +9,11 @@ import numpy as np
 from zlib_ng import zlib_ng
 
 from collaudit.core.logs.mcap.mcap_chunk import locate
-from collaudit.core.logs.mcap.mcap_records import ChunkRef, McapIndex
+from collaudit.core.logs.mcap.mcap_records import McapIndex
 from collaudit.core.logs.mcap.mcap_scan import scan
 from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
-from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile
+from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
@@ -26,18 +25,18 @@ class McapFile(ChunkedFile):
     counted = "its statistics count"
 
     def __init__(self, path: Path, index: McapIndex | None = None) -> None:
-        self.file = RandomFile(path)
+        super().__init__(path)
         self.index = self._indexed() if index is None else index
-        self.damage, self.counts = self.index.damage, self.index.counts
-        if self._hidden_channels() or self.index.lacks_schemas():
-            for chunk in ordered_map(self.load, list(self.index.chunks)):
-                self._records(chunk)
-                if not self._hidden_channels(after_all=True) and not self.index.lacks_schemas():
-                    break
+        self.chunks, self.damage, self.counts = self.index.chunks, self.index.damage, self.index.counts
+        blind = not self.index.channels and any(not chunk.index for chunk in self.chunks)
+        for chunk in ordered_map(self.load, list(self.chunks)) if blind or self._incomplete() else ():
+            for op, at, length in chunk.located.others:
+                self.index.record(op, chunk.data[at + 9 : at + 9 + length])
+            if not blind and not self._incomplete():
+                break
         self.channels = self.index.reader_channels()
         encodings = {channel.encoding for channel in self.channels}
-        known = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
-        self.format = known
+        self.format = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
 
     def _indexed(self) -> McapIndex:
         """By a walk over all of it; over one with holes by its summary, where that is usable."""
@@ -46,18 +45,14 @@ class McapFile(ChunkedFile):
             self.file.expect([(0, self.file.size)])
         return scan(self.file) if ranged is None else ranged
 
-    def _hidden_channels(self, *, after_all: bool = False) -> bool:
-        """Whether channels stand only inside chunks."""
-        chunks = self.index.chunks
-        named = {number for chunk in chunks for number, _, _ in chunk.index}
-        blind = any(not chunk.index and chunk.loose is None for chunk in chunks)
-        summarised = bool(self.index.channels) and not after_all
-        return bool(named - set(self.index.channels)) or (blind and not summarised)
+    def _incomplete(self) -> bool:
+        """Whether channels or schemas, as far as is known, stand only inside chunks."""
+        named = {number for chunk in self.chunks for number, _, _ in chunk.index}
+        return bool(named - set(self.index.channels)) or self.index.lacks_schemas()
 
     def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
         """The chunks whose message indexes name one of the channels, and those that have none."""
-        held = ({number for number, _, _ in ref.index} for ref in self.index.chunks)
-        chunks = [ref for ref, numbers in zip(self.index.chunks, held, strict=True) if not numbers or numbers & wanted]
+        chunks = [ref for ref in self.chunks if not ref.index or any(number in wanted for number, _, _ in ref.index)]
         self.file.expect([(ref.at, ref.extent) for ref in chunks if ref.extent])
         return chunks
 
@@ -70,7 +65,7 @@ class McapFile(ChunkedFile):
                 return Chunk.of(ref, b"", nothing, "it is not what the summary says of it")
             ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self.most())
+        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self.bounds.chunk_bytes)
         problem = unpacked.problem
         data = unpacked.data
         if problem is None and ref.complete:
@@ -87,10 +82,6 @@ class McapFile(ChunkedFile):
         pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
         offsets: IntArray = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
         return offsets
-
-    def _records(self, chunk: Chunk) -> None:
-        for op, at, length in chunk.located.others:
-            self.index.record(op, chunk.data[at + 9 : at + 9 + length])
 
 
 #: How the table of formats opens a file.

@@ -12,9 +12,9 @@ from typing import Any
 from mcap import records
 from mcap.data_stream import ReadDataStream
 
+from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
-from collaudit.core.numeric.arrays import IntArray
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 2, 3, 4, 5, 6, 7, 8, 11
@@ -91,34 +91,6 @@ def metadata_values(path: Path) -> set[str]:
         return found
     finally:
         file.close()
-
-
-@dataclass(frozen=True, slots=True)
-class ChunkRef:
-    """One chunk, or a run of messages outside chunks: where its records lie, what they claim, what indexes them.
-
-    Attributes:
-        at: byte of the chunk record.
-        data_at, data_size: its compressed records.
-        size: claimed size when decompressed.
-        crc: claimed CRC-32 of the decompressed records; 0 when there is none.
-        compression: "", ``zstd`` or ``lz4``.
-        index: (channel, byte, size) of each message index array.
-        complete: False when the file ends inside it.
-        extent: bytes of the chunk and its message indexes as the file's summary states them; 0 where it was walked.
-        loose: offsets of the messages of a run outside chunks; None of a chunk.
-    """
-
-    at: int
-    data_at: int
-    data_size: int
-    size: int
-    crc: int
-    compression: str
-    index: tuple[tuple[int, int, int], ...] = ()
-    complete: bool = True
-    extent: int = 0
-    loose: IntArray | None = None
 
 
 @dataclass(slots=True)

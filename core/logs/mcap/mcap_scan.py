@@ -23,10 +23,9 @@ from collaudit.core.logs.mcap.mcap_records import (
     MESSAGE_INDEX,
     SCHEMA,
     STATISTICS,
-    ChunkRef,
     McapIndex,
 )
-from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
+from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE, ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Damage
 from collaudit.core.numeric.arrays import IntArray
@@ -145,7 +144,7 @@ class Scan:
         end = pos + 9 + length
         complete = end <= self.file.size and data_at + records <= end
         have = records if complete else max(0, min(records, self.file.size - data_at))
-        self.index.chunks.append(ChunkRef(pos, data_at, have, size, crc, compression, complete=complete))
+        self.index.chunks.append(ChunkRef(pos, data_at, have, size, compression, complete=complete, crc=crc))
         if not complete:
             self._stop(f"it ends at byte {self.file.size}, inside the chunk at byte {pos}")
             return None
@@ -185,7 +184,7 @@ class Scan:
         if self.runs:
             at = np.concatenate(self.runs)
             start, size = int(at[0]), self.end - int(at[0])
-            self.index.chunks.append(ChunkRef(start, start, size, size, 0, "", loose=at - start))
+            self.index.chunks.append(ChunkRef(start, start, size, size, "", loose=at - start))
             self.runs = []
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_records import ChunkRef, McapIndex
+from collaudit.core.logs.mcap.mcap_records import McapIndex
 from collaudit.core.logs.mcap.stated_index import read_summary
 from collaudit.core.logs.signals.impossible_values import garbage_stamps
+from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Overview
 

@@ -14,13 +14,13 @@ from collaudit.core.logs.mcap.mcap_records import (
     CHUNK_INDEX,
     SCHEMA,
     STATISTICS,
-    ChunkRef,
     McapIndex,
     parsed,
     record_places,
     summary_of,
 )
 from collaudit.core.logs.mcap.mcap_scan import Scan
+from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
 
 
@@ -97,4 +97,4 @@ def _chunk(stated: Any, file_size: int) -> ChunkRef | None:
     whole = data_at + size == end and end + stated.message_index_length <= file_size
     extent = stated.chunk_length + stated.message_index_length if whole else 0
     held = tuple((number, 0, 0) for number in stated.message_index_offsets)
-    return ChunkRef(at, data_at, size, stated.uncompressed_size, 0, stated.compression, held, extent=extent)
+    return ChunkRef(at, data_at, size, stated.uncompressed_size, stated.compression, held, extent=extent)

@@ -7,37 +7,24 @@ index, so that unindexed and still-active bags are read the same way as closed o
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.rosbag1.bag_chunk import fields_of, locate_bag
-from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile
+from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Channel, Damage, MessageReader, ros_type
+from collaudit.core.logs.storage.records import Channel, MessageReader, ros_type
 from collaudit.core.numeric.parallel import ordered_map
 
 MAGIC = b"#ROSBAG V2.0\n"
 MSG, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
 _WINDOW = 1 << 12
 _MAX_HEADER = 1 << 20
-
-
-@dataclass(frozen=True, slots=True)
-class BagChunk:
-    """A chunk: its place, its compressed data, its claimed size, and (byte, size) of its index records' data."""
-
-    at: int
-    data_at: int
-    data_size: int
-    size: int
-    compression: str
-    index: tuple[tuple[int, int], ...] = ()
-    complete: bool = True
+_U32 = struct.Struct("<I")
 
 
 class BagFile(ChunkedFile):
@@ -46,21 +33,17 @@ class BagFile(ChunkedFile):
     format = "ros1-bag"
 
     def __init__(self, path: Path) -> None:
-        self.file = RandomFile(path)
+        super().__init__(path)
         self._check_version()
-        self.damage: list[Damage] = []
-        self.chunks: list[BagChunk] = []
         self.connections: dict[int, Channel] = {}
-        self.counts: dict[int, int] = {}
-        self._encrypted = False
         self._indexed = False
-        self._walk()
-        if self._encrypted:
-            raise LogError("is encrypted and cannot be read", where=str(path))
+        pos: int | None = len(MAGIC)
+        while pos is not None and pos < self.file.size:
+            pos = self._record(pos)
         if not self._indexed or not self.connections:
             for chunk in ordered_map(self.load, list(self.chunks)):
                 for header, body in chunk.located.others:
-                    self._noted_connection(fields_of(header), body)
+                    self._connection(fields_of(header), body)
         self.channels = tuple(channel for _, channel in sorted(self.connections.items()))
 
     def _check_version(self) -> None:
@@ -76,11 +59,6 @@ class BagFile(ChunkedFile):
             expected=MAGIC.decode("ascii").strip(),
             hint="write it again as version 2.0 with the tools of ROS 1: `rosbag fix OLD.bag NEW.bag`",
         )
-
-    def _walk(self) -> None:
-        pos: int | None = len(MAGIC)
-        while pos is not None and pos < self.file.size:
-            pos = self._record(pos)
 
     def _record(self, pos: int) -> int | None:
         """Take note of the record at ``pos``; where the next one begins, or None when the walk must end."""
@@ -103,69 +81,60 @@ class BagFile(ChunkedFile):
         end = data_at + int.from_bytes(window[4 + header_size : 8 + header_size], "little")
         whole = end <= self.file.size
         if whole or op[0] == CHUNK:
-            self._take(pos, op[0], fields, data_at, min(end, self.file.size) - data_at, complete=whole)
+            self._take(pos, op[0], fields, data_at, min(end, self.file.size) - data_at)
         if not whole:
             self.note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
         return end if whole else None
 
-    def _take(
-        self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int, *, complete: bool
-    ) -> None:
+    def _take(self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int) -> None:
         try:
             if op == CHUNK:
-                self._chunk(pos, fields, data_at, data_size, complete=complete)
+                size, compression = _U32.unpack(fields[b"size"])[0], fields[b"compression"].decode("ascii")
+                self.chunks.append(ChunkRef(pos, data_at, data_size, size, compression))
             elif op == INDEX and self.chunks and fields.get(b"ver") == b"\x01\x00\x00\x00":
-                last = self.chunks[-1]
-                self.chunks[-1] = replace(last, index=(*last.index, (data_at, data_size // 12 * 12)))
+                entry = (_U32.unpack(fields[b"conn"])[0], data_at, data_size // 12 * 12)
+                self.chunks[-1] = replace(self.chunks[-1], index=(*self.chunks[-1].index, entry))
             elif op == CONNECTION:
                 self._connection(fields, self.file.read(data_at, min(data_size, _MAX_HEADER * 2)))
             elif op == BAG_HEADER:
-                self._encrypted = bool(fields.get(b"encryptor"))
-                (index,) = struct.unpack("<Q", fields[b"index_pos"])
-                self._indexed = 0 < index <= self.file.size
-                if index == 0:
-                    self.note("it has no index: it was not closed, or is still being written")
-                elif not self._indexed:  # cut between two records, where no record is cut
-                    self.note(f"it ends at byte {self.file.size}, before its index at byte {index}")
+                self._header(fields)
             elif op == MSG:
                 self.note(f"the message at byte {pos} lies outside a chunk and was left out")
             elif op == CHUNK_INFO:
-                self._chunk_info(self.file.read(data_at, data_size))
+                for connection, count in struct.iter_unpack("<II", self.file.read(data_at, data_size // 8 * 8)):
+                    self.counts[connection] = self.counts.get(connection, 0) + count
         except (struct.error, KeyError, UnicodeDecodeError):
             self.note(f"the record at byte {pos} is malformed")
 
-    def _chunk_info(self, data: bytes) -> None:
-        for connection, count in struct.iter_unpack("<II", data[: len(data) // 8 * 8]):
-            self.counts[connection] = self.counts.get(connection, 0) + count
-
-    def _chunk(self, pos: int, fields: dict[bytes, bytes], data_at: int, data_size: int, *, complete: bool) -> None:
-        (size,) = struct.unpack("<I", fields[b"size"])
-        compression = fields[b"compression"].decode("ascii")
-        self.chunks.append(BagChunk(pos, data_at, data_size, size, compression, complete=complete))
+    def _header(self, fields: dict[bytes, bytes]) -> None:
+        if fields.get(b"encryptor"):
+            where = str(self.file.path)
+            self.close()
+            raise LogError("is encrypted and cannot be read", where=where)
+        (index,) = struct.unpack("<Q", fields[b"index_pos"])
+        self._indexed = 0 < index <= self.file.size
+        if index == 0:
+            self.note("it has no index: it was not closed, or is still being written")
+        elif not self._indexed:  # cut between two records, where no record is cut
+            self.note(f"it ends at byte {self.file.size}, before its index at byte {index}")
 
     def _connection(self, fields: dict[bytes, bytes], data: bytes) -> None:
-        (key,) = struct.unpack("<I", fields[b"conn"])
-        inner = fields_of(data)
-        topic = (fields.get(b"topic") or inner[b"topic"]).decode("utf-8")
-        kind = ros_type(inner[b"type"].decode("utf-8"))
+        try:
+            (key,) = _U32.unpack(fields[b"conn"])
+            inner = fields_of(data)
+            topic = (fields.get(b"topic") or inner[b"topic"]).decode("utf-8")
+            kind = ros_type(inner[b"type"].decode("utf-8"))
+        except (struct.error, KeyError, UnicodeDecodeError):
+            self.note("a connection record is malformed")
+            return
         schema = inner.get(b"message_definition", b"")
         self.connections.setdefault(key, Channel(key, topic, kind, "ros1", "ros1msg", schema))
 
-    def _noted_connection(self, fields: dict[bytes, bytes], data: bytes) -> None:
-        try:
-            self._connection(fields, data)
-        except (struct.error, KeyError, UnicodeDecodeError):
-            self.note("a connection record is malformed")
-
-    def refs(self, wanted: frozenset[int]) -> Sequence[BagChunk]:
-        """All chunks: their index records name connections only as they are read."""
-        return self.chunks
-
-    def load(self, ref: BagChunk) -> Chunk:
+    def load(self, ref: ChunkRef) -> Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size, self.most())
-        parts = [self.file.read(at, size) for at, size in ref.index]
+        unpacked = unpack(ref.compression, raw, ref.size, self.bounds.chunk_bytes)
+        parts = [self.file.read(at, size) for _, at, size in ref.index]
         whole = b"".join(part[: len(part) // 12 * 12] for part in parts)
         offsets = np.frombuffer(whole, dtype="<u4").reshape(-1, 3)[:, 2].astype(np.int64)
         return Chunk.of(ref, unpacked.data, locate_bag(unpacked.data, offsets), unpacked.problem)

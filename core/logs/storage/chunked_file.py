@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
-from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, RandomFile
+from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.message_places import Located
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress
+from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
 #: Further places of damage are not listed.
@@ -22,18 +23,46 @@ MAX_DAMAGE = 20
 _AHEAD_BYTES, _AHEAD = 1 << 22, 8
 
 
+@dataclass(frozen=True, slots=True)
+class ChunkRef:
+    """One chunk, or a run of messages outside chunks: where its records lie, what they claim, what indexes them.
+
+    Attributes:
+        at: byte of the chunk record.
+        data_at, data_size: its compressed records.
+        size: claimed size when decompressed.
+        compression: "", ``none``, ``zstd``, ``lz4`` or ``bz2``.
+        index: (channel, byte, size) of each message index array.
+        complete: False when the file ends inside it.
+        crc: claimed CRC-32 of the decompressed records; 0 when there is none.
+        extent: bytes of the chunk and its message indexes as the file's summary states them; 0 where it was walked.
+        loose: offsets of the messages of a run outside chunks; None of a chunk.
+    """
+
+    at: int
+    data_at: int
+    data_size: int
+    size: int
+    compression: str
+    index: tuple[tuple[int, int, int], ...] = ()
+    complete: bool = True
+    crc: int = 0
+    extent: int = 0
+    loose: IntArray | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Chunk:
     """A chunk's decompressed records, its messages by channel, and what was wrong with it."""
 
-    ref: Any
+    ref: ChunkRef
     data: bytes
     located: Located
     batches: list[Batch]
     problem: str | None
 
     @classmethod
-    def of(cls, ref: Any, data: bytes, located: Located, problem: str | None) -> Chunk:
+    def of(cls, ref: ChunkRef, data: bytes, located: Located, problem: str | None) -> Chunk:
         """A chunk by where its messages were located."""
         return cls(ref, data, located, located.by_channel(np.frombuffer(data, dtype=np.uint8)), problem)
 
@@ -43,25 +72,29 @@ class ChunkedFile:
 
     Attributes:
         file: the opened file.
+        chunks: in the order of the file.
         channels: what it holds.
         counts: channel to how many messages its index claims.
         damage: what was found wrong so far, each place once.
-        bounds: how much may be read; None while it is opened, when the defaults hold.
+        bounds: how much may be read; the defaults while it is opened.
         counted: begins what is said of claims that do not hold.
     """
 
     counted = "its index counts"
-    file: RandomFile
     channels: tuple[Channel, ...]
-    counts: dict[int, int]
-    damage: list[Damage]
-    bounds: ReadingBounds | None = None
 
-    def refs(self, wanted: frozenset[int]) -> Sequence[Any]:
-        """The chunks that may hold messages of some channels."""
-        raise NotImplementedError
+    def __init__(self, path: Path) -> None:
+        self.file = RandomFile(path)
+        self.chunks: list[ChunkRef] = []
+        self.counts: dict[int, int] = {}
+        self.damage: list[Damage] = []
+        self.bounds = ReadingBounds(self.file.size, path.name)
 
-    def load(self, ref: Any) -> Chunk:
+    def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
+        """The chunks that may hold messages of some channels: all, where their indexes do not tell."""
+        return self.chunks
+
+    def load(self, ref: ChunkRef) -> Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         raise NotImplementedError
 
@@ -74,12 +107,11 @@ class ChunkedFile:
         topics = {channel.key: channel.topic for channel in self.channels}
         wanted = frozenset(topics) if keys is None else keys
         refs = self.refs(wanted)
-        if self.bounds is not None:
-            self.bounds.take_bytes(sum(ref.size for ref in refs if ref.compression not in ("", "none")))
+        self.bounds.take_bytes(sum(ref.size for ref in refs if ref.compression not in ("", "none")))
         found: Counter[int] = Counter()
         largest = max((ref.size for ref in refs), default=1)
         for chunk in ordered_map(self.load, refs, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
-            self.judge(chunk)
+            self._judge(chunk)
             for batch in chunk.batches:
                 found[batch.key] += batch.start.shape[0]
                 if batch.key not in topics:
@@ -92,7 +124,7 @@ class ChunkedFile:
             if self.counts[key] != found[key]:
                 self.note(f"{self.counted} {self.counts[key]} messages on {topics[key]}, {found[key]} were found")
 
-    def judge(self, chunk: Chunk) -> None:
+    def _judge(self, chunk: Chunk) -> None:
         """Note what is wrong with a chunk."""
         located = chunk.located
         if chunk.problem is not None:
@@ -100,10 +132,6 @@ class ChunkedFile:
             self.note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
         elif located.rest:
             self.note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
-
-    def most(self) -> int:
-        """Bytes that a chunk may become."""
-        return MAX_CHUNK_BYTES if self.bounds is None else self.bounds.chunk_bytes
 
     def note(self, text: str) -> None:
         """Note damage, each once."""

@@ -46,6 +46,7 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
     Raises:
         LogError: a file cannot be read at all, or is of no known format.
     """
+    settings = settings or LogConfig()
     check_there(paths)
     if all(is_table(path) for path in paths):
         try:
@@ -56,7 +57,7 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
     if summary is not None:
         return summary
     files = [file for path in paths for file in data_files(path)]
-    bounds = ReadingBounds.of(files, log_name(paths), None if settings is None else settings.limits)
+    bounds = ReadingBounds.of(files, log_name(paths), settings.limits)
     reader = open_messages(paths, bounds)
     try:
         return _describe_messages(paths, reader, settings, bounds)
@@ -65,7 +66,7 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
 
 
 def _describe_messages(
-    paths: Sequence[Path], reader: MessageReader, settings: LogConfig | None, bounds: ReadingBounds | None = None
+    paths: Sequence[Path], reader: MessageReader, settings: LogConfig, bounds: ReadingBounds
 ) -> LogSummary:
     """Topics, joints, rates and gaps of a recording, all of which is read.
 
@@ -127,8 +128,9 @@ def describe_by_overview(
     overview = known.overview_of(paths[0]) if known is not None else None
     if overview is None:
         return None
+    settings = settings or LogConfig()
     try:
-        topics = topics_of(overview.reader, settings)
+        topics = topics_of(overview.reader, settings, ReadingBounds.of(paths, log_name(paths), settings.limits))
         decode(overview.reader, [topic for topic in topics if topic.decoders])
     finally:
         overview.reader.close()
@@ -190,17 +192,16 @@ def _holds(decoded: Decoded, quantity: str) -> bool:
     return any(group.holds(quantity) for group in decoded.groups.values())
 
 
-def _describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSummary:
+def _describe_tables(paths: Sequence[Path], settings: LogConfig) -> LogSummary:
     """Columns, joints, rate and gaps of one log of tables; without joint signals, its columns."""
-    used = settings if settings is not None else LogConfig()
-    readers = open_tables(paths, used.csv)
-    files = assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
-    columns = describe_columns(files, used.csv)
+    readers = open_tables(paths, settings.csv)
+    files = assign_columns(readers, settings.csv)  # columns that are configured and absent are an error
+    columns = describe_columns(files, settings.csv)
     findings: tuple[Finding, ...] = ()
     name, layout = log_name(paths), readers[0].layout
     start, duration = None, None
     try:
-        table = join_tables([*readers, *open_tables(also_files(paths, used.csv), used.csv)], used)
+        table = join_tables([*readers, *open_tables(also_files(paths, settings.csv), settings.csv)], settings)
     except LogError as error:
         topic = TopicInfo(
             name,

@@ -8,7 +8,7 @@ from pathlib import Path
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError, similar_file
 from collaudit.core.logs import log_formats
-from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_format
+from collaudit.core.logs.log_formats import LogFormat, format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
 from collaudit.core.logs.storage.chunked_file import ChunkedFile
 from collaudit.core.logs.storage.file_head import compression_of, head_of, looks_like_text, workbook_in
@@ -60,7 +60,7 @@ def open_messages(paths: Sequence[Path], bounds: ReadingBounds | None = None) ->
     refused: list[LogError] = []
     for file in files:
         try:
-            readers.append((file, _open_one(file)))
+            readers.append((file, _format(file, "messages").open_messages(file)))
         except LogError as error:
             refused.append(error)
             damage.append(Damage(f"{file.name} could not be read ({error.message})"))
@@ -85,20 +85,15 @@ def open_tables(paths: Sequence[Path], settings: CsvConfig) -> list[TableReader]
     Raises:
         LogError: a file is no table, or holds no rows.
     """
-    readers = []
-    for path in paths:
-        known = format_of(path)
-        if known is None or known.holds != "table":
-            raise _unreadable(path)
-        readers.append(known.open_table(path, settings))
-    return readers
+    return [_format(path, "table").open_table(path, settings) for path in paths]
 
 
-def _open_one(path: Path) -> MessageReader:
+def _format(path: Path, holds: str) -> LogFormat:
+    """The format of a file, which holds messages or a table."""
     known = format_of(path)
-    if known is None or known.holds != "messages":
+    if known is None or known.holds != holds:
         raise _unreadable(path)
-    return known.open_messages(path)
+    return known
 
 
 def _unreadable(path: Path) -> LogError:

@@ -80,7 +80,7 @@ def test_a_look_at_joint_names_keeps_the_bounds(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "log.mcap", w.motion(300, joints=3))
     bounds = ReadingBounds(10**9, "log")
     reader = open_messages((path,), bounds)
-    topics = topics_of(reader, None, bounds)
+    topics = topics_of(reader, LogConfig(), bounds)
     assert any(peek_names(reader, topics).values())
     reader.close()
     assert all(topic.decoded.bounds is bounds for topic in topics)

@@ -85,7 +85,7 @@ class Decoded:
         seen: messages met.
         skipped: messages left out.
         problem: why the first of them was left out.
-        bounds: how much may be read; None for no bounds.
+        bounds: how much may be read.
         claimed: messages that the file's summary claims.
     """
 
@@ -93,7 +93,7 @@ class Decoded:
     seen: int = 0
     skipped: int = 0
     problem: str | None = None
-    bounds: ReadingBounds | None = None
+    bounds: ReadingBounds = field(default_factory=lambda: ReadingBounds(0, "the log"))
     claimed: int = 0
 
     def skip(self, count: int, problem: str) -> None:
@@ -106,8 +106,7 @@ class Decoded:
         found = self.groups.get(key)
         if found is None:
             found = self.groups[key] = Group(key, claimed=self.claimed)
-            if self.bounds is not None:
-                self.bounds.check_layouts(len(self.groups))
+            self.bounds.check_layouts(len(self.groups))
         return found
 
     def add(self, key: GroupKey, columns: Mapping[str, Column]) -> None:
@@ -116,8 +115,7 @@ class Decoded:
         Raises:
             LogError: they are more than is read of a log.
         """
-        if self.bounds is not None:
-            self.bounds.take_values(len(columns["log_ns"]), _OWN_COLUMNS + sum(count for _, count in key.present))
+        self.bounds.take_values(len(columns["log_ns"]), _OWN_COLUMNS + sum(count for _, count in key.present))
         self.group(key).add(columns)
 
 

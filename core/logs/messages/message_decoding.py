@@ -92,16 +92,15 @@ class ChannelDecoder:
         if kind is None:
             self._add_plain(batch)
             return
-        for part in unpacked(batch, kind):
-            self._add_plain(part.batch)
-            if part.failed:
-                self.out.seen += part.failed
-                self.out.skip(part.failed, part.problem)
+        for messages, problems in unpacked(batch, kind):
+            self._add_plain(messages)
+            self.out.seen += len(problems)
+            for problem in problems:
+                self.out.skip(1, problem)
 
     def _add_plain(self, batch: Batch) -> None:
         count = batch.start.shape[0]
-        if self.out.bounds is not None:
-            self.out.bounds.take_messages(count)
+        self.out.bounds.take_messages(count)
         places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
         if not self.max_plans:

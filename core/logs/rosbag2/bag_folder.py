@@ -73,20 +73,11 @@ def _check_compression(metadata: str, folder: Path) -> None:
 
 def _relative_paths(text: str) -> list[str]:
     """The items under ``relative_file_paths:``, a plain YAML list in every version of rosbag2."""
-    out: list[str] = []
-    inside = False
-    for line in text.splitlines():
-        stripped = line.strip()
-        if stripped.startswith("relative_file_paths:"):
-            inside = True
-            rest = stripped.removeprefix("relative_file_paths:").strip()
-            if rest.startswith("["):
-                return [item.strip().strip("'\"") for item in rest.strip("[]").split(",") if item.strip()]
-        elif inside and stripped.startswith("- "):
-            out.append(stripped[2:].strip().strip("'\""))
-        elif inside and stripped:
-            break
-    return out
+    found = re.search(r"(?m)^[ \t]*relative_file_paths:[ \t\r]*(?:\[(.*)\]|((?:\n+[ \t]*- .*)*))", text)
+    if found is None:
+        return []
+    items = re.findall(r"(?m)^[ \t]*- (.*)$", found[2] or "") or (found[1] or "").split(",")
+    return [name for item in items if (name := item.strip().strip("'\""))]
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

@@ -93,23 +93,17 @@ class Db3File:
         """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""
         wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
         last = -(1 << 63)
-        total = self._last_row() if progress is not None else 1
+        done = 0
         for ids, *columns in self._blocks(wanted):
             if ids[0] <= last or not all(map(lt, ids, islice(ids, 1, None))):
                 self._note(f"its rows do not ascend after number {last}; the rest was left out")
                 return
             last = ids[-1]
-            yield from self._split(columns)
+            for batch in self._split(columns):
+                done += int(batch.length.sum())
+                yield batch
             if progress is not None:
-                progress(self._bytes * min(last, total) // total, self._bytes)
-
-    def _last_row(self) -> int:
-        """The highest number of a message, for the progress."""
-        try:
-            (total,) = self._db.execute("SELECT max(id) FROM messages").fetchone()
-            return max(int(total or 1), 1)
-        except (sqlite3.Error, ValueError, TypeError):
-            return 1
+                progress(min(done, self._bytes), self._bytes)
 
     def _blocks(self, wanted: Sequence[int]) -> Iterator[list[tuple[Any, ...]]]:
         """Rows in blocks, as columns; when a page is missing, the rows before it one by one."""

@@ -7,11 +7,11 @@ metadata.yaml is read the same way.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.logs.storage.decompression import Unpacked, bounded
+from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.file_reading import MAX_RATIO
 from collaudit.core.logs.storage.records import Batch
 
@@ -22,21 +22,6 @@ _AT_ONCE = 1 << 27
 _FREE_BYTES = 1 << 20
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class UnpackedMessages:
-    """Some messages of a batch, and how many beside them could not be unpacked.
-
-    Attributes:
-        batch: those that could.
-        failed: number of the others.
-        problem: why the first of them could not, or "".
-    """
-
-    batch: Batch
-    failed: int = 0
-    problem: str = ""
-
-
 def packing_of(batch: Batch) -> str | None:
     """How the messages of a batch are compressed, by the first one; None when they are not."""
     if not batch.start.shape[0] or batch.length[0] < 4:
@@ -45,37 +30,36 @@ def packing_of(batch: Batch) -> str | None:
     return _MAGICS.get(batch.data[start : start + 4].tobytes())
 
 
-def unpacked(batch: Batch, kind: str) -> Iterator[UnpackedMessages]:
+def unpacked(batch: Batch, kind: str) -> Iterator[tuple[Batch, list[str]]]:
     """The messages of a batch, decompressed, in their order and in blocks of bounded size.
 
     Args:
         batch: compressed messages.
         kind: as :func:`packing_of` names it.
+
+    Returns:
+        Those of each block that could be unpacked, and why each of the others could not.
     """
-    first = 0
-    while first < batch.start.shape[0]:
-        found = _block(batch, first, kind)
-        yield _put_together(batch, first, found, kind)
-        first += len(found)
+    rows: list[int] = []
+    parts: list[bytes] = []
+    problems: list[str] = []
+    held, count = 0, batch.start.shape[0]
+    for index in range(count):
+        packed = batch.payload(index)
+        one = bounded(kind, packed, max(_FREE_BYTES, MAX_RATIO * len(packed)))
+        if one.problem is None:
+            rows.append(index)
+            parts.append(one.data)
+        else:
+            problems.append(f"it is compressed as {kind} and cannot be unpacked: {one.problem}")
+        held += len(one.data)
+        if index == count - 1 or held >= _AT_ONCE:
+            yield _joined(batch, rows, parts), problems
+            rows, parts, problems, held = [], [], [], 0
 
 
-def _block(batch: Batch, first: int, kind: str) -> list[Unpacked]:
-    out: list[Unpacked] = []
-    held = 0
-    while held < _AT_ONCE and first + len(out) < batch.start.shape[0]:
-        packed = batch.payload(first + len(out))
-        out.append(bounded(kind, packed, max(_FREE_BYTES, MAX_RATIO * len(packed))))
-        held += len(out[-1].data)
-    return out
-
-
-def _put_together(batch: Batch, first: int, found: list[Unpacked], kind: str) -> UnpackedMessages:
-    """The payloads end to end in bytes of their own."""
-    rows = first + np.flatnonzero([one.problem is None for one in found])
-    parts = [one.data for one in found if one.problem is None]
-    problems = [one.problem for one in found if one.problem is not None]
+def _joined(batch: Batch, rows: list[int], parts: list[bytes]) -> Batch:
+    """Some messages of a batch, their payloads end to end in bytes of their own."""
     length = np.array([len(part) for part in parts], dtype=np.int64)
-    data, start = np.frombuffer(b"".join(parts), dtype=np.uint8), np.cumsum(length) - length
-    good = replace(batch, data=data, start=start, length=length, log_ns=batch.log_ns[rows])
-    problem = f"it is compressed as {kind} and cannot be unpacked: {problems[0]}" if problems else ""
-    return UnpackedMessages(good, len(problems), problem)
+    data = np.frombuffer(b"".join(parts), dtype=np.uint8)
+    return replace(batch, data=data, start=np.cumsum(length) - length, length=length, log_ns=batch.log_ns[rows])

@@ -19,10 +19,7 @@ def peek_names(reader: MessageReader, topics: Sequence[Topic]) -> dict[str, tupl
     decode(reader, topics, limit=PEEK)
     names = {topic.name: all_names([topic.decoded]) for topic in topics}
     for topic in topics:
-        fresh = Decoded(bounds=topic.decoded.bounds)
-        topic.decoded = fresh
-        for decoder in topic.decoders.values():
-            decoder.out = fresh
+        topic.decode_into(Decoded(bounds=topic.decoded.bounds))
     return names
 
 
@@ -102,9 +99,7 @@ def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
         for decoder in topic.decoders.values():
             decoder.tagged = True
     for topic in found:
-        topic.decoded = chosen.decoded
-        for decoder in topic.decoders.values():
-            decoder.out = chosen.decoded
+        topic.decode_into(chosen.decoded)
     return found
 
 

@@ -50,63 +50,64 @@ class Topic:
         """The message types, usually one."""
         return ", ".join(dict.fromkeys(channel.type or "no type" for channel in self.channels))
 
+    def decode_into(self, decoded: Decoded) -> None:
+        """Put the columns there from now on."""
+        self.decoded = decoded
+        for decoder in self.decoders.values():
+            decoder.out = decoded
 
-def topics_of(
-    reader: MessageReader, settings: LogConfig | None = None, bounds: ReadingBounds | None = None
-) -> list[Topic]:
+
+def topics_of(reader: MessageReader, settings: LogConfig, bounds: ReadingBounds) -> list[Topic]:
     """The topics of a log, sorted by name, each with a decoder where a profile or the configuration reads it.
 
     Args:
         reader: the log.
         settings: definitions and fields that the configuration states.
-        bounds: how much may be read; None for no bounds.
+        bounds: how much may be read.
 
     Raises:
         ConfigError: the configured message definitions cannot be read, or paths are given for no topic.
     """
-    extra = read_definitions(settings.msg_path) if settings is not None and settings.msg_path else {}
+    extra = read_definitions(settings.msg_path)
     by_name: dict[str, list[Channel]] = {}
     for channel in reader.channels:
         by_name.setdefault(channel.topic, []).append(channel)
     out = []
     for name, channels in sorted(by_name.items()):
-        own = configured(settings, name, channels[0].type) if settings is not None else None
-        out.append(_topic(name, channels, extra) if own is None else read_by(name, channels, own, extra))
+        out.append(_topic(name, channels, configured(settings, name, channels[0].type), extra))
     for topic in out:
         topic.decoded.bounds = bounds
     return out
 
 
+def _topic(name: str, channels: list[Channel], own: Profile | None, extra: Definitions) -> Topic:
+    """A topic read by the profile of its configuration, or else of its messages' type."""
+    known = [own] if own is not None else [profile_of(channel.type) for channel in channels]
+    profiles = {profile.name: profile for profile in known if profile is not None}
+    if len(profiles) == 1:
+        (profile,) = profiles.values()
+        return read_by(name, channels, profile, extra)
+    problem = f"it has messages of several kinds ({', '.join(profiles)})" if profiles else ""
+    return Topic(name, channels, None, problem, {}, Decoded(), extra)
+
+
 def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions) -> Topic:
-    """A topic read by a profile that the configuration makes."""
+    """A topic read by a profile."""
     topic = Topic(name, channels, profile, "", {}, Decoded(), extra)
     for channel in channels:
-        _add_decoder(topic, channel)
+        _add_decoder(topic, channel, profile)
     return topic
 
 
-def _topic(name: str, channels: list[Channel], extra: Definitions) -> Topic:
-    topic = Topic(name, channels, None, "", {}, Decoded(), extra)
-    profiles = {profile.name: profile for channel in channels if (profile := profile_of(channel.type)) is not None}
-    if len(profiles) > 1:
-        topic.problem = f"it has messages of several kinds ({', '.join(profiles)})"
-    elif profiles:
-        topic.profile = next(iter(profiles.values()))
-        for channel in channels:
-            _add_decoder(topic, channel)
-    return topic
-
-
-def _add_decoder(topic: Topic, channel: Channel) -> None:
-    assert topic.profile is not None
+def _add_decoder(topic: Topic, channel: Channel, profile: Profile) -> None:
     if channel.encoding not in ENCODINGS:
         topic.problem = f"messages encoded as {channel.encoding!r} are not read"
         return
-    if channel.type not in topic.profile.types:
+    if channel.type not in profile.types:
         topic.problem = f"messages of type {channel.type} on it are not read"
         return
     try:
-        topic.decoders[channel.key] = ChannelDecoder.of(channel, topic.profile, topic.decoded, topic.extra)
+        topic.decoders[channel.key] = ChannelDecoder.of(channel, profile, topic.decoded, topic.extra)
         topic.decoders[channel.key].tagged = len(topic.channels) > 1
     except SchemaError as error:
         topic.problem = str(error)

@@ -47,7 +47,7 @@ def read_message_log(
     judged: Sequence[str],
     digest: Digest,
     progress: Progress | None,
-    bounds: ReadingBounds | None = None,
+    bounds: ReadingBounds,
 ) -> JointLog:
     """Read one log of messages.
 

@@ -1,24 +1,24 @@
-"""From a layout and a profile to the byte ranges that are the wanted columns."""
+"""From a layout and a profile to the byte ranges that are the wanted columns: the fields that its paths name."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.messages.decoded_columns import GroupKey
-from collaudit.core.logs.messages.field_paths import Runs, select
-from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers
+from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
+from collaudit.core.logs.messages.layout import Chars, Layout, LayoutError, Node, Numbers
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.vendors.message_profiles import Profile
+from collaudit.core.vendors.message_profiles import ANNOTATION, Profile
+
+Runs = tuple[Numbers, ...]
 
 #: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
 _NEAR = 16
 #: What seconds fit a stamp in ns.
 _MOST_SECONDS = (1 << 63) // NS_PER_S - 1
-#: Bytes of a length.
-_WORD = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,11 +30,8 @@ class Guard:
     free: BoolArray | None
 
     def same(self, rows: ByteArray) -> BoolArray:
-        """(n, g) True where a byte, or a word, is as it must be."""
-        size = self.expected.shape[0]
-        if size == _WORD and self.free is None:  # a lone length: compared as one number
-            return np.asarray(rows[:, self.start : self.start + size].view("u4") == self.expected.view("u4"))
-        equal: BoolArray = rows[:, self.start : self.start + size] == self.expected
+        """(n, g) True where a byte is as it must be."""
+        equal: BoolArray = rows[:, self.start : self.start + self.expected.shape[0]] == self.expected
         if self.free is not None:
             np.logical_or(equal, self.free, out=equal)
         return equal
@@ -111,11 +108,30 @@ def make_plan(layout: Layout, profile: Profile) -> Plan:
     Raises:
         LayoutError: the message does not hold what the profile needs, or holds it inconsistently.
     """
-    found = select(layout, profile)
-    if found.stamp is not None and abs(int(_first(found.stamp[0], layout.data))) > _MOST_SECONDS:
+    finder = _Finder(layout, list(layout.guards))
+    counted = profile.role == "phase" and isinstance(_at(layout.root, profile.names or ""), Numbers)
+    named = finder.names(profile.names) if profile.names is not None and not counted else ()
+    paths = {} if named and profile.role == "phase" else profile.quantities()
+    found = {name: finder.numbers(path) for name, path in paths.items()}
+    counts = _usable({name: _count(runs) for name, runs in found.items() if _count(runs)})
+    names = _checked(profile, named, counts)
+    stamp = _stamp(finder, profile.stamp) if profile.stamp is not None else None
+    key = GroupKey(names, tuple(counts.items()), stamp is not None)
+    columns = {name: _joined(found[name]) for name in counts}
+    return Plan(len(layout.data), key, _guards(finder.bound, layout.data), stamp, columns)
+
+
+def _stamp(finder: _Finder, path: str) -> Runs | None:
+    """Seconds and nanoseconds of a stamp; None where they are no two whole numbers."""
+    try:
+        stamp = finder.numbers(path)
+    except LayoutError:
+        return None
+    if len(stamp) != 2 or any(run.count != 1 or run.code[1] == "f" for run in stamp):
+        return None
+    if abs(int(_first(stamp[0], finder.layout.data))) > _MOST_SECONDS:
         raise LayoutError("its stamp is beyond all times")
-    columns = {name: _joined(runs) for name, runs in found.columns.items()}
-    return Plan(len(layout.data), found.key, _guards(found.bound, layout.data), found.stamp, columns)
+    return stamp
 
 
 def _first(part: Numbers, data: bytes) -> np.generic:
@@ -133,3 +149,123 @@ def _joined(parts: Runs) -> Runs:
         else:
             out.append(part)
     return tuple(out)
+
+
+@dataclass(slots=True)
+class _Finder:
+    """Finds the fields of paths in one message; ``bound`` collects strings that must stay as they are."""
+
+    layout: Layout
+    bound: list[tuple[int, int]]
+
+    def numbers(self, path: str) -> Runs:
+        """The numbers of the first alternative that the type has and the message fills; none when there is none."""
+        for alternative in path.split("|"):
+            parts = [self._one(single) for single in alternative.split(",")]
+            runs = tuple(run for part in parts for run in part or ())
+            if all(part is not None for part in parts) and _count(runs):
+                return runs
+        return ()
+
+    def _one(self, path: str) -> Runs | None:
+        head, several, tail = path.partition("[*]")
+        node = _at(self.layout.root, head)
+        if not several:
+            return None if node is None else (_run(node, path),)
+        if tail.startswith("{"):
+            return tuple(run for item in _items(node) for run in self._chosen(item, tail))
+        nodes = [_at(item, tail.lstrip(".")) for item in _items(node)]
+        if all(node is None for node in nodes):
+            return None
+        return tuple(_run(self.layout.missing if node is None else node, path) for node in nodes)
+
+    def _chosen(self, item: Node | None, choice: str) -> Runs:
+        """Of ``{keys:values=wanted}`` the one of an item's values whose key is as wanted."""
+        fields, wanted = choice.strip("{}").split("=")
+        keys, values = fields.split(":")
+        texts = [self.text(key) for key in _items(_at(item, keys))]
+        run = _run(_at(item, values), choice)
+        if wanted not in texts or texts.index(wanted) >= run.count:
+            return ()
+        return (Numbers(run.offset + texts.index(wanted) * int(run.code[2:]), run.code, 1),)
+
+    def text(self, node: Node | None) -> str:
+        """A string of the message, which from now on binds the layout."""
+        if not isinstance(node, Chars):
+            raise LayoutError("a joint name is no text")
+        self.bound.append((node.offset, node.offset + node.size))
+        try:
+            return self.layout.data[node.offset : node.offset + node.size].decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise LayoutError("a joint name is not UTF-8") from error
+
+    def names(self, path: str) -> tuple[str, ...]:
+        """The text, or the texts, at a path."""
+        head, _, tail = path.partition("[*]")
+        node = _at(self.layout.root, head)
+        if node is None:
+            raise LayoutError(f"it has no field {path}")
+        items = (node,) if isinstance(node, Chars) else _items(node)
+        return tuple(self.text(_at(item, tail.lstrip("."))) for item in items)
+
+
+def _at(node: Node | None, path: str) -> Node | None:
+    """A field by its dotted path; None where there is none."""
+    for name in path.split(".") if path else ():
+        node = node.get(name) if isinstance(node, dict) else None
+    return node
+
+
+def _items(node: Node | None) -> Sequence[Node | None]:
+    """The items of a sequence; none of what is none."""
+    return node if isinstance(node, list) else ()
+
+
+def _run(node: Node | None, path: str) -> Numbers:
+    if not isinstance(node, Numbers):
+        raise LayoutError(f"{path} is no number and no row of numbers")
+    return node
+
+
+def _count(runs: Runs) -> int:
+    return sum(run.count for run in runs)
+
+
+def _usable(counts: dict[str, int]) -> dict[str, int]:
+    """Without temperatures and second torques that some joints lack: motion is not lost for that."""
+    motion = max((counts.get(name, 0) for name in MOTION), default=0)
+    optional = ("temperature", "joint_torque")
+    return {name: count for name, count in counts.items() if name not in optional or count == motion}
+
+
+def _checked(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:
+    """Refuse messages whose arrays do not fit their names.
+
+    Returns:
+        The joint names, those the profile implies where the message has none.
+
+    Raises:
+        LayoutError: no names, a name twice, arrays of other lengths than the names, or nothing usable at all.
+    """
+    if profile.role == "wrench":
+        if counts.get("wrench") != 6:
+            raise LayoutError(f"it has {counts.get('wrench', 0)} of the six numbers of a wrench")
+        return ()
+    if profile.role in ("label", "phase"):
+        if not named and not counts:
+            paths = ", ".join(path for _, path in profile.annotations)
+            raise LayoutError(f"its type has no number or text at {paths}")
+        return named
+    counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(ANNOTATION)}
+    names = named if profile.names is not None else profile.implied_names(max(counts.values(), default=0))
+    if not names:
+        raise LayoutError("it names no joints")
+    if len(set(names)) != len(names):
+        twice = sorted({name for name in names if names.count(name) > 1})
+        raise LayoutError(f"it names the joint {twice[0]!r} twice")
+    for quantity, count in counts.items():
+        if count != len(names):
+            raise LayoutError(f"it has {len(names)} joint names and {count} values of {quantity}")
+    if not counts:
+        raise LayoutError("it holds no position, velocity or effort")
+    return names

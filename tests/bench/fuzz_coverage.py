@@ -15,10 +15,10 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
-    from collaudit.core.logs.mcap import mcap_chunk, mcap_file, mcap_records, mcap_scan
+    from collaudit.core.logs.mcap import mcap_file, mcap_records, mcap_scan
     from collaudit.core.logs.messages import column_extraction, layout
     from collaudit.core.logs.messages.message_schema import parse_schema
-    from collaudit.core.logs.rosbag1 import bag_chunk, bag_file
+    from collaudit.core.logs.rosbag1 import bag_file
     from collaudit.core.logs.storage.records import Channel
     from collaudit.core.logs.topics.log_topics import profile_of
 
@@ -43,14 +43,14 @@ def split(data: bytes) -> tuple[bytes, np.ndarray]:
 
 def mcap_chunks(data: bytes) -> None:
     chunk, offsets = split(data)
-    found = mcap_chunk.locate(chunk, offsets)
+    found = mcap_file.locate(chunk, offsets)
     assert (found.start >= 0).all() and (found.length >= 0).all()
     assert not found.start.size or int((found.start + found.length).max()) <= len(chunk)
 
 
 def bag_chunks(data: bytes) -> None:
     chunk, offsets = split(data)
-    found = bag_chunk.locate_bag(chunk, offsets)
+    found = bag_file.locate_bag(chunk, offsets)
     assert (found.start >= 0).all() and (found.length >= 0).all()
     assert not found.start.size or int((found.start + found.length).max()) <= len(chunk)
 

@@ -22,7 +22,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.mcap import mcap_chunk, mcap_scan
+from collaudit.core.logs.mcap import mcap_file, mcap_scan
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_summary import overview_of
 from collaudit.core.numeric import parallel
@@ -167,9 +167,9 @@ def test_messages_that_the_index_lacks_are_found(lost: list[int]) -> None:
     schema = struct.pack("<BQ", 3, 4) + bytes(4)
     data = b"".join(records[:7]) + schema + b"".join(records[7:]) + b"\x05rest"
     starts[7:] += len(schema)
-    found = mcap_chunk.locate(data, np.delete(starts, lost))
+    found = mcap_file.locate(data, np.delete(starts, lost))
     np.testing.assert_array_equal(found.log_ns, np.arange(40))
     np.testing.assert_array_equal(found.start, starts + 31)
     assert found.rest == 5 and [op for op, _, _ in found.others] == [3]
-    wrong = mcap_chunk.locate(data, np.delete(starts, lost) + 1)
+    wrong = mcap_file.locate(data, np.delete(starts, lost) + 1)
     np.testing.assert_array_equal(wrong.start, found.start)

@@ -7,14 +7,53 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from collaudit.core.logs.messages.growing_columns import Column, Growing
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.tables import table
 
+#: Rows of room that a column grows by at least.
+_LEAST_ROWS = 4096
+#: And how many times as long it becomes at most.
+_MOST_TIMES = 64
+Column = IntArray | FloatArray
 #: Numbers of a row besides its quantities: stamps and place.
 _OWN_COLUMNS = 3
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")
+
+
+class Growing:
+    """An array that grows at its end: memory that is not written to costs nothing.
+
+    It grows to as many rows as are claimed, within 64 times what is there, for claims may be false; to twice its length
+    where no more are claimed.
+    """
+
+    def __init__(self, width: int, claimed: int = 0) -> None:
+        """``width``: numbers of a row, 0 for one integer; ``claimed``: rows that are said to come."""
+        self._array: Column = np.empty((0, width)) if width else np.empty(0, dtype=np.int64)
+        self._used, self._claimed = 0, claimed
+
+    def add(self, values: Column) -> None:
+        """Take in further rows."""
+        start, self._used = self._used, self._used + values.shape[0]
+        if self._used > self._array.shape[0]:
+            rows = min(self._claimed, _MOST_TIMES * self._used)
+            longer = _empty(self._array, rows if rows >= self._used else 2 * self._used + _LEAST_ROWS)
+            longer[:start] = self._array[:start]
+            self._array = longer
+        self._array[start : self._used] = values
+
+    def so_far(self) -> Column:
+        """The rows so far, where they lie."""
+        return self._array[: self._used]
+
+    def __len__(self) -> int:
+        return int(self._used)
+
+
+def _empty(like: Column, rows: int) -> Column:
+    return np.empty_like(like, shape=rows) if like.ndim == 1 else table(rows, like.shape[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +161,7 @@ class Decoded:
 def all_names(tables: Iterable[Decoded]) -> tuple[str, ...]:
     """Every joint name met, in the order met."""
     names: dict[str, None] = {}
-    for table in tables:
-        for key in table.groups:
+    for decoded in tables:
+        for key in decoded.groups:
             names.update(dict.fromkeys(key.names))
     return tuple(names)

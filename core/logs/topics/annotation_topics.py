@@ -1,4 +1,4 @@
-"""Annotations and phases on topics of their own: a controller's alarm, an operator's note, the phase of a task."""
+"""Annotations and phases: alarms in the fields of joint states, and topics of alarms, notes, and phases of a task."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.signals.annotation_spans import phases_of, until_changed
+from collaudit.core.logs.messages.decoded_columns import Decoded
+from collaudit.core.logs.signals.annotation_spans import phases_of, spans_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.logs.topics.log_topics import Topic, described, read_by
-from collaudit.core.logs.topics.publishers import Publisher
-from collaudit.core.logs.topics.sample_order import clocks_of, in_order
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.logs.topics.publishers import Publisher, clocks_of, in_order
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
 
 #: The field of std_msgs types, taken where none is named.
@@ -26,6 +26,66 @@ _PHASE = f"{ANNOTATION}phase"
 _STATED = "configured-"
 #: Where each is configured.
 _KEYS: dict[Role, str] = {"label": "[log] label_topics", "phase": "[log] phase_topic"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AlarmField:
+    """One alarm, in one kind of message.
+
+    Attributes:
+        name: of the alarm.
+        joints: joint of each column; empty when the alarm belongs to the whole arm.
+        log_ns: (n,) recording times.
+        stamp_ns: (n,) header stamps, or None.
+        raised: (n, m) True while it is raised.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    log_ns: IntArray
+    stamp_ns: IntArray | None
+    raised: BoolArray
+
+
+def alarm_fields(decoded: Decoded, profile: Profile | None) -> list[AlarmField]:
+    """The alarms of a topic that were ever raised; to be asked before its groups are used up."""
+    out = []
+    for group in decoded.groups.values():
+        names = [key for key in group.columns if key.startswith(ANNOTATION)]
+        if not names:
+            continue
+        at = np.argsort(np.asarray(group.look("place")), kind="stable")
+        for name in names:
+            values = np.asarray(group.take(name), dtype=np.float64)
+            if profile is None or not (raised := profile.raised(name.removeprefix(ANNOTATION), values)).any():
+                continue
+            log_ns = np.asarray(group.look("log_ns"), dtype=np.int64)
+            stamps = group.look("stamp_ns")
+            stamp_ns = None if stamps is None else np.asarray(stamps, dtype=np.int64)[at]
+            joints = group.key.names if raised.shape[1] == len(group.key.names) else ()
+            out.append(AlarmField(name.removeprefix(ANNOTATION), joints, log_ns[at], stamp_ns, raised[at]))
+    return out
+
+
+def alarm_annotations(fields: list[AlarmField], clock: Clock, origin_ns: int, topic: str) -> list[Annotation]:
+    """The alarms as annotations, one a joint; each stretch ends at the last stamp at which the alarm was raised.
+
+    Args:
+        fields: of the topic.
+        clock: the clock of its samples.
+        origin_ns: time zero of that clock.
+        topic: their source.
+    """
+    found: dict[tuple[str, str | None], list[tuple[float, float]]] = {}
+    for field in fields:
+        stamps = field.stamp_ns if clock == "header" and field.stamp_ns is not None else field.log_ns
+        time_s = seconds_since(stamps, origin_ns)
+        columns: list[tuple[str | None, BoolArray]] = [
+            (joint, field.raised[:, k]) for k, joint in enumerate(field.joints)
+        ]
+        for joint, raised in columns or [(None, np.asarray(field.raised.any(axis=1)))]:
+            found.setdefault((field.name, joint), []).extend(spans_of(time_s, raised))
+    return [Annotation(name, topic, tuple(sorted(spans)), joint) for (name, joint), spans in found.items() if spans]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,7 @@ from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.sample_clock import Clock, steadiness
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.logs.topics.log_topics import Topic
-from collaudit.core.logs.topics.publishers import Publisher
-from collaudit.core.logs.topics.sample_order import Ordered, clocks_of, in_order
+from collaudit.core.logs.topics.publishers import Ordered, Publisher, clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 

@@ -22,10 +22,11 @@ from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, Progress, damage_findings
-from collaudit.core.logs.topics.alarm_fields import alarm_annotations, alarm_fields
 from collaudit.core.logs.topics.annotation_topics import (
     AnnotationTopics,
     Times,
+    alarm_annotations,
+    alarm_fields,
     annotation_topics,
     read_annotations,
     read_phases,

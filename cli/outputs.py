@@ -52,7 +52,7 @@ def _files(value: object, runs: bool) -> Iterator[Path]:
         elif path.is_file():
             yield path
         elif glob.has_magic(str(item)):
-            from collaudit.core.logs.path_patterns import matching_paths
+            from collaudit.core.logs.inputs import matching_paths
 
             yield from (match for match in matching_paths(str(item)) if match.is_file())
 

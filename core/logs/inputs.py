@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
-from collaudit.core.logs.path_patterns import matching_paths
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -115,3 +114,21 @@ def _part(path: Path, settings: LogConfig) -> TablePart | None:
     from collaudit.core.logs.table_part import table_part  # a recording is opened without what reads tables
 
     return table_part(path, settings)
+
+
+def matching_paths(pattern: str) -> list[Path]:
+    """Paths that a glob pattern names, sorted by their text.
+
+    ``**`` enters no folder through a symbolic link: a link to a folder above would be followed in circles.
+
+    Args:
+        pattern: with ``*``, ``?``, ``[…]`` and ``**``; hidden names match only where the pattern spells the dot.
+    """
+    whole = Path(pattern) / "*" if pattern.endswith("**") else Path(pattern)
+    found = Path(whole.anchor).glob(str(whole.relative_to(whole.anchor)))
+    return sorted({path for path in found if _hidden(path) == _hidden(whole)}, key=str)
+
+
+def _hidden(path: Path) -> int:
+    """Number of hidden names in a path."""
+    return sum(name.startswith(".") for name in path.parts)

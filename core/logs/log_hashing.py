@@ -32,7 +32,19 @@ class Hashing:
 
     @cached_property
     def _hash(self) -> str:
-        return _unchanged(self._paths, self._state)
+        found = sha256_of(self._paths)
+        after: _State = []
+        with contextlib.suppress(OSError):  # gone
+            after = _state_of(self._paths)
+        if self._state is not None and self._state != after:
+            changed = sorted({name for name, *_ in set(self._state) ^ set(after)})
+            raise LogError(
+                "the log has changed while it was read",
+                where=changed[0],
+                found="another size or time of change than when reading began",
+                hint="judge it when its recording has ended",
+            )
+        return found
 
     def __reduce__(self) -> tuple[type[str], tuple[str]]:
         return str, (self.result(),)
@@ -46,23 +58,6 @@ def _state_of(paths: Sequence[Path]) -> _State:
     """What shows that files have changed. Files that are read over the network say so themselves."""
     files = [file for path in paths for file in data_files(path) if partial_file(file) is None]
     return [(str(file), (found := file.stat()).st_size, found.st_mtime_ns, found.st_ino) for file in files]
-
-
-def _unchanged(paths: Sequence[Path], before: _State | None) -> str:
-    """:func:`sha256_of`, refused if files have changed since ``before``."""
-    found = sha256_of(paths)
-    after: _State = []
-    with contextlib.suppress(OSError):  # gone
-        after = _state_of(paths)
-    if before is not None and before != after:
-        changed = sorted({name for name, *_ in set(before) ^ set(after)})
-        raise LogError(
-            "the log has changed while it was read",
-            where=changed[0],
-            found="another size or time of change than when reading began",
-            hint="judge it when its recording has ended",
-        )
-    return found
 
 
 def sha256_of(paths: Sequence[Path]) -> str:

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.errors import CollauditError
-from collaudit.core.logs.inputs import expand_inputs
-from collaudit.core.logs.path_patterns import matching_paths
+from collaudit.core.logs.inputs import expand_inputs, matching_paths
 
 PATTERNS = ("*.csv", "**/*.csv", "a/**/*.csv", "**/b/*.csv", "a/*/x.csv", "**/a/**/x.csv", ".hidden/*.csv", "?/[b]/*")
 

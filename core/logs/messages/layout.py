@@ -159,14 +159,4 @@ def walk(kind: Struct, data: bytes, *, cdr: bool) -> Layout:
     slack = len(data) - state.pos
     if slack > (3 if cdr else 0):
         raise LayoutError(f"it is {slack} bytes longer than its type")
-    return Layout(data, root, _joined(state.guards))
-
-
-def _joined(guards: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    out: list[tuple[int, int]] = []
-    for start, stop in guards:
-        if out and out[-1][1] == start:
-            out[-1] = (out[-1][0], stop)
-        else:
-            out.append((start, stop))
-    return tuple(out)
+    return Layout(data, root, tuple(state.guards))

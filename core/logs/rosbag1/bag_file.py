@@ -8,8 +8,8 @@ data, proven against the bytes.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -43,38 +43,6 @@ def fields_of(header: bytes) -> dict[bytes, bytes]:
     return out if at == len(header) else {}
 
 
-@dataclass(slots=True)
-class _Found:
-    rows: list[tuple[int, int, int, int]]
-    connections: list[tuple[bytes, bytes]]
-    rest: int = 0
-
-    def walk(self, data: bytes, start: int, stop: int) -> None:
-        """Read the records between two offsets one by one."""
-        while start + 8 <= stop:
-            (header_size,) = _U32.unpack_from(data, start)
-            body = start + 8 + header_size
-            if body > stop:
-                break
-            (size,) = _U32.unpack_from(data, body - 4)
-            if body + size > stop:
-                break
-            header = data[start + 4 : body - 4]
-            self._record(fields_of(header), header, data, body, size)
-            start = body + size
-        self.rest += stop - start
-
-    def _record(self, fields: dict[bytes, bytes], header: bytes, data: bytes, at: int, size: int) -> None:
-        op, conn, stamp = fields.get(b"op"), fields.get(b"conn", b""), fields.get(b"time", b"")
-        if op == b"\x07":
-            self.connections.append((header, data[at : at + size]))
-        elif op == b"\x02" and len(conn) == 4 and len(stamp) == 8:
-            seconds, rest = struct.unpack("<II", stamp)
-            self.rows.append((at, size, _U32.unpack(conn)[0], seconds * NS_PER_S + rest))
-        else:
-            self.rest += len(header) + 8 + size
-
-
 def locate_bag(data: bytes, index_offsets: IntArray) -> Located:
     """Find every message of a chunk; the offsets may be empty or wrong (then the chunk is walked).
 
@@ -85,16 +53,49 @@ def locate_bag(data: bytes, index_offsets: IntArray) -> Located:
     offsets = ascending(index_offsets)
     columns = _by_index(data, offsets) if offsets.shape[0] else None
     gaps = None if columns is None else gaps_between(offsets, columns[:, 0] + columns[:, 1], len(data))
-    found = _Found([], [])
     if columns is None or gaps is None:
         columns, gaps = np.empty((0, 4), dtype=np.int64), [(0, len(data))]
-    for gap in gaps:
-        found.walk(data, *gap)
-    if found.rows:
-        columns = np.concatenate([columns, np.array(found.rows, dtype=np.int64)])
+    rows, connections, rest = _walked(data, gaps)
+    if rows:
+        columns = np.concatenate([columns, np.array(rows, dtype=np.int64)])
         columns = columns[np.argsort(columns[:, 0], kind="stable")]
     start, length, connection, log_ns = (np.ascontiguousarray(columns[:, number]) for number in range(4))
-    return Located(start, length, connection, log_ns, found.connections, found.rest)
+    return Located(start, length, connection, log_ns, connections, rest)
+
+
+def _walked(
+    data: bytes, gaps: list[tuple[int, int]]
+) -> tuple[list[tuple[int, int, int, int]], list[tuple[bytes, bytes]], int]:
+    """What gaps hold, record by record: messages as of `_by_index`, connections, and bytes that are no such record."""
+    rows: list[tuple[int, int, int, int]] = []
+    connections: list[tuple[bytes, bytes]] = []
+    rest = 0
+    for start, stop in gaps:
+        for at, body, after in _records(data, start, stop):
+            header = data[at + 4 : body - 4]
+            fields = fields_of(header)
+            op, conn, stamp = (fields.get(name, b"") for name in (b"op", b"conn", b"time"))
+            if op == b"\x07":
+                connections.append((header, data[body:after]))
+            elif op == b"\x02" and len(conn) == 4 and len(stamp) == 8:
+                seconds, nanoseconds = struct.unpack("<II", stamp)
+                rows.append((body, after - body, _U32.unpack(conn)[0], seconds * NS_PER_S + nanoseconds))
+            else:
+                rest += after - at
+            start = after
+        rest += stop - start
+    return rows, connections, rest
+
+
+def _records(data: bytes, start: int, stop: int) -> Iterator[tuple[int, int, int]]:
+    """(offset of the record, of its body, and after it) of the records that lie wholly between two offsets."""
+    while start + 8 <= stop:
+        body = start + 8 + _U32.unpack_from(data, start)[0]
+        after = body + _U32.unpack_from(data, body - 4)[0] if body <= stop else body
+        if after > stop:
+            return
+        yield start, body, after
+        start = after
 
 
 def _by_index(data: bytes, offsets: IntArray) -> IntArray | None:

@@ -6,7 +6,6 @@ import os
 import shutil
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from operator import lt
 from pathlib import Path
@@ -38,10 +37,11 @@ class Db3File:
         self.path = path
         self.damage: list[Damage] = []
         self._bytes = path.stat().st_size
-        opened = _connect(path)
-        self._db, self._copy = opened.db, opened.copy
-        if opened.damage is not None:
-            self.damage.append(opened.damage)
+        self._copy: TemporaryDirectory[str] | None = None
+        try:
+            self._db = self._connect()
+        except (sqlite3.Error, OSError) as error:
+            raise LogError(f"cannot be opened: {error}", where=str(path)) from error
         try:
             self.channels = self._read_channels()
         except (sqlite3.Error, OverflowError, ValueError, TypeError) as error:
@@ -58,6 +58,32 @@ class Db3File:
         self._db.close()
         if self._copy is not None:
             self._copy.cleanup()
+
+    def _connect(self) -> sqlite3.Connection:
+        """Open read-only. A file with a journal (not closed, or being written) is opened as a copy, with its journal.
+
+        A file that was cut short is opened as a copy that is as long as it says, its end empty: sqlite then reads the
+        pages that are there.
+        """
+        journals = [self.path.with_name(self.path.name + suffix) for suffix in ("-wal", "-journal")]
+        hot = [journal for journal in journals if journal.is_file() and journal.stat().st_size]
+        page, claimed = _claimed_size(self.path)
+        cut = self._bytes < claimed <= _MAX_CLAIM
+        if not hot and not cut:
+            db = sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+            return _tame(db, self._bytes)
+        self._copy = TemporaryDirectory(prefix="collaudit-")
+        copy = Path(self._copy.name) / self.path.name
+        for file in (self.path, *hot):
+            shutil.copyfile(file, copy.with_name(file.name))
+        if cut:
+            os.truncate(copy, self._bytes // page * page)  # half a page would be read as rows of zeros
+            os.truncate(copy, claimed)
+            self._note(f"it ends at byte {self._bytes} of the {claimed} it says it has")
+        else:
+            text = "it has a journal, because it was not closed; what had been committed was read"
+            self.damage.append(Damage(text, lost=False))
+        return _tame(sqlite3.connect(f"{copy.as_uri()}?mode=rw", uri=True), copy.stat().st_size)
 
     def _read_channels(self) -> tuple[Channel, ...]:
         tables = {
@@ -168,57 +194,6 @@ def _query(wanted: Sequence[int]) -> str:
     return f"SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? AND topic_id IN ({marks}) ORDER BY id"
 
 
-#: How the table of formats opens a file.
-open_db3: Callable[[Path], MessageReader] = Db3File
-
-
-@dataclass(frozen=True, slots=True)
-class _Opened:
-    """A connection; the folder of the copy it works on, if any, to be removed after closing; and what was wrong."""
-
-    db: sqlite3.Connection
-    copy: TemporaryDirectory[str] | None = None
-    damage: Damage | None = None
-
-
-def _connect(path: Path) -> _Opened:
-    """Open read-only. A file with a journal (not closed, or being written) is opened as a copy, with its journal.
-
-    A file that was cut short is opened as a copy that is as long as it says, its end empty: sqlite then reads the
-    pages that are there.
-
-    Args:
-        path: the file.
-
-    Raises:
-        LogError: it cannot be opened or copied.
-    """
-    journals = [path.with_name(path.name + suffix) for suffix in ("-wal", "-journal")]
-    hot = [journal for journal in journals if journal.is_file() and journal.stat().st_size]
-    try:
-        page, claimed = _claimed_size(path)
-        cut = path.stat().st_size < claimed <= _MAX_CLAIM
-        if not hot and not cut:
-            db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
-            return _Opened(_tame(db, path.stat().st_size))
-        folder = TemporaryDirectory(prefix="collaudit-")
-        for file in (path, *hot):
-            shutil.copyfile(file, Path(folder.name) / file.name)
-        copy = Path(folder.name) / path.name
-        if cut:
-            os.truncate(copy, path.stat().st_size // page * page)  # half a page would be read as rows of zeros
-            os.truncate(copy, claimed)
-            text = f"it ends at byte {path.stat().st_size} of the {claimed} it says it has"
-            damage = Damage(text)
-        else:
-            damage = Damage("it has a journal, because it was not closed; what had been committed was read", lost=False)
-        return _Opened(
-            _tame(sqlite3.connect(f"{copy.as_uri()}?mode=rw", uri=True), copy.stat().st_size), folder, damage
-        )
-    except (sqlite3.Error, OSError) as error:
-        raise LogError(f"cannot be opened: {error}", where=str(path)) from error
-
-
 def _claimed_size(path: Path) -> tuple[int, int]:
     """Bytes of a page, and of all pages by the file's header, 0 when it does not say (sqlite.org/fileformat2)."""
     with path.open("rb") as stream:
@@ -236,3 +211,7 @@ def _tame(db: sqlite3.Connection, file_bytes: int) -> sqlite3.Connection:
     db.execute("PRAGMA trusted_schema = OFF")
     db.execute("PRAGMA cell_size_check = ON")
     return db
+
+
+#: How the table of formats opens a file.
+open_db3: Callable[[Path], MessageReader] = Db3File

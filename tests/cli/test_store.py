@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from histories import history
 
-from collaudit.cli.batch.night_records import RecordWanted
+from collaudit.cli.batch.log_jobs import RecordWanted
 from collaudit.reports.store.result_store import ResultStore
 
 

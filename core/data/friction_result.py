@@ -24,7 +24,7 @@ class FrictionPoint:
         direction: +1 or -1 for ``model`` points, 0 for pairs.
         others_moving: True when other joints moved in the section.
         weight: share of its weight the point kept in a robust fit; 1 in an ordinary one.
-        timing_nm: change of ``friction_nm`` if effort were stamped one standard deviation (0.29 samples) later than
+        timing_nm: change of ``friction_nm`` if effort were stamped one standard deviation (0.41 samples) later than
             position; common to all points, in none of their standard errors.
         seconds: time that the shorter section took; 0 where that is not known.
     """

@@ -5,6 +5,7 @@ Pinocchio places the shapes, Coal finds what is closer than the clearance. Both 
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,27 +104,23 @@ class ArmShapes:
         self._of_joint.setdefault(joint, []).append(int(index))
 
     def _add_described(self, urdf: Path) -> tuple[list[str], set[int]]:
-        """Add the description's shapes, meshes as the convex hulls that hold them; their links, and their joints.
-
-        Meshes are looked for in packages among the description's folder and those above it. Where one is missing,
-        capsules stand for all links.
-        """
-        folders = [str(folder) for folder in (urdf.parent, *urdf.parent.resolve().parents)]
-        try:
-            found = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.COLLISION, package_dirs=folders)
-        except ValueError:
-            return [], set()
-        links, joints = list[str](), set[int]()
-        for number, item in enumerate(found.geometryObjects):
-            link, shape = item.name.rpartition("_")[0], item.geometry
-            if isinstance(shape, coal.BVHModelBase):
-                shape.buildConvexHull(True, "Qt")
-                shape = shape.convex
-            self._add(f"{link}#{number}", item.parentJoint, item.placement, shape)
-            joints.add(int(item.parentJoint))
-            if link not in links:
-                links.append(link)
-        return links, joints
+        """Add the shapes that can be read; the links that have them, and joints all of whose links' shapes were."""
+        links, some, lacking = [], set(), set()
+        for link in ET.parse(urdf).getroot().findall("link"):
+            name, found = link.get("name", ""), link.findall("collision")
+            if not found or not self._model.existFrame(name):
+                continue
+            frame = self._model.frames[frame_id(self._model, name)]
+            shapes = [_shape(element, urdf.parent) for element in found]
+            if any(shape is None for shape in shapes):
+                lacking.add(int(frame.parentJoint))
+                continue
+            some.add(int(frame.parentJoint))
+            links.append(name)
+            for k, (element, shape) in enumerate(zip(found, shapes, strict=True)):
+                place = frame.placement * _origin(element.find("origin"))
+                self._add(f"{name}#{k}", frame.parentJoint, place, shape)
+        return links, some - lacking
 
     def _add_capsules(self, radius_m: Mapping[str, float], whole: Set[int]) -> dict[str, float]:
         """Capsules from each joint to the next, but of joints whose links all have a shape (``whole``).
@@ -217,3 +214,40 @@ class ArmShapes:
                 return float(np.inf)
             length += float(np.linalg.norm(self._end(joint)))
         return length
+
+
+def _origin(element: ET.Element | None) -> Any:
+    xyz, rpy = ("0 0 0", "0 0 0") if element is None else (element.get(key, "0 0 0") for key in ("xyz", "rpy"))
+    turn = pin.rpy.rpyToMatrix(*(float(x) for x in rpy.split()))
+    return pin.SE3(turn, np.array([float(x) for x in xyz.split()]))
+
+
+def _shape(collision: ET.Element, folder: Path) -> Any | None:
+    """One shape of a description; None where it cannot be read. Meshes become their convex hulls, which hold them."""
+    geometry = collision.find("geometry")
+    shape = None if geometry is None or len(geometry) == 0 else geometry[0]
+    if shape is None:
+        return None
+    if shape.tag == "box":
+        return coal.Box(*(float(x) for x in shape.get("size", "").split()))
+    if shape.tag == "sphere":
+        return coal.Sphere(float(shape.get("radius", "0")))
+    if shape.tag == "cylinder":
+        return coal.Cylinder(float(shape.get("radius", "0")), float(shape.get("length", "0")))
+    path = _mesh_file(shape.get("filename", ""), folder)
+    if path is None:
+        return None
+    scale = np.array([float(x) for x in shape.get("scale", "1 1 1").split()])
+    mesh = coal.MeshLoader().load(str(path), scale)
+    mesh.buildConvexHull(True, "Qt")
+    return mesh.convex
+
+
+def _mesh_file(name: str, folder: Path) -> Path | None:
+    """Where a mesh lies: a path from the description's folder, or of a package in that folder or above it."""
+    if name.startswith("package://"):
+        inside = name.removeprefix("package://")
+        places = [place / inside for place in (folder, *folder.resolve().parents)]
+    else:
+        places = [folder / name.removeprefix("file://")]
+    return next((place for place in places if place.is_file()), None)

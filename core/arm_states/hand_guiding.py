@@ -21,6 +21,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.signal_filters import lfilter
 from collaudit.core.numeric.stats import quantile_of
@@ -103,12 +104,28 @@ def hand_guiding(
     rows, block = _rows(series)
     if rows.size == 0:
         return []
-    at = np.ix_(rows, np.array(columns))
-    speed, rigid = series.velocity_rad_s[at], rigid_nm[at]
-    own = np.stack([friction[j](v) for j, v in zip(columns, speed.T, strict=True)], axis=1)
-    rest = drive_nm[at] - rigid - own
+    speed, own, rest = (np.empty((rows.size, len(columns)), order="F") for _ in range(3))
+
+    def fill_joint(place: int) -> None:
+        j = columns[place]
+        speed[:, place] = series.velocity_rad_s[rows, j]
+        own[:, place] = friction[j](speed[:, place])
+        rest[:, place] = drive_nm[rows, j] - rigid_nm[rows, j] - own[:, place]
+
+    each(fill_joint, range(len(columns)))
     usual = _noise(rest, speed, block)
-    sums = _sums(block, speed, own + rigid - gravity(series.position_rad[rows])[:, columns], rest)
+    near = np.flatnonzero(_suspicious(rest, speed, block, usual))
+    if near.size == 0:
+        return []
+    weight, at = gravity(series.position_rad[rows[near]]), rows[near]
+
+    def joint_sums(place: int) -> list[FloatArray]:
+        j = columns[place]
+        expected = own[near, place] + rigid_nm[at, j] - weight[:, j]
+        return _sums(block[near], _count(block), speed[near, place], expected, rest[near, place])
+
+    by_joint = list(ordered_map(joint_sums, range(len(columns))))
+    sums = _Blocks(*(np.stack(parts, axis=1) for parts in zip(*by_joint, strict=True)))
     mask, telling = _guided(sums, usual)
     least = round(_LEAST_S / _BLOCK_S)
     found = [
@@ -128,10 +145,26 @@ def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
     return rows.astype(np.int64), (rows * series.period_s / _BLOCK_S + 1e-6).astype(np.int64)
 
 
+def _suspicious(rest: FloatArray, speed: FloatArray, block: IntArray, usual: FloatArray) -> BoolArray:
+    """(k,) samples worth a closer look: about them work comes from outside, on two joints, beyond the usual."""
+    known = np.isfinite(rest)
+    blocks = _count(block)
+    work = _total(block, blocks, np.where(known, -rest * speed, 0.0))
+    size = _total(block, blocks, np.where(known, rest * rest, 0.0))
+    count = _total(block, blocks, known)
+    wide = [_windowed(x) for x in (work, size, count)]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        beyond = (wide[0] > 0.0) & (wide[1] > np.square(usual) * wide[2])
+    some = np.count_nonzero(beyond, axis=1) >= _LEAST_JOINTS
+    return _covered(some, work.shape[0])[block]
+
+
 def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
     """(j,) residual of each joint in its quieter motion, N·m; 0 without any."""
     use = np.isfinite(rest) & (np.abs(speed) >= MOVING_RAD_S)
-    count, size = _total(block, use), _total(block, np.where(use, rest * rest, 0.0))
+    blocks = _count(block)
+    count = _total(block, blocks, use)
+    size = _total(block, blocks, np.where(use, rest * rest, 0.0))
     out = np.zeros(rest.shape[1])
     for j in range(rest.shape[1]):
         some = count[:, j] > 0
@@ -140,13 +173,14 @@ def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
     return out
 
 
-def _sums(block: IntArray, speed: FloatArray, expected: FloatArray, rest: FloatArray) -> _Blocks:
-    """Sums over blocks of all joints' samples (k, j)."""
+def _sums(block: IntArray, blocks: int, speed: FloatArray, expected: FloatArray, rest: FloatArray) -> list[FloatArray]:
+    """Of one joint's samples (k,): each of :class:`_Blocks`, (b,)."""
     drive = rest + expected
     use = np.isfinite(expected) & np.isfinite(drive)
     moving = use & (np.abs(speed) >= MOVING_RAD_S)
-    s, y, power_w = (np.where(moving, x, 0.0) for x in (expected, drive, -rest * speed))
-    return _Blocks(*(_total(block, part) for part in (use, moving, s * s, s * y, y * y, power_w)))
+    s, y = (np.where(moving, x, 0.0) for x in (expected, drive))
+    parts = (use, moving, s * s, s * y, y * y, np.where(moving, -rest * speed, 0.0))
+    return [np.asarray(np.bincount(block, part, blocks), dtype=np.float64) for part in parts]
 
 
 def _guided(sums: _Blocks, noise: FloatArray) -> tuple[BoolArray, BoolArray]:
@@ -208,9 +242,14 @@ def _span(series: UniformSeries, start: int, stop: int) -> Span:
     return Span(first, min(last, series.time_s.size))
 
 
-def _total(block: IntArray, values: FloatArray | BoolArray) -> FloatArray:
-    """(b, j) sums of (k, j) values over blocks, of the block (k,) of each sample in order."""
-    return np.stack([np.bincount(block, column, int(block[-1]) + 1) for column in values.T], axis=1)
+def _count(block: IntArray) -> int:
+    """Number of blocks, of the block (k,) of each sample in order."""
+    return int(block[-1]) + 1
+
+
+def _total(block: IntArray, blocks: int, values: FloatArray | BoolArray) -> FloatArray:
+    """(b, j) sums of (k, j) values over blocks."""
+    return np.stack([np.bincount(block, column, blocks) for column in values.T], axis=1)
 
 
 def _windowed(sums: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.numeric.tables import table
+from collaudit.core.numeric.tables import copied, table
 
 _DERIVED, _OTHER = "log-velocity-derived", "log-velocity-disagrees"
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
@@ -78,45 +78,54 @@ def choose_velocity(
             hint='name its columns or topic under [log], or set [conditioning] velocity = "auto"',
         )
     rows = lag_rows(segments, period_s, bandwidth_hz)
-    raw, velocity = table(*position.shape), table(*position.shape)
+    velocity = table(*position.shape)
+    changed: dict[int, FloatArray] = {}
+    findings: list[Finding] = []
 
-    def choose(j: int) -> tuple[list[Finding], Lag | None]:
-        """Fill a joint's columns."""
+    def one(j: int) -> tuple[list[Finding], Lag | None]:
+        said: list[Finding] = []
+        lag = None
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
-        smooth = low_pass(derived, segments, period_s, bandwidth_hz)
-        raw[:, j], velocity[:, j] = derived, smooth
         if logged is None:
-            return [], None
-        said, lag, joint = list[Finding](), None, joint_names[j]
-        own = np.ascontiguousarray(logged[:, j])
-        compare = low_pass(own, segments, period_s, bandwidth_hz)
-        chosen, code, evidence = _choose(own, compare, smooth, derived, joint, period_s)
-        if code and source == "logged":
-            chosen, said = own, [_kept(joint, own, code, evidence)]
-        elif code:
-            what = "it was" if chosen is derived else "there it was"
-            said = [Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint)]
+            changed[j] = derived
+            velocity[:, j] = low_pass(derived, segments, period_s, bandwidth_hz)
         else:
-            lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
-            late = lag is not None and lag.heavy(period_s)
-            chosen = derived if source == "position" or (late and source == "auto") else own
-        if chosen is derived:
-            return said, lag
-        raw[:, j] = chosen
-        if chosen is not own:
-            velocity[:, j] = low_pass(chosen, segments, period_s, bandwidth_hz)
-        elif source == "auto" and lag is not None and lag.matters(period_s):
-            velocity[:, j] = ahead(compare, lag.seconds, segments, period_s)  # the raw one stays as a controller has it
-        else:
-            velocity[:, j] = compare
+            smooth = low_pass(derived, segments, period_s, bandwidth_hz)
+            own = np.ascontiguousarray(logged[:, j])
+            compare = low_pass(own, segments, period_s, bandwidth_hz)
+            motion = compare
+            chosen, code, evidence = _choose(own, compare, smooth, derived, joint_names[j], period_s)
+            if code and source == "logged":
+                chosen, said = own, [_kept(joint_names[j], own, code, evidence)]
+            elif code:
+                what = "it was" if chosen is derived else "there it was"
+                said = [Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j])]
+            else:
+                lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
+                late = lag is not None and lag.heavy(period_s)
+                chosen = derived if source == "position" or (late and source == "auto") else own
+                if chosen is own and source == "auto" and lag is not None and lag.matters(period_s):
+                    # what a controller has stays as logged: the raw velocity is not touched
+                    motion = ahead(compare, lag.seconds, segments, period_s)
+            if chosen is not own:
+                changed[j] = chosen
+                motion = smooth if chosen is derived else low_pass(chosen, segments, period_s, bandwidth_hz)
+            velocity[:, j] = motion
         return said, lag
 
-    told = list(ordered_map(choose, range(len(joint_names))))
-    lags = [lag for _, lag in told]
-    findings = [*(finding for said, _ in told for finding in said), *_late(lags, joint_names, period_s, source)]
+    lags: list[Lag | None] = []
+    for said, lag in ordered_map(one, range(len(joint_names))):
+        findings += said
+        lags.append(lag)
+    findings += _late(lags, joint_names, period_s, source)
     if logged is None:
         text = "The log has no velocity; it was derived from position for all joints."
         findings = [Finding(_DERIVED, "info", text)]
+    raw = logged
+    if raw is None or changed:  # a departure from the log
+        raw = table(*position.shape) if raw is None else copied(raw)
+        for j, column in changed.items():
+            raw[:, j] = column
     return Motion(raw, velocity, pooled_s(lags), tuple(findings))
 
 

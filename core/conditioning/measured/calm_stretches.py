@@ -176,8 +176,8 @@ def _bound(calm: BoolArray, others: int, coarse: bool, least: int) -> float:
     return bound
 
 
-def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, channels: int = 1) -> BoolArray:
-    """(n,) rows of runs with far less than the usual noise; none where that cannot be told.
+def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, channels: int = 1) -> BoolArray | None:
+    """(n,) rows of runs with far less than the usual noise; None where there are none, or that cannot be told.
 
     Args:
         bend: (n,) of :func:`bend_of` of a channel that is measured, or of all, each in its noise.
@@ -207,9 +207,12 @@ def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, channels: int = 
         first = first[whole(first, width)]
         if first.size:
             out |= marked(first, first + width, bend.size)
+    if not out.any():
+        return None
     with np.errstate(invalid="ignore"):
         out &= np.square(bend) <= loud  # a window may reach beyond what is quiet
-    return lasting(out, least)
+    out = lasting(out, least)
+    return out if out.any() else None
 
 
 def _whole(mask: BoolArray) -> Callable[[IntArray, int], BoolArray]:

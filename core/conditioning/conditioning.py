@@ -191,11 +191,15 @@ def wrench_on_grid(
         (n, 6), NaN where it is not known, and what is to be said about that.
     """
     order, _ = usable_order(wrench.time_s)
-    stamps, rows = wrench.time_s[order], wrench.wrench[order]
+    stamps, rows = wrench.time_s, wrench.wrench
+    if not np.array_equal(order, np.arange(stamps.size)):  # else no table beside the recorded one
+        stamps, rows = stamps[order], rows[order]
     picked = _within(stamps, time_s, recorded, bandwidth_hz)
-    out = table(time_s.size, 6)
-    out[...] = np.nan
-    out[picked] = interpolated(time_s[picked], stamps, rows)
+    out = known = interpolated(time_s[picked], stamps, rows)
+    if out.shape[0] != time_s.size:
+        out = table(time_s.size, 6)
+        out[...] = np.nan
+        out[picked] = known
     lost = 0 if np.isfinite(out.sum()) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
     findings = []
     if lost:

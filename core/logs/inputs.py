@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -119,16 +120,26 @@ def _part(path: Path, settings: LogConfig) -> TablePart | None:
 def matching_paths(pattern: str) -> list[Path]:
     """Paths that a glob pattern names, sorted by their text.
 
-    ``**`` enters no folder through a symbolic link: a link to a folder above would be followed in circles.
+    As :func:`glob.glob` with ``recursive=True``, but ``**`` enters no folder through a symbolic link: a link to
+    a folder above would be followed in circles.
 
     Args:
         pattern: with ``*``, ``?``, ``[…]`` and ``**``; hidden names match only where the pattern spells the dot.
     """
-    whole = Path(pattern) / "*" if pattern.endswith("**") else Path(pattern)
-    found = Path(whole.anchor).glob(str(whole.relative_to(whole.anchor)))
-    return sorted({path for path in found if _hidden(path) == _hidden(whole)}, key=str)
+    return [Path(found) for found in sorted(set(_matches(pattern)))]
 
 
-def _hidden(path: Path) -> int:
-    """Number of hidden names in a path."""
-    return sum(name.startswith(".") for name in path.parts)
+def _matches(pattern: str) -> Iterator[str]:
+    parts = pattern.split("/")
+    if "**" not in parts:
+        yield from glob.glob(pattern)  # noqa: PTH207 - Path.glob refuses absolute patterns and shows hidden files
+        return
+    at = parts.index("**")
+    head, tail = "/".join(parts[:at]), "/".join(parts[at + 1 :])
+    root = "/" if pattern.startswith("/") and not head else head
+    for base in glob.glob(root) if root else [""]:  # noqa: PTH207
+        for folder, inside, _ in os.walk(base or os.curdir):
+            inside[:] = sorted(name for name in inside if not name.startswith("."))
+            place = folder if base else os.path.relpath(folder)
+            stem = "" if place == os.curdir and not base else glob.escape(place) + "/"
+            yield from _matches(stem + (tail or "*"))

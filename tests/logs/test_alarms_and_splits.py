@@ -173,6 +173,33 @@ def test_a_file_that_a_split_bag_lacks_is_said(third: bytes | None, tmp_path: Pa
     assert "bag_2.mcap" in said.text and said.severity == "error"
 
 
+@pytest.mark.parametrize(
+    "listed",
+    [
+        "    - bag_0.mcap\r\n\r\n    - bag_1.mcap\r\n",
+        "    - bag_0.mcap\n \t\n    - bag_1.mcap\n",
+        "    - bag_0.mcap\n    # the second half\n    - bag_1.mcap\n",
+    ],
+    ids=["CRLF", "blanks", "comment"],
+)
+def test_every_file_of_a_list_with_blank_lines_is_read(listed: str, tmp_path: Path) -> None:
+    for k in range(2):
+        w.write_mcap(tmp_path / f"bag_{k}.mcap", states(500 * k, 500))
+    (tmp_path / "metadata.yaml").write_bytes(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{listed}".encode())
+    log = read(tmp_path)
+    assert log.time_s.size == 1000 and not [one for one in log.findings if one.code == "log-partial"]
+
+
+def test_a_file_that_the_list_of_a_split_bag_leaves_out_is_said(tmp_path: Path) -> None:
+    for k in range(2):
+        w.write_mcap(tmp_path / f"bag_{k}.mcap", states(500 * k, 500))
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag_0.mcap\n")
+    log = read(tmp_path)
+    assert log.time_s.size == 500
+    (said,) = [one for one in log.findings if one.code == "log-partial"]
+    assert "bag_1.mcap" in said.text and said.severity == "error"
+
+
 def test_definitions_from_a_folder_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Without `--msg-path` the type is named as missing; with it the joints are there."""
     folder = tmp_path / "defs" / "lbr_fri_idl" / "msg"

@@ -191,7 +191,7 @@ class BagFile(ChunkedFile):
                 size, compression = _U32.unpack(fields[b"size"])[0], fields[b"compression"].decode("ascii")
                 self.chunks.append(ChunkRef(pos, data_at, data_size, size, compression))
             elif op == INDEX and self.chunks and fields.get(b"ver") == b"\x01\x00\x00\x00":
-                entry = (_U32.unpack(fields[b"conn"])[0], data_at, data_size // 12 * 12)
+                entry = (_U32.unpack(fields.get(b"conn", bytes(4)))[0], data_at, data_size // 12 * 12)
                 self.chunks[-1] = replace(self.chunks[-1], index=(*self.chunks[-1].index, entry))
             elif op == CONNECTION:
                 self._connection(fields, self.file.read(data_at, min(data_size, _MAX_HEADER * 2)))

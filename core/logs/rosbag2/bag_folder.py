@@ -33,11 +33,14 @@ def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[
     _check_compression(metadata, path)
     named = [path / Path(name).name for name in _relative_paths(metadata)]
     there = tuple(file for file in named if file.is_file())
+    found = sorted((file for file in path.iterdir() if file.is_file() and is_storage(file)), key=_natural)
     if there:
         absent = ", ".join(file.name for file in named if not file.is_file())
-        damage = (Damage(f"the bag folder lacks files its metadata.yaml names: {absent}"),) if absent else ()
-        return there, damage
-    found = sorted((file for file in path.iterdir() if file.is_file() and is_storage(file)), key=_natural)
+        known = {_unpacked(file) for file in named}  # a packed file may have been unpacked beside itself
+        beside = ", ".join(file.name for file in found if _unpacked(file) not in known)
+        damage = [Damage(f"the bag folder lacks files its metadata.yaml names: {absent}")] if absent else []
+        damage += [Damage(f"its metadata.yaml does not name {beside}, and they were not read")] if beside else []
+        return there, tuple(damage)
     if not found:
         names = ", ".join(file.name for file in named)
         raise LogError(
@@ -73,11 +76,25 @@ def _check_compression(metadata: str, folder: Path) -> None:
 
 def _relative_paths(text: str) -> list[str]:
     """The items under ``relative_file_paths:``, a plain YAML list in every version of rosbag2."""
-    found = re.search(r"(?m)^[ \t]*relative_file_paths:[ \t\r]*(?:\[(.*)\]|((?:\n+[ \t]*- .*)*))", text)
-    if found is None:
-        return []
-    items = re.findall(r"(?m)^[ \t]*- (.*)$", found[2] or "") or (found[1] or "").split(",")
-    return [name for item in items if (name := item.strip().strip("'\""))]
+    out: list[str] = []
+    inside = False
+    for line in text.splitlines():
+        stripped = line.strip()
+        if stripped.startswith("relative_file_paths:"):
+            inside = True
+            rest = stripped.removeprefix("relative_file_paths:").strip()
+            if rest.startswith("["):
+                return [item.strip().strip("'\"") for item in rest.strip("[]").split(",") if item.strip()]
+        elif inside and stripped.startswith("- "):
+            out.append(stripped[2:].strip().strip("'\""))
+        elif inside and stripped and not stripped.startswith("#"):
+            break
+    return out
+
+
+def _unpacked(file: Path) -> str:
+    """The name without that of a compression."""
+    return file.stem if file.suffix.removeprefix(".") in PACKINGS else file.name
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

@@ -146,7 +146,7 @@ def _configured(topics: Sequence[Topic], entry: str, role: Role) -> Topic:
         names=path if role == "phase" else None,
         annotations=((annotation, path),),
     )
-    topic = read_by(found.name, found.channels, profile, found.extra)
+    topic = read_by(found.name, found.channels, profile, found.extra, found.decoded.bounds)
     if topic.decoders:
         return topic
     raise LogError(

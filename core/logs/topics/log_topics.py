@@ -74,26 +74,24 @@ def topics_of(reader: MessageReader, settings: LogConfig, bounds: ReadingBounds)
         by_name.setdefault(channel.topic, []).append(channel)
     out = []
     for name, channels in sorted(by_name.items()):
-        out.append(_topic(name, channels, configured(settings, name, channels[0].type), extra))
-    for topic in out:
-        topic.decoded.bounds = bounds
+        out.append(_topic(name, channels, configured(settings, name, channels[0].type), extra, bounds))
     return out
 
 
-def _topic(name: str, channels: list[Channel], own: Profile | None, extra: Definitions) -> Topic:
+def _topic(name: str, channels: list[Channel], own: Profile | None, extra: Definitions, bounds: ReadingBounds) -> Topic:
     """A topic read by the profile of its configuration, or else of its messages' type."""
     known = [own] if own is not None else [profile_of(channel.type) for channel in channels]
     profiles = {profile.name: profile for profile in known if profile is not None}
     if len(profiles) == 1:
         (profile,) = profiles.values()
-        return read_by(name, channels, profile, extra)
+        return read_by(name, channels, profile, extra, bounds)
     problem = f"it has messages of several kinds ({', '.join(profiles)})" if profiles else ""
-    return Topic(name, channels, None, problem, {}, Decoded(), extra)
+    return Topic(name, channels, None, problem, {}, Decoded(bounds=bounds), extra)
 
 
-def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions) -> Topic:
-    """A topic read by a profile."""
-    topic = Topic(name, channels, profile, "", {}, Decoded(), extra)
+def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions, bounds: ReadingBounds) -> Topic:
+    """A topic read by a profile, as much as all topics of the log together may hold."""
+    topic = Topic(name, channels, profile, "", {}, Decoded(bounds=bounds), extra)
     for channel in channels:
         _add_decoder(topic, channel, profile)
     return topic

@@ -38,7 +38,6 @@ def known_contact(files: Sequence[Path], inputs: int) -> list[TruthFile | None]:
     Raises:
         ConfigError: not one for each input. LogError: one cannot be read.
     """
-
     if files and len(files) != inputs:
         raise ConfigError(
             "known contacts are given for some of the inputs only",

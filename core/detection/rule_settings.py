@@ -5,7 +5,7 @@ Judged are position-controlled joints, not those that give way to a commanded fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,16 +84,20 @@ def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, floa
 def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dict[str, float]:
     if not isinstance(configured, dict):
         return dict.fromkeys(joints, float(configured))
-    unknown = [name for name in configured if name not in joints]
+    _refuse_unknown(configured, joints, "a threshold belongs to no judged joint", "[detect] gamma_nm")
+    return {joint: float(configured[joint]) for joint in joints if joint in configured}
+
+
+def _refuse_unknown(names: Iterable[str], joints: tuple[str, ...], problem: str, where: str) -> None:
+    unknown = [name for name in names if name not in joints]
     if unknown:
         raise ConfigError(
-            "a threshold belongs to no judged joint",
-            where="[detect] gamma_nm",
+            problem,
+            where=where,
             found=", ".join(unknown),
             expected="some of " + ", ".join(joints),
             hint=did_you_mean(unknown[0], joints),
         )
-    return {joint: float(configured[joint]) for joint in joints if joint in configured}
 
 
 def watch_findings(watch: Mapping[str, Watch]) -> list[Finding]:
@@ -175,15 +179,7 @@ def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watc
 
 
 def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
-    missing = [name for name in names if name not in joints]
-    if missing:
-        raise ConfigError(
-            "a watched joint is not among the judged joints",
-            where="[detect] watch",
-            found=", ".join(missing),
-            expected="some of " + ", ".join(joints),
-            hint=did_you_mean(missing[0], joints),
-        )
+    _refuse_unknown(names, joints, "a watched joint is not among the judged joints", "[detect] watch")
     return {
         joint: Watch(True, True, "named in [detect] watch")
         if joint in names

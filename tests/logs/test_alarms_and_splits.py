@@ -179,10 +179,11 @@ def test_a_file_that_a_split_bag_lacks_is_said(third: bytes | None, tmp_path: Pa
         "    - bag_0.mcap\r\n\r\n    - bag_1.mcap\r\n",
         "    - bag_0.mcap\n \t\n    - bag_1.mcap\n",
         "    - bag_0.mcap\n    # the second half\n    - bag_1.mcap\n",
+        "    [bag_0.mcap,\n     'bag_1.mcap']\n",
     ],
-    ids=["CRLF", "blanks", "comment"],
+    ids=["CRLF", "blanks", "comment", "wrapped"],
 )
-def test_every_file_of_a_list_with_blank_lines_is_read(listed: str, tmp_path: Path) -> None:
+def test_every_file_of_a_list_is_read_however_its_lines_stand(listed: str, tmp_path: Path) -> None:
     for k in range(2):
         w.write_mcap(tmp_path / f"bag_{k}.mcap", states(500 * k, 500))
     (tmp_path / "metadata.yaml").write_bytes(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{listed}".encode())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from arms import dh_robot, dh_row
@@ -17,12 +19,12 @@ T = PERIOD * np.arange(3000)
 NAMES = ("joint1", "joint2", "joint3", "joint4")
 
 
-def said(position: np.ndarray, tmp_path, limits: tuple[float, ...] = (), unit: str = "rad", stated: bool = False):  # type: ignore[no-untyped-def]
+def said(position: np.ndarray, tmp_path, limits: tuple[Any, ...] = (), unit: str = "rad", stated: bool = False):  # type: ignore[no-untyped-def]
     names = NAMES[: position.shape[1]]
     rows = [dh_row(1.0, (0, 0, 0), (0.1, 0.1, 0.1), a=0.3) for _ in names]
     robot = load_robot(RobotConfig.of(dh_robot(rows)), tmp_path, names)
     if limits:
-        bounds = np.array([[-limit, limit] for limit in limits])
+        bounds = np.array([[-limit, limit] if np.ndim(limit) == 0 else limit for limit in limits])
         object.__setattr__(robot, "position_limits", bounds)
     series = condition(make_log(T, position, None, None, names), ConditioningConfig())
     return position_findings(series, robot, unit, stated)
@@ -45,6 +47,12 @@ def test_a_wrist_that_turned_on_is_no_degrees(tmp_path) -> None:  # type: ignore
     assert "at a speed that is possible in radians only" in found.text
     spinning = arm(2.0 * np.pi * T)
     assert said(spinning, tmp_path, (3.0, 3.0, 3.0, np.nan)) == []
+
+
+@pytest.mark.parametrize("one", [(-6.28, np.nan), (np.nan, 6.28)], ids=["lower", "upper"])
+def test_a_single_limit_counts(tmp_path, one: tuple[float, float]) -> None:  # type: ignore[no-untyped-def]
+    (found,) = said(arm(14.8 + 0.2 * np.sin(T)), tmp_path, (6.28, 6.28, 6.28, one))
+    assert severities([found]) == [("warning", "joint4")]
 
 
 @pytest.mark.parametrize("limits", [(), (3.0,) * 4])

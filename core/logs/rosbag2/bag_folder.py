@@ -76,18 +76,17 @@ def _check_compression(metadata: str, folder: Path) -> None:
 
 def _relative_paths(text: str) -> list[str]:
     """The items under ``relative_file_paths:``, a plain YAML list in every version of rosbag2."""
+    flow = re.search(r"(?m)^[ \t]*relative_file_paths:\s*\[([^\]]*)\]", text)
+    if flow is not None:
+        return [name for item in flow[1].split(",") if (name := item.strip().strip("'\""))]
     out: list[str] = []
     inside = False
-    for line in text.splitlines():
-        stripped = line.strip()
-        if stripped.startswith("relative_file_paths:"):
+    for line in map(str.strip, text.splitlines()):
+        if line.startswith("relative_file_paths:"):
             inside = True
-            rest = stripped.removeprefix("relative_file_paths:").strip()
-            if rest.startswith("["):
-                return [item.strip().strip("'\"") for item in rest.strip("[]").split(",") if item.strip()]
-        elif inside and stripped.startswith("- "):
-            out.append(stripped[2:].strip().strip("'\""))
-        elif inside and stripped and not stripped.startswith("#"):
+        elif inside and line.startswith("- "):
+            out.append(line[2:].strip().strip("'\""))
+        elif inside and line and not line.startswith("#"):
             break
     return out
 

@@ -63,8 +63,9 @@ def test_degrees_are_noticed_at_once(tmp_path, limits: tuple[float, ...]) -> Non
     assert 'position = "deg"' in found[0].text and 'position = "rad"' in found[0].text
     one_fast = arm(57.3 * 0.8 * np.sin(T))
     assert severities(said(one_fast, tmp_path, limits)) == [("error", "joint4")]
-    standing = arm(np.full_like(T, 90.0))
-    assert ("error", "joint4") in severities(said(standing, tmp_path, (3.0,) * 4))
+    for place in (90.0, -90.0):
+        standing = arm(np.full_like(T, place))
+        assert ("error", "joint4") in severities(said(standing, tmp_path, (3.0,) * 4))
 
 
 def test_a_stated_unit_is_never_a_veto(tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -23,8 +23,8 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.signals.joint_guess import guess_joints
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.joint_facts import JointFacts
 from collaudit.core.robot.robot_description import Description, describe_robot
+from collaudit.core.robot.urdf_file import JointFacts
 from collaudit.core.small_files import read_small
 
 MOST = 3

@@ -16,10 +16,10 @@ from collaudit.core.errors import RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.inertial_checks import inertial_findings, locked_findings
-from collaudit.core.robot.joint_facts import JointFacts
 from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
 from collaudit.core.robot.robot_description import Description, describe_robot, dh_names, unknown_name
 from collaudit.core.robot.robot_model import RobotModel, Tool
+from collaudit.core.robot.urdf_file import JointFacts
 
 
 def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> RobotModel:

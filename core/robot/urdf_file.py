@@ -9,14 +9,44 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
+from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
-from collaudit.core.robot.joint_facts import JointFacts
 from collaudit.core.robot.urdf_numbers import check_joint, check_link
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = "1e9"
+
+
+@dataclass(frozen=True, slots=True)
+class JointFacts:
+    """One joint as described.
+
+    Attributes:
+        name: joint name.
+        kind: revolute (also for URDF's continuous) or prismatic.
+        link: the link it moves.
+        lower, upper: position limits, rad or m; NaN where there are none.
+        effort_limit: N·m or N; NaN where there is none.
+        leader: the joint it mimics, or None.
+        multiplier, offset: position = multiplier · leader + offset.
+        speed_limit: rad/s or m/s; NaN where there is none.
+        parent: the link it hangs on, of a URDF.
+    """
+
+    name: str
+    kind: JointType
+    link: str
+    lower: float = math.nan
+    upper: float = math.nan
+    effort_limit: float = math.nan
+    leader: str | None = None
+    multiplier: float = 1.0
+    offset: float = 0.0
+    speed_limit: float = math.nan
+    parent: str = ""
 
 
 def read_urdf(data: bytes, where: str) -> tuple[tuple[JointFacts, ...], str]:
@@ -34,12 +64,12 @@ def read_urdf(data: bytes, where: str) -> tuple[tuple[JointFacts, ...], str]:
     """
     root = _parse(data, where)
     links = [element.get("name", "") for element in root.findall("link")]
+    for element in root.findall("joint"):
+        check_joint(element, f"{where}: joint {element.get('name', '')!r}")
     joints = [_joint(element, where) for element in root.findall("joint")]
     fixed = {element.get("name") for element in root.findall("joint") if element.get("type") == "fixed"}
     if not links:
         raise RobotError("the URDF has no links", where=where)
-    for element in root.findall("joint"):
-        check_joint(element, f"{where}: joint {element.get('name', '')!r}")
     for element in root.findall("link"):
         check_link(element, f"{where}: link {element.get('name', '')!r}")
     _check_tree(joints, set(links), where)
@@ -85,30 +115,24 @@ def _joint(element: ET.Element, where: str) -> JointFacts:
         raise RobotError("a joint needs a name, a parent link and a child link", where=place)
     limit, mimic = element.find("limit"), element.find("mimic")
     bounded = kind in ("revolute", "prismatic")
-    effort, speed = (_number(limit, key, math.nan, place) for key in ("effort", "velocity"))
+    effort, speed = (_number(limit, key, math.nan) for key in ("effort", "velocity"))
     return JointFacts(
         name=name,
         kind="prismatic" if kind == "prismatic" else "revolute",
         parent=parent,
         link=child,
-        lower=_number(limit, "lower", math.nan, place) if bounded else math.nan,
-        upper=_number(limit, "upper", math.nan, place) if bounded else math.nan,
+        lower=_number(limit, "lower", math.nan) if bounded else math.nan,
+        upper=_number(limit, "upper", math.nan) if bounded else math.nan,
         effort_limit=effort if effort > 0 else math.nan,
         speed_limit=speed if speed > 0 else math.nan,
         leader=None if mimic is None else mimic.get("joint"),
-        multiplier=_number(mimic, "multiplier", 1.0, place),
-        offset=_number(mimic, "offset", 0.0, place),
+        multiplier=_number(mimic, "multiplier", 1.0),
+        offset=_number(mimic, "offset", 0.0),
     )
 
 
-def _number(element: ET.Element | None, key: str, default: float, where: str) -> float:
-    text = None if element is None else element.get(key)
-    if text is None:
-        return default
-    try:
-        return float(text)
-    except ValueError as error:
-        raise RobotError(f"{key} is not a number", where=where, found=text) from error
+def _number(element: ET.Element | None, key: str, default: float) -> float:
+    return default if element is None else float(element.get(key, default))
 
 
 def _check_tree(joints: list[JointFacts], links: set[str], where: str) -> None:

@@ -10,8 +10,22 @@ from collaudit.core.config.schema import DhRow
 from collaudit.core.errors import RobotError
 
 #: No link of an arm is longer, m; heavier, kg; or has a larger moment of inertia, kg·m².
-LONGEST_M, HEAVIEST_KG, LARGEST_KG_M2 = 50.0, 1e5, 1e7
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_LONGEST, _HEAVIEST, _LARGEST = (50.0, "m"), (1e5, "kg"), (1e7, "kg·m²")
+#: Where joints and links state numbers: the element, its attribute, how many there are, the largest size of them.
+_OF_JOINT = (
+    ("origin", "xyz", 3, _LONGEST),
+    ("origin", "rpy", 3, None),
+    ("axis", "xyz", 3, None),
+    *(("limit", key, 1, None) for key in ("lower", "upper", "effort", "velocity")),
+    *(("mimic", key, 1, None) for key in ("multiplier", "offset")),
+)
+_OF_LINK = (
+    ("inertial/origin", "xyz", 3, _LONGEST),
+    ("inertial/origin", "rpy", 3, None),
+    ("inertial/mass", "value", 1, _HEAVIEST),
+    *(("inertial/inertia", key, 1, _LARGEST) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")),
+)
+_OF_ROW = (("d", _LONGEST), ("a", _LONGEST), ("com_m", _LONGEST), ("mass_kg", _HEAVIEST), ("inertia_kg_m2", _LARGEST))
 
 
 def check_joint(element: ET.Element, place: str) -> None:
@@ -24,26 +38,17 @@ def check_joint(element: ET.Element, place: str) -> None:
     Raises:
         RobotError: naming the attribute.
     """
-    _check_origin(element, place)
-    axis = element.find("axis")
-    moves = element.get("type") != "fixed"  # fixed joints often come with the axis 0 0 0, and no library reads it
-    if moves and axis is not None and axis.get("xyz") is not None:
-        direction = _numbers(axis, "xyz", place, 3)
-        if not math.hypot(*direction) > 1e-6:
-            raise RobotError("the axis has no direction", where=place, found=axis.get("xyz"))
-    limit = element.find("limit")
-    if limit is None:
-        return
-    bounds = {
-        key: _numbers(limit, key, place, 1)[0]
-        for key in ("lower", "upper", "effort", "velocity")
-        if key in limit.attrib
-    }
-    if element.get("type") in ("revolute", "prismatic") and bounds.get("lower", 0.0) > bounds.get("upper", 0.0):
+    fixed = element.get("type") == "fixed"  # fixed joints often come with the axis 0 0 0, and no library reads it
+    stated = _checked(element, [one for one in _OF_JOINT if one[0] != "axis" or not fixed], place)
+    axis = stated.get("axis xyz")
+    if axis is not None and not math.hypot(*axis) > 1e-6:
+        raise RobotError("the axis has no direction", where=place, found=" ".join(f"{x:g}" for x in axis))
+    (lower,), (upper,) = (stated.get(f"limit {key}", [0.0]) for key in ("lower", "upper"))
+    if element.get("type") in ("revolute", "prismatic") and lower > upper:
         raise RobotError(
             "the limits are swapped",
             where=place,
-            found=f"lower {bounds.get('lower', 0.0):g}, upper {bounds.get('upper', 0.0):g}",
+            found=f"lower {lower:g}, upper {upper:g}",
             expected="lower no larger than upper",
         )
 
@@ -58,18 +63,9 @@ def check_link(element: ET.Element, place: str) -> None:
     Raises:
         RobotError: naming the attribute.
     """
-    inertial = element.find("inertial")
-    if inertial is None:
-        return
-    _check_origin(inertial, place)
-    mass, inertia = inertial.find("mass"), inertial.find("inertia")
-    if mass is not None and mass.get("value") is not None:
-        _check_size("mass", _numbers(mass, "value", place, 1)[0], HEAVIEST_KG, "kg", place)
-        if _numbers(mass, "value", place, 1)[0] < 0.0:
-            raise RobotError("the mass is negative", where=place, found=mass.get("value"))
-    for key in _MOMENTS if inertia is not None else ():
-        if inertia is not None and key in inertia.attrib:
-            _check_size(key, _numbers(inertia, key, place, 1)[0], LARGEST_KG_M2, "kg·m²", place)
+    (mass_kg,) = _checked(element, _OF_LINK, place).get("mass value", [0.0])
+    if mass_kg < 0.0:
+        raise RobotError("the mass is negative", where=place, found=f"{mass_kg:g}")
 
 
 def check_rows(rows: Sequence[DhRow]) -> None:
@@ -79,45 +75,45 @@ def check_rows(rows: Sequence[DhRow]) -> None:
         RobotError: naming row and key.
     """
     for number, row in enumerate(rows, 1):
-        place = f"robot.dh, row {number}"
-        for key in ("d", "a"):
-            _check_size(key, getattr(row, key), LONGEST_M, "m", place)
-        for value in row.com_m or ():
-            _check_size("com_m", value, LONGEST_M, "m", place)
-        _check_size("mass_kg", row.mass_kg or 0.0, HEAVIEST_KG, "kg", place)
-        for value in row.inertia_kg_m2 or ():
-            _check_size("inertia_kg_m2", value, LARGEST_KG_M2, "kg·m²", place)
+        for key, largest in _OF_ROW:
+            stated = getattr(row, key) or 0.0
+            for value in stated if isinstance(stated, tuple) else (stated,):
+                _check_size(key, value, largest, f"robot.dh, row {number}")
 
 
-def _check_origin(element: ET.Element, place: str) -> None:
-    origin = element.find("origin")
-    if origin is None:
-        return
-    for key in ("xyz", "rpy"):
-        if origin.get(key) is not None:
-            values = _numbers(origin, key, place, 3)
-            if key == "xyz":
-                _check_size("origin xyz", math.hypot(*values), LONGEST_M, "m", place)
+def _checked(
+    element: ET.Element, wanted: Sequence[tuple[str, str, int, tuple[float, str] | None]], place: str
+) -> dict[str, list[float]]:
+    """The numbers that are there, by element and attribute."""
+    stated = {}
+    for path, key, count, largest in wanted:
+        part = element.find(path)
+        if part is not None and key in part.attrib:
+            name = f"{part.tag} {key}"
+            stated[name] = _numbers(part.get(key, ""), count, name, place)
+            if largest is not None:
+                _check_size(name, math.hypot(*stated[name]), largest, place)
+    return stated
 
 
-def _numbers(element: ET.Element, key: str, place: str, count: int) -> list[float]:
-    text = element.get(key, "")
+def _numbers(text: str, count: int, name: str, place: str) -> list[float]:
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
         values = []
     if len(values) != count or not all(map(math.isfinite, values)):
         what = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise RobotError(f"{element.tag} {key} is not {what}", where=place, found=text[:60], expected=what)
+        raise RobotError(f"{name} is not {what}", where=place, found=text[:60], expected=what)
     return values
 
 
-def _check_size(what: str, value: float, largest: float, unit: str, place: str) -> None:
-    if abs(value) > largest:
+def _check_size(what: str, value: float, largest: tuple[float, str], place: str) -> None:
+    most, unit = largest
+    if abs(value) > most:
         raise RobotError(
             f"{what} is beyond what an arm can have",
             where=place,
             found=f"{value:g} {unit}",
-            expected=f"at most {largest:g} {unit}",
+            expected=f"at most {most:g} {unit}",
             hint="check the unit: lengths are in m, masses in kg, moments of inertia in kg·m²",
         )

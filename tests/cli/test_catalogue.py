@@ -14,8 +14,8 @@ from collaudit.cli.drafts import catalogue
 from collaudit.cli.drafts.catalogue import catalogue_folders, proposals
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.robot.joint_facts import JointFacts
 from collaudit.core.robot.robot_description import describe_robot
+from collaudit.core.robot.urdf_file import JointFacts
 
 #: Files of arms and, of other robots, the joints of an arm.
 ARMS = {

@@ -42,7 +42,7 @@ def load(tmp_path: Path, text: str | bytes, joints: Any = ("j1", "j2"), **settin
         ("<robot name='r'/>", "no links"),
         (arm(kind="floating"), "found:    floating"),
         (arm().replace("child link='l2'", "child link='l9'"), "found:    l9"),
-        (arm().replace("<axis xyz='0 1 0'/>", "<limit lower='x'/>"), "lower is not a number"),
+        (arm().replace("<axis xyz='0 1 0'/>", "<limit lower='x'/>"), "lower is not a finite number"),
         (arm().replace("name='j2'", "name='j1'"), "two joints have the same name"),
         (arm().replace("<link name='l0'/>", "<link name='l0'/><link name='stray'/>"), "do not form one tree"),
     ],

@@ -18,7 +18,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
-from collaudit.core.identification.priors import Gains, tool_body
+from collaudit.core.identification.priors import Gains
 from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
@@ -143,7 +143,7 @@ def _joints_better(with_more: FloatArray, without: FloatArray, cluster: IntArray
 def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:
     """Whether the arm would carry a tool of negative mass: something else of the description is wrong then."""
     found = solved(prepared, Samples.of(prepared, config), config, taken)
-    body = 10 * tool_body(found.robot, config)
+    body = 10 * found.robot.in_joint(config.robot.tool.frame)[2]
     known = config.robot.tool.mass_kg
     change = float(found.solution.inertials[body] - found.robot.inertial_parameters[body])
     return change + (0.0 if isinstance(known, str) else known) < 0.0

@@ -42,7 +42,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
     inertials, estimate, share = robot.inertial_parameters, candidate.estimate, candidate.width
     sd = inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
     if "tool" in estimate:
-        last = 10 * (tool_body(robot, config) + 1)
+        last = 10 * (robot.in_joint(config.robot.tool.frame)[2] + 1)
         sd[last - 10] = _TOOL_MASS_SD
         sd[last - 9 : last - 6] = _TOOL_MOMENT_SD
     names = robot.joint_names
@@ -102,7 +102,7 @@ def drive_gains(
     """
     sd = np.zeros_like(unknowns.inertials_prior_sd)
     if "tool" in estimate:
-        k = 10 * tool_body(robot, config)
+        k = 10 * robot.in_joint(config.robot.tool.frame)[2]
         sd[k : k + 4] = unknowns.inertials_prior_sd[k : k + 4]
     rotors = np.where(unknowns.armature > 0.0, 0.0, unknowns.armature_prior_sd)
     free = replace(unknowns, inertials_prior_sd=sd, armature_prior_sd=rotors)
@@ -149,13 +149,6 @@ def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
         error = float(np.sqrt(np.sum(terms.by_cluster(free * rest) ** 2))) / power
         out[j] = abs(slope) > _SEEN * error and _ALIKE[0] < gain[j] / slope < _ALIKE[1]
     return out
-
-
-def tool_body(robot: RobotModel, config: Config) -> int:
-    """Number of the body that carries the tool."""
-    assert robot.bodies is not None
-    frame = config.robot.tool.frame or robot.bodies.frame_names[-1]
-    return robot.bodies.frame_in_joint(frame)[2]
 
 
 def inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:

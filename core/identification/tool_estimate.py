@@ -10,8 +10,7 @@ from collaudit.core.identification.problem.identification_problem import Solutio
 from collaudit.core.identification.problem.standard_errors import StandardErrors
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
-from collaudit.core.robot.point_mass import point_mass_parameters
-from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
 
 def point_mass_inertia(before: FloatArray, after: FloatArray) -> FloatArray:
@@ -38,9 +37,7 @@ def identified_tool(
         solution: inertials after.
         errors: how well they are known.
     """
-    assert robot.bodies is not None
-    frame = config.robot.tool.frame or robot.bodies.frame_names[-1]
-    turn, place, body = robot.bodies.frame_in_joint(frame)
+    turn, place, body = robot.in_joint(config.robot.tool.frame)
     k = 10 * body
     mass, com = config.robot.tool.mass_kg, np.array(config.robot.tool.com_m)
     known = 0.0 if isinstance(mass, str) else float(mass)
@@ -57,7 +54,7 @@ def identified_tool(
     x, y, z = (interval_95(value, error) for value, error in zip(in_frame, sd, strict=True))
     centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
     return IdentifiedTool(
-        frame=frame,
+        frame=config.robot.tool.frame or robot.frame_names[-1],
         mass_kg=total,
         mass_ci95=interval_95(total, mass_sd),
         com_m=None if centre is None else (float(centre[0]), float(centre[1]), float(centre[2])),

@@ -20,8 +20,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.prepare.coupled_torque import coupled_torque
-from collaudit.core.robot.point_mass import point_mass_parameters
-from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,15 +141,15 @@ def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[R
     Both are moved as point masses at their centres: a body of the right mass on file keeps its inertia.
     """
     assert robot.bodies is not None
-    turn, place, body = robot.bodies.frame_in_joint(sensor.frame)
+    turn, place, body = robot.in_joint(sensor.frame)
     centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
     mass, first = robot.bodies.beyond(sensor.frame)
     tool = config.robot.tool
     if not isinstance(tool.mass_kg, str) and tool.mass_kg > 0:
-        own_turn, own_place, _ = robot.bodies.frame_in_joint(tool.frame or robot.bodies.frame_names[-1])
+        own_turn, own_place, _ = robot.in_joint(tool.frame)
         mass += tool.mass_kg
         first = first + tool.mass_kg * (own_turn @ np.array(tool.com_m) + own_place)
-    parameters = robot.inertial_parameters.copy()
+    parameters = robot.inertial_parameters
     ten = parameters[10 * body : 10 * body + 10]
     ten += point_mass_parameters(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - point_mass_parameters(
         mass, first

@@ -11,8 +11,7 @@ from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.prepare.preparation import with_known_load
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot.point_mass import point_mass_parameters
-from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +56,8 @@ def _torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatArray:
 
 def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
     """The arm with the load at its tool."""
-    assert robot.bodies is not None
-    frame = config.robot.tool.frame or robot.bodies.frame_names[-1]
-    turn, place, body = robot.bodies.frame_in_joint(frame)
-    parameters = robot.inertial_parameters.copy()
+    turn, place, body = robot.in_joint(config.robot.tool.frame)
+    parameters = robot.inertial_parameters
     first = load.mass_kg * (turn @ np.array(load.com_m) + place)
     parameters[10 * body : 10 * body + 10] += point_mass_parameters(load.mass_kg, first)
     return robot.with_inertials(parameters, robot.armature)

@@ -256,6 +256,11 @@ class RobotModel:
         frames = [f for f in self.bodies.frame_names if f != joint and self.bodies.frame_joint(f) == joint]
         return frames[0] if frames else None
 
+    def in_joint(self, frame: str | None) -> tuple[FloatArray, FloatArray, int]:
+        """Rotation and position (m) of a frame, None for the last, in the joint that moves it; that body's number."""
+        bodies = self._with_inertials()
+        return bodies.frame_in_joint(frame or bodies.frame_names[-1])
+
     def distance_in_joint(self, frame: str) -> float:
         """From the joint that moves a frame to the frame, m; 0 without a description."""
         return 0.0 if self.bodies is None else float(np.linalg.norm(self.bodies.frame_in_joint(frame)[1]))
@@ -308,3 +313,20 @@ class RobotModel:
     def _check(self, array: FloatArray, columns: int, name: str) -> None:
         if len(array.shape) != 2 or array.shape[1] != columns:
             raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")
+
+
+def point_mass_parameters(mass_kg: float, first_kg_m: FloatArray) -> FloatArray:
+    """(10,) inertial parameters of a point mass, in the order of ``RobotModel.torque_regressor``.
+
+    Mass m, first moments h = m c, and the inertia about the origin (h·h 1 - h h^T) / m as xx, xy, yy, xz, yz, zz.
+
+    Args:
+        mass_kg: zero or less stands for no mass, all parameters zero.
+        first_kg_m: (3,) mass times position.
+    """
+    out = np.zeros(10)
+    if mass_kg > 0:
+        out[0], out[1:4] = mass_kg, first_kg_m
+        inertia = (float(first_kg_m @ first_kg_m) * np.eye(3) - np.outer(first_kg_m, first_kg_m)) / mass_kg
+        out[4:] = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return out

@@ -217,8 +217,7 @@ def described_gains(
         rigid = rigid + load_nm[rows]
     columns = [a[:, :, None]] if "rotor" in lacking else []
     if with_tool:
-        assert robot.bodies is not None
-        body = robot.bodies.frame_in_joint(tool_frame or robot.bodies.frame_names[-1])[2]
+        body = robot.in_joint(tool_frame)[2]
         motion = (np.nan_to_num(x) for x in (q, v, a))
         columns.append(robot.torque_regressor(*motion)[:, :, 10 * body : 10 * body + 4])
     nuisance = np.concatenate(columns, axis=2) if columns else None

@@ -17,7 +17,8 @@ from collaudit.core.friction.sections import SectionSet
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples
+from collaudit.core.identification.problem.identification_samples import Motion, collect
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated
@@ -45,7 +46,7 @@ class ArmFit:
     fits: Mapping[str, FrictionFit]
     findings: tuple[Finding, ...]
     sections: tuple[SectionSet, ...]
-    samples: Samples | None
+    samples: Motion | None
 
 
 def fit_arm(
@@ -75,7 +76,8 @@ def fit_arm(
     whole = list(logs)
     again = calibrated if known is None else recalibrated
     if known is None:
-        samples = Samples.of(seen(whole), config) if taken.estimate else None
+        most, blocks = config.fit.max_samples, config.fit.blocks
+        samples = collect(seen(whole), most, blocks) if taken.estimate else None
         identified = None if samples is None else identify(seen(whole), config, taken, samples)
         samples = None if samples is None else samples.at_most(MOST_HELD_OUT)
     else:

@@ -62,7 +62,7 @@ def fit_coupled(
     if any(p.rigid_nm is None or p.series.effort is None or p.series.effort_unit != "Nm" for p in prepared):
         return {}, [_undetermined(c, "model torque and effort in N·m are needed") for c in couplings]
     try:
-        motion = collect(prepared, config.fit.max_samples, config.fit.blocks)
+        motion = collect(prepared, config.fit.max_samples, config.fit.blocks, inertials=False)
     except NotJudgedError as error:
         return {}, [_undetermined(c, error.message) for c in couplings]
     weights = motion.coupled

@@ -19,10 +19,10 @@ from collaudit.core.data.identification_result import EstimateChoice, TriedEstim
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
 from collaudit.core.identification.priors import Gains
-from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
-from collaudit.core.identification.solved_problem import Samples, solved, with_gains
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
+from collaudit.core.identification.solved_problem import solved, with_gains
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 
@@ -71,13 +71,12 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
         if asked == "auto" or stated is not None:
             return stated or nothing, None
         raise
-    regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
 
     gains: dict[bool, Gains] = {}  # beside a tool, or not: nothing else that a candidate opens changes them
 
     def unknowns(one: Candidate) -> Unknowns:
         tool = "tool" in one.estimate
-        found, estimated = with_gains(prepared, config, one, motion, regressor, gains.get(tool))
+        found, estimated = with_gains(prepared, config, one, motion, gains.get(tool))
         if estimated is not None:
             gains[tool] = estimated
         return found
@@ -90,7 +89,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     whole_logs = [motion.log] if np.unique(motion.log).size >= _FEWEST_LOGS else []
 
     def left_of(one: Unknowns) -> FloatArray:
-        return held_out(terms_of(motion, regressor, one), one, [motion.block, *whole_logs]) * (one.gain / scale)
+        return held_out(Terms.of(motion, one), one, [motion.block, *whole_logs]) * (one.gain / scale)
 
     left = {one: left_of(unknowns(one)) for one in tried}
     plain = [one for one in tried if not {"gain", "inertials", "tool"} & set(one.estimate)]
@@ -142,7 +141,7 @@ def _joints_better(with_more: FloatArray, without: FloatArray, cluster: IntArray
 
 def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:
     """Whether the arm would carry a tool of negative mass: something else of the description is wrong then."""
-    found = solved(prepared, Samples.of(prepared, config), config, taken)
+    found = solved(prepared, collect(prepared, config.fit.max_samples, config.fit.blocks), config, taken)
     body = 10 * found.robot.in_joint(config.robot.tool.frame)[2]
     known = config.robot.tool.mass_kg
     change = float(found.solution.inertials[body] - found.robot.inertial_parameters[body])

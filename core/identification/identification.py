@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Identified
@@ -29,9 +26,9 @@ from collaudit.core.identification.problem.identification_problem import (
     refit_nuisance,
     residual,
 )
+from collaudit.core.identification.problem.identification_samples import Motion, collect
 from collaudit.core.identification.problem.standard_errors import standard_errors
-from collaudit.core.identification.solved_problem import Samples, Solved, solved
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.identification.solved_problem import Solved, solved
 from collaudit.core.prepare.prepared import Prepared
 
 #: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.
@@ -39,7 +36,7 @@ _WORSE = 1.05
 
 
 def identify(
-    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, samples: Samples | None = None
+    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, samples: Motion | None = None
 ) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
@@ -56,11 +53,11 @@ def identify(
     estimate = taken.estimate
     if not estimate:
         return None
-    found = solved(prepared, samples or Samples.of(prepared, config), config, taken)
+    found = solved(prepared, samples or collect(prepared, config.fit.max_samples, config.fit.blocks), config, taken)
     unknowns, solution, terms = found.unknowns, found.solution, found.terms
-    free = np.concatenate([solution.inertials, solution.armature, solution.gain])
-    made = make_consistent(free, precision_of(terms, unknowns, solution), solution.free, unknowns.inertials.size // 10)
-    final = refit_nuisance(terms, _with_free(solution, made.free))
+    precision, bodies = precision_of(terms, unknowns, solution), unknowns.inertials.size // 10
+    made = make_consistent(solution.values, precision, solution.free, bodies)
+    final = refit_nuisance(terms, solution.with_free(made.free))
     made, final = _kept_if_it_fits(found, solution, made, final)
     errors = standard_errors(terms, solution, unknowns)
     job = Report(found.robot, terms, unknowns, final, found.gains, errors, estimate)
@@ -97,14 +94,7 @@ def _kept_if_it_fits(found: Solved, free: Solution, made: Consistent, final: Sol
     return Consistent(made.free, possible, how), free
 
 
-def _with_free(solution: Solution, free: FloatArray) -> Solution:
-    every = np.concatenate([solution.inertials, solution.armature, solution.gain])
-    every[solution.free] = free
-    p, j = solution.inertials.size, solution.armature.size
-    return replace(solution, inertials=every[:p], armature=every[p : p + j], gain=every[p + j :])
-
-
-def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate, samples: Samples) -> Identified:
+def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate, samples: Motion) -> Identified:
     """The values that :func:`identify` finds, without intervals and checks: what a held-out fit needs.
 
     Args:
@@ -113,7 +103,7 @@ def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candida
         taken: what is identified.
         samples: of the whole logs.
     """
-    found = solved(prepared, samples.seen_in(prepared), config, taken)
+    found = solved(prepared, samples.with_effort_of(prepared), config, taken)
     motion = found.terms.motion
     return Identified(
         estimate=("friction", *taken.estimate),

@@ -18,16 +18,14 @@ from collaudit.core.data.identification_result import (
 from collaudit.core.identification.base_parameters import BaseMap, base_map
 from collaudit.core.identification.inertial_consistency import is_consistent
 from collaudit.core.identification.priors import ARMATURE_SHARE, own_armature
-from collaudit.core.identification.problem.angle_columns import angle_torque
-from collaudit.core.identification.problem.identification_problem import Solution, Unknowns, solve, terms_of
+from collaudit.core.identification.problem.identification_problem import Solution, solve
 from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS, held_out
-from collaudit.core.identification.problem.nuisance import OFFSET
-from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.nuisance import OFFSET, angle_torque
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.standard_errors import StandardErrors, standard_errors
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, Solved
-from collaudit.core.identification.tool_estimate import identified_tool
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Solved
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import interval_95
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.robot.robot_model import RobotModel
 
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
@@ -51,8 +49,8 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
         armature=own_armature(job.robot),
     )
     moving = job.terms.motion.moving
-    some = Samples(job.terms.motion, job.terms.regressor).at_most(MOST_HELD_OUT)
-    out = [_held_out(terms_of(some.motion, some.regressor, each), each) for each in (file_only, job.unknowns)]
+    some = job.terms.motion.at_most(MOST_HELD_OUT)
+    out = [_held_out(Terms.of(some, each), each) for each in (file_only, job.unknowns)]
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
         drive = drive_of(job, j)
@@ -179,6 +177,45 @@ def tool_of(job: Report, config: Config) -> IdentifiedTool:
         spread.append(0.5 * ((tool.mass_ci95[1] or 0.0) - (tool.mass_ci95[0] or 0.0)))
     apart = abs(masses[1] - masses[0]) > _CONTRADICT * float(np.hypot(spread[0], spread[1]))
     return replace(found, mass_halves_kg=(masses[0], masses[1])) if apart else found
+
+
+def identified_tool(
+    robot: RobotModel, config: Config, before: FloatArray, solution: Solution, errors: StandardErrors
+) -> IdentifiedTool:
+    """Mass and centre of what the tool's body carries: the described tool and what was found on top.
+
+    A tool and the body it is fixed to move as one: what that body's description lacks is taken for the tool.
+
+    Args:
+        robot: the arm, the described tool included.
+        config: says the tool's frame and the described tool.
+        before: (p,) inertials before.
+        solution: inertials after.
+        errors: how well they are known.
+    """
+    turn, place, body = robot.in_joint(config.robot.tool.frame)
+    k = 10 * body
+    mass, com = config.robot.tool.mass_kg, np.array(config.robot.tool.com_m)
+    known = 0.0 if isinstance(mass, str) else float(mass)
+    at = turn @ com + place
+    total = known + float(solution.inertials[k] - before[k])
+    moment = known * at + solution.inertials[k + 1 : k + 4] - before[k + 1 : k + 4]
+    in_frame = turn.T @ (moment - total * place)
+    rows = (np.cumsum(solution.free) - 1)[k : k + 4]
+    covariance = errors.covariance[np.ix_(rows, rows)]  # of mass and first moments
+    # d(moment in frame) = R^T (dh - dm p)
+    jacobian = np.column_stack([-turn.T @ place, turn.T])
+    sd = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
+    mass_sd = float(np.sqrt(max(covariance[0, 0], 0.0)))
+    x, y, z = (interval_95(value, error) for value, error in zip(in_frame, sd, strict=True))
+    centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
+    return IdentifiedTool(
+        frame=config.robot.tool.frame or robot.frame_names[-1],
+        mass_kg=total,
+        mass_ci95=interval_95(total, mass_sd),
+        com_m=None if centre is None else (float(centre[0]), float(centre[1]), float(centre[2])),
+        moment_ci95_kg_m=(x, y, z),
+    )
 
 
 def prior_words(estimate: tuple[str, ...], share: float) -> str:

@@ -9,10 +9,10 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.candidates import Candidate
-from collaudit.core.identification.gains.load_pairs import pair_gains
-from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
+from collaudit.core.identification.load_pairs import pair_gains
+from collaudit.core.identification.problem.identification_problem import solve
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
@@ -89,12 +89,7 @@ class Gains:
 
 
 def drive_gains(
-    motion: Motion,
-    regressor: FloatArray,
-    unknowns: Unknowns,
-    config: Config,
-    robot: RobotModel,
-    estimate: tuple[str, ...],
+    motion: Motion, unknowns: Unknowns, config: Config, robot: RobotModel, estimate: tuple[str, ...]
 ) -> Gains:
     """Drive gains given the description's inertials, with rotor inertias that are not stated and a tool beside them.
 
@@ -106,7 +101,7 @@ def drive_gains(
         sd[k : k + 4] = unknowns.inertials_prior_sd[k : k + 4]
     rotors = np.where(unknowns.armature > 0.0, 0.0, unknowns.armature_prior_sd)
     free = replace(unknowns, inertials_prior_sd=sd, armature_prior_sd=rotors)
-    terms = terms_of(motion, regressor, free)
+    terms = Terms.of(motion, free)
     first = solve(terms, free)
     count = unknowns.gain.size
     error = np.full(first.free.size, np.inf)
@@ -135,7 +130,7 @@ def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
     for j in np.flatnonzero(motion.moving.any(axis=0)):
         use = motion.moving[:, j].astype(np.float64)
         spin = motion.acceleration[:, j]
-        model = terms.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
+        model = motion.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
         model *= use
         nuisance = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
         others = np.column_stack(nuisance) * use[:, None]

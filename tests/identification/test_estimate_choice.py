@@ -15,10 +15,11 @@ from collaudit.core.config.schema import Config
 from collaudit.core.friction.arm_fit import fit_arm
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.estimate_choice import choose, choose_estimate
-from collaudit.core.identification.problem.identification_problem import residual, solve, terms_of
+from collaudit.core.identification.problem.identification_problem import residual, solve
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, with_gains
+from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, with_gains
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -77,7 +78,8 @@ def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
     effort = prepared.series.effort.copy()
     effort[out] = 3.0 * effort[out] + 50.0
     other = replace(prepared, series=replace(prepared.series, effort=effort))
-    known = (whole, replace(whole, samples=Samples.of([other], config).at_most(MOST_HELD_OUT)))
+    samples = collect([other], config.fit.max_samples, config.fit.blocks).at_most(MOST_HELD_OUT)
+    known = (whole, replace(whole, samples=samples))
     one, two = (fit_arm([log], taken, config, [out], of) for log, of in zip((prepared, other), known, strict=True))
     assert one.identified == two.identified
     assert {j: f.parameters for j, f in one.fits.items()} == {j: f.parameters for j, f in two.fits.items()}
@@ -95,9 +97,8 @@ def test_held_out_errors_are_those_of_fits_without_each_part(made: Made) -> None
     """From the normal equations of one fit, beside a fit for each part."""
     prepared, config = prepared_of(made("free-clean", "paper6", seed=4, duration_s=RUN_S), LACKING)
     motion = collect([prepared], 1000, 4)
-    regressor = prepared.robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
-    unknowns, _ = with_gains([prepared], config, Candidate(("inertials",), 0.2), motion, regressor)
-    terms = terms_of(motion, regressor, unknowns).without_drift()
+    unknowns, _ = with_gains([prepared], config, Candidate(("inertials",), 0.2), motion)
+    terms = Terms.of(motion, unknowns).without_drift()
     plain = np.full_like(motion.effort, np.nan)
     for number in range(4):
         out = motion.block == number

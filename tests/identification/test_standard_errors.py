@@ -7,9 +7,10 @@ import pytest
 from scipy.stats import t
 from statsmodels.regression.linear_model import OLS
 
-from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
+from collaudit.core.identification.problem.identification_problem import solve
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.nuisance import friction_columns
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
@@ -47,6 +48,7 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
         log=np.zeros(count, dtype=np.intp),
         row=np.arange(count),
         bandwidth_hz=20.0,
+        regressor=columns[:, None, :],
         cluster=cluster,
         block=cluster % 5,
         rate_hz=60.0,
@@ -54,7 +56,7 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
     )
     held = np.zeros(1)
     unknowns = Unknowns(np.zeros(2), np.full(2, 1e6), held, held, np.ones(1), held)
-    terms = terms_of(motion, columns[:, None, :], unknowns)
+    terms = Terms.of(motion, unknowns)
     solution = solve(terms, unknowns)
     found = standard_errors(terms, solution, unknowns)
 

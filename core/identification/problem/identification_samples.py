@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Motion:
         load: (n, j) torque of the logs' known loads, also part of ``contact``.
         log: (n,) number of the log that a sample is of; row: (n,) its sample number there.
         bandwidth_hz: of the filter.
+        regressor: (n, j, p) derivative of the torques by the inertial parameters; p = 0 where not asked for.
     """
 
     position: FloatArray
@@ -58,6 +60,7 @@ class Motion:
     log: IntArray
     row: IntArray
     bandwidth_hz: float
+    regressor: FloatArray
 
     @property
     def count(self) -> int:
@@ -71,17 +74,22 @@ class Motion:
         moving = np.asarray(self.moving & np.isfinite(effort))
         return replace(self, effort=np.nan_to_num(effort), moving=moving)
 
-    def thinned(self, step: int) -> Motion:
-        """Every so many of them."""
-        of_samples = [
-            field.name for field in fields(self) if field.name not in ("coupled", "rate_hz", "loss", "bandwidth_hz")
-        ]
-        every = {name: getattr(self, name)[::step] for name in of_samples}
+    def at_most(self, most: int) -> Motion:
+        """So many of them, evenly."""
+        step, whole = max(1, -(-self.count // most)), ("coupled", "rate_hz", "loss", "bandwidth_hz")
+        every = {field.name: getattr(self, field.name)[::step] for field in fields(self) if field.name not in whole}
+        every["regressor"] = every["regressor"].copy()  # a view would keep all of it in memory
         return replace(self, **every, rate_hz=self.rate_hz / step)
 
 
-def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Motion:
+def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int, inertials: bool = True) -> Motion:
     """Gather valid samples of several logs of one arm.
+
+    Args:
+        prepared: the logs.
+        max_samples: most of them.
+        blocks: of time, to be held out.
+        inertials: whether derivatives by the inertial parameters are asked for.
 
     Raises:
         ConfigError: the logs have different joints, or no effort. NotJudgedError: too little motion.
@@ -105,33 +113,28 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
         _part(p, rows[::step], effort, bandwidth, *motion)
         for p, (rows, effort), motion in zip(prepared, found, moved, strict=True)
     ]
-    sizes = [part[0].shape[0] for part in parts]
-    columns = [np.concatenate([part[k] for part in parts]) for k in range(7)]
-    clocks = [p.series.time_s[rows[::step]] for p, (rows, _) in zip(prepared, found, strict=True)]
+    columns: dict[str, Any] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    clocks = [p.series.time_s[part["row"]] for p, part in zip(prepared, parts, strict=True)]
     cluster = np.concatenate([np.floor(t / _CLUSTER_S) + 1e7 * k for k, t in enumerate(clocks)])
     _, cluster = np.unique(cluster, return_inverse=True)
-    order = np.arange(sum(sizes))
+    order = np.arange(cluster.size)
     rate = 1.0 / (step * period)
     # long logs often move one joint after the other: a block is then made of several stretches of time
     rounds = int(np.clip(order.size / (rate * _STRETCH_S * blocks), 1, blocks))
     block = (order * blocks * rounds // max(1, order.size)) % blocks
+    motion = [columns[name] for name in ("position", "velocity", "acceleration")]
+    regressor = prepared[0].robot.torque_regressor(*motion) if inertials else np.zeros((*motion[0].shape, 0))
     return Motion(
-        columns[0],
-        columns[1],
-        columns[2],
-        columns[3],
-        columns[4],
-        np.asarray(columns[5] > 0),
-        drift_columns(clocks),
-        _coupled(prepared[0]),
-        np.asarray(cluster, dtype=np.int64),
-        np.asarray(block, dtype=np.int64),
-        rate,
-        _loss(step, rate, bandwidth),
-        columns[6],
-        np.repeat(np.arange(len(sizes), dtype=np.int64), sizes),
-        np.concatenate([rows[::step] for rows, _ in found]),
-        bandwidth,
+        **columns,
+        drift=drift_columns(clocks),
+        coupled=_coupled(prepared[0]),
+        cluster=np.asarray(cluster, dtype=np.int64),
+        block=np.asarray(block, dtype=np.int64),
+        rate_hz=rate,
+        loss=_loss(step, rate, bandwidth),
+        log=np.repeat(np.arange(len(clocks), dtype=np.int64), [clock.size for clock in clocks]),
+        bandwidth_hz=bandwidth,
+        regressor=regressor,
     )
 
 
@@ -168,7 +171,8 @@ def _part(
     bandwidth_hz: float,
     velocity: FloatArray,
     acceleration: FloatArray,
-) -> tuple[FloatArray, ...]:
+) -> dict[str, FloatArray | BoolArray | IntArray]:
+    """What there is of each sample, by the names of :class:`Motion`."""
     series = prepared.series
     q, v, a = (x[rows] for x in (series.position_rad, velocity, acceleration))
     contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
@@ -179,7 +183,16 @@ def _part(
     for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding
         use[:, weights != 0] &= steady(velocity @ weights, MOVING_RAD_S, margin)[rows, None]
     load = np.zeros_like(q) if prepared.start.load_nm is None else prepared.start.load_nm[rows]
-    return q, v, a, np.nan_to_num(effort[rows]), contact + load, use.astype(np.float64), load
+    return {
+        "position": q,
+        "velocity": v,
+        "acceleration": a,
+        "effort": np.nan_to_num(effort[rows]),
+        "contact": contact + load,
+        "moving": use,
+        "load": load,
+        "row": rows,
+    }
 
 
 def _coupled(prepared: Prepared) -> FloatArray:

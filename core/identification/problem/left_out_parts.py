@@ -9,15 +9,12 @@ import numpy as np
 
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
-    Unknowns,
     jacobian,
-    prior_sd,
     solve,
-    unexplained_torque,
     weighted_joints,
     weighted_state,
 )
-from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.standard_errors import scaled_inverse
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
@@ -59,27 +56,24 @@ class Linearised:
 def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearised:
     """The problem about its solution, with the weights that its samples have there."""
     state = weighted_state(terms, solution)
-    rest = unexplained_torque(terms, state)
-    origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
-    found = np.concatenate([solution.inertials, solution.armature, solution.gain])
     free, kinds = solution.free, terms.nuisance.shape[2]
     known = int(np.count_nonzero(free))
-    precision = np.zeros(known + kinds * state.gain.size)
-    precision[:known] = prior_sd(unknowns)[free] ** -2.0
+    precision = np.zeros(known + kinds * solution.gain.size)
+    precision[:known] = unknowns.sd[free] ** -2.0
     gradient = np.zeros_like(precision)
-    gradient[:known] = precision[:known] * (origin - found)[free]
+    gradient[:known] = precision[:known] * (unknowns.values - solution.values)[free]
     hessian, joints = np.zeros((precision.size, precision.size)), []
     for j in weighted_joints(state):
         friction = slice(known + kinds * j, known + kinds * (j + 1))
         precision[friction] = _friction_precision(terms, j)
         gradient[friction] = -precision[friction] * solution.nuisance[j]
-        place, columns = jacobian(terms, state, j, free, rest[:, j])
-        weight = state.weight[:, j] / state.sigma[j] ** 2
+        place, columns = jacobian(terms, state, j)
+        weight = state.weight[:, j] / state.at.sigma[j] ** 2
         weighed = columns * weight[:, None]
         hessian[np.ix_(place, place)] += weighed.T @ columns
-        gradient[place] += weighed.T @ rest[:, j]
+        gradient[place] += weighed.T @ state.rest[:, j]
         joints.append((j, place, columns, weight))
-    return Linearised(rest, tuple(joints), hessian + np.diag(precision), gradient)
+    return Linearised(state.rest, tuple(joints), hessian + np.diag(precision), gradient)
 
 
 def _friction_precision(terms: Terms, j: int) -> FloatArray:

@@ -4,7 +4,8 @@ A law of friction that is too poor biases what it is projected from: what slidin
 sign of the motion, as the torque of a ramp has, and friction that follows the speed late (frictional lag: Rabinowicz,
 Proc. Phys. Soc. 71, 1958; LuGre: Canudas de Wit et al., IEEE Trans. Automatic Control 40, 1995) has the shape of
 inertia. So the columns are sgn v, v and 1; |v|, which tells the directions apart; sgn v·exp(-|v|/w) for two widths;
-and a·exp(-|v|/w) for the lag. The offset may wander: hat functions over each log.
+and a·exp(-|v|/w) for the lag. The offset may wander: hat functions over each log. A spring or counterbalance adds a
+polynomial in one joint's angle.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import block_diag
 
+from collaudit.core.data.identification_result import DEGREE, AngleTorque, scaled_angle
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stats import interval_95
 
 OFFSET = 2
 _LAW = 7
@@ -23,6 +26,8 @@ _LOW_SPEEDS = (0.03, 0.1)  # rad/s: Stribeck velocities of gears lie between
 _KNOT_S = 30.0
 _MOST_KNOTS = 20
 _RANK = 1e-10
+#: rad (or m) that a joint must cover for its angle to tell anything.
+_LEAST_RANGE = 0.2
 
 
 def friction_columns(velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
@@ -93,3 +98,51 @@ def generalised_inverse(gram: FloatArray) -> FloatArray:
     size[np.diag(gram) <= 0] = 1.0
     inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=_RANK, hermitian=True)
     return np.asarray(inverse / np.outer(size, size))
+
+
+def angle_columns(position: FloatArray, moving: BoolArray) -> FloatArray:
+    """(n, 4) Legendre polynomials of the angle over the range seen, less their means; zero where it is too small.
+
+    Args:
+        position: (n,) of one joint; moving: (n,) where it counts.
+    """
+    found = _range(position, moving)
+    out = np.zeros((position.size, DEGREE))
+    if found is None:
+        return out
+    every = _polynomials(position, *found)
+    return np.asarray(every - every[moving].mean(axis=0))
+
+
+def angle_torque(
+    position: FloatArray, moving: BoolArray, coefficients: FloatArray, covariance: FloatArray | None
+) -> AngleTorque | None:
+    """The torque that coefficients stand for; None where the motion tells none.
+
+    Args:
+        position, moving: as of :func:`angle_columns`.
+        coefficients: (4,) of its columns; covariance: (4, 4) of them, None without intervals.
+    """
+    found = _range(position, moving)
+    if found is None:
+        return None
+    nodes = np.linspace(*found, DEGREE + 1)
+    columns = _polynomials(nodes, *found) - _polynomials(position[moving], *found).mean(axis=0)
+    torque = columns @ coefficients
+    angles = tuple(nodes.tolist())
+    if covariance is None:
+        return AngleTorque(angles, tuple(torque.tolist()))
+    sd = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", columns, covariance, columns), 0.0))
+    return AngleTorque(angles, tuple(torque.tolist()), tuple(map(interval_95, torque, sd)))
+
+
+def _range(position: FloatArray, moving: BoolArray) -> tuple[float, float] | None:
+    if not moving.any():
+        return None
+    low, high = float(position[moving].min()), float(position[moving].max())
+    return (low, high) if high - low >= _LEAST_RANGE else None
+
+
+def _polynomials(position: FloatArray, low: float, high: float) -> FloatArray:
+    every = np.polynomial.legendre.legvander(np.clip(scaled_angle(position, low, high), -1.0, 1.0), DEGREE)
+    return np.asarray(every[:, 1:])

@@ -7,10 +7,41 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.data.identification_result import DEGREE
-from collaudit.core.identification.problem.angle_columns import angle_columns
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.nuisance import nuisance_columns
+from collaudit.core.identification.problem.nuisance import angle_columns, nuisance_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unknowns:
+    """What is known before the data, and how well.
+
+    Attributes:
+        inertials: (p,) prior of the inertial parameters.
+        inertials_prior_sd: (p,) its standard deviation; 0 holds a parameter.
+        armature, armature_prior_sd: (j,) the same for rotor inertia.
+        gain: (j,) starting values of the drive gains.
+        gain_prior_sd: (j,) prior of the gains about ``gain``; 0 holds one, inf leaves it to the data.
+        springs: (j,) joints with a torque by their angle; None for none.
+    """
+
+    inertials: FloatArray
+    inertials_prior_sd: FloatArray
+    armature: FloatArray
+    armature_prior_sd: FloatArray
+    gain: FloatArray
+    gain_prior_sd: FloatArray
+    springs: BoolArray | None = None
+
+    @property
+    def values(self) -> FloatArray:
+        """(p + 2 j,) inertials, rotor inertias and gains before the data."""
+        return np.concatenate([self.inertials, self.armature, self.gain])
+
+    @property
+    def sd(self) -> FloatArray:
+        """(p + 2 j,) their standard deviations."""
+        return np.concatenate([self.inertials_prior_sd, self.armature_prior_sd, self.gain_prior_sd])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,7 +50,6 @@ class Terms:
 
     Attributes:
         motion: the samples.
-        regressor: (n, j, p).
         columns: for each joint (n, f_j): derivatives by the inertial parameters that are free and that it feels.
         index: for each joint (f_j,): which parameters these are.
         nuisance: (j, n, k) columns of friction and offset (``nuisance.py``), before the drift those of springs.
@@ -28,7 +58,6 @@ class Terms:
     """
 
     motion: Motion
-    regressor: FloatArray
     columns: tuple[FloatArray, ...]
     index: tuple[IntArray, ...]
     nuisance: FloatArray
@@ -36,31 +65,23 @@ class Terms:
     starts: IntArray
 
     @classmethod
-    def of(cls, motion: Motion, regressor: FloatArray, free: BoolArray, springs: BoolArray | None = None) -> Terms:
-        """Gather them.
-
-        Args:
-            motion: n samples of j joints.
-            regressor: (n, j, p).
-            free: (p,) which inertial parameters are free.
-            springs: (j,) which joints have a torque by their angle; None for none.
-        """
+    def of(cls, motion: Motion, unknowns: Unknowns) -> Terms:
+        """Those of n samples of j joints, for unknowns with the same parameters free."""
         columns, index = [], []
-        for j in range(regressor.shape[1]):
-            pick = np.flatnonzero(free & np.any(regressor[:, j] != 0.0, axis=0))
-            columns.append(np.ascontiguousarray(regressor[:, j, pick]))
+        for own in np.moveaxis(motion.regressor, 1, 0):
+            pick = np.flatnonzero((unknowns.inertials_prior_sd > 0) & np.any(own != 0.0, axis=0))
+            columns.append(np.ascontiguousarray(own[:, pick]))
             index.append(np.asarray(pick, dtype=np.int64))
         nuisance, one_way = nuisance_columns(
             motion.velocity, motion.acceleration, motion.drift, motion.moving, motion.coupled
         )
-        if springs is not None and springs.any():
+        if unknowns.springs is not None and unknowns.springs.any():
             nuisance = np.insert(nuisance, [nuisance.shape[2] - motion.drift.shape[1]] * DEGREE, 0.0, axis=2)
             at = cls.angles_in(nuisance, motion)
-            for k in np.flatnonzero(springs):
+            for k in np.flatnonzero(unknowns.springs):
                 nuisance[k][:, at] = angle_columns(motion.position[:, k], motion.moving[:, k])
-        starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
-        starts = np.asarray(starts, dtype=np.int64)
-        return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)
+        starts = np.asarray(np.flatnonzero(np.diff(motion.cluster, prepend=-1)), dtype=np.int64)
+        return cls(motion, tuple(columns), tuple(index), nuisance, one_way, starts)
 
     @staticmethod
     def angles_in(nuisance: FloatArray, motion: Motion) -> slice:

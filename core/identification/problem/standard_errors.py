@@ -16,15 +16,12 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
-    Unknowns,
     jacobian,
-    prior_sd,
-    unexplained_torque,
     weighted_joints,
     weighted_state,
 )
 from collaudit.core.identification.problem.nuisance import OFFSET
-from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
@@ -49,22 +46,21 @@ class StandardErrors:
 def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> StandardErrors:
     """Covariance of all unknowns together, friction and offset among them."""
     state = weighted_state(terms, solution)
-    rest, joints = unexplained_torque(terms, state), state.gain.size
-    scales = prior_sd(unknowns)[solution.free]
-    kinds = terms.nuisance.shape[2]
+    scales = unknowns.sd[solution.free]
+    joints, kinds = solution.gain.size, terms.nuisance.shape[2]
     size = scales.size + kinds * joints
     precision, data = np.zeros(size), np.zeros((size, size))
     precision[: scales.size] = scales**-2.0
     parts = []
     for j in weighted_joints(state):
-        place, columns = jacobian(terms, state, j, solution.free, rest[:, j])
-        columns = columns / state.sigma[j]
+        place, columns = jacobian(terms, state, j)
+        columns = columns / state.at.sigma[j]
         data[np.ix_(place, place)] += (columns * state.slope[:, j, None]).T @ columns
         parts.append((j, place, columns))
     inverse = scaled_inverse(data + np.diag(precision))
     influence, share = np.zeros((terms.starts.size, size)), np.zeros((terms.starts.size, size))
     for j, place, columns in parts:
-        score = columns * (state.weight[:, j] * rest[:, j] / state.sigma[j])[:, None]
+        score = columns * (state.weight[:, j] * state.rest[:, j] / state.at.sigma[j])[:, None]
         influence += terms.by_cluster(score) @ inverse[place]
         share += terms.by_cluster((columns @ inverse[place]) ** 2 * state.slope[:, j, None])
     full = clustered_covariance(influence, share) + (inverse * precision) @ inverse

@@ -49,7 +49,7 @@ def pair_gains(terms: Terms) -> tuple[FloatArray, FloatArray]:
 def _gain(terms: Terms, load: FloatArray, log: IntArray, j: int, use: BoolArray) -> tuple[float, float] | None:
     motion = terms.motion
     sliding = np.sign(motion.velocity[:, j]) * np.abs(load)
-    own = terms.regressor[:, j][:, np.any(terms.regressor[:, j] != 0.0, axis=0)]
+    own = motion.regressor[:, j][:, np.any(motion.regressor[:, j] != 0.0, axis=0)]
     law, drift = terms.nuisance[j][:, :_LAW], terms.nuisance[j][:, _LAW:]
     laws = [law * (log == k)[:, None] for k in np.unique(log[use])]
     others = np.column_stack([own, sliding, motion.acceleration[:, j], drift, *laws])[use]

@@ -156,9 +156,8 @@ def _repeated(series: UniformSeries, same: BoolArray, speed: FloatArray) -> list
 
 
 def _long(mask: BoolArray, least_s: float, period_s: float) -> list[Span]:
-    starts, stops = run_bounds(mask)
     least = max(10, ceil(least_s / period_s))
-    return [Span(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= least]
+    return [Span(int(a), int(b)) for a, b in zip(*run_bounds(mask), strict=True) if b - a >= least]
 
 
 def _braking(speed: FloatArray, off: int, series: UniformSeries) -> int:

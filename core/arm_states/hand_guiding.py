@@ -215,8 +215,7 @@ def _joined(mask: BoolArray, sums: _Blocks, noise: FloatArray) -> BoolArray:
         if (grown == out).all():
             break
         out = grown
-    starts, stops = run_bounds(~out)
-    for a, b in zip(starts, stops, strict=True):
+    for a, b in zip(*run_bounds(~out), strict=True):
         inner = a > 0 and b < out.size
         if inner and b - a <= _PAUSE_S / _BLOCK_S and not acts[a:b].any() and (sums.count[a:b].sum(axis=1) > 0).all():
             out[a:b] = True

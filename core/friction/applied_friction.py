@@ -10,7 +10,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
-from collaudit.core.friction.friction_temperature import laws_at_temperature
+from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels

@@ -65,44 +65,23 @@ def friction_points(
     still = _match(series, sections, j)
     back = _ways_back(series, sections, j)
     pairs = [*still, *back] if len(still) + len(back) >= _ENOUGH else still
-    points = []
+    points: list[FrictionPoint] = []
+    sums: list[PairSum] = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
     series = without_ripple(series, sections, j, ripple)
     modelled = None if model_torque is None else replace(series, effort=model_torque)
-    for pair in pairs:
-        point = _pair_point(series, modelled, pair, j, ripple)
+    for number, pair in enumerate(pairs):
+        point, both = _pair_point(series, modelled, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
-    sums: list[PairSum] = []
-    if model_torque is not None and modelled is not None:
-        sums = [found for pair in still if (found := _pair_sum(series, modelled, pair, j)) is not None]
-        for section in sections:
-            if id(section) not in used:
-                point = _model_point(series, section, model_torque, j, ripple)
-                if point is not None:
-                    points.append(point)
+        if both is not None and number < len(still):
+            sums.append(both)
+    if model_torque is not None:
+        loose = [_model_point(series, s, model_torque, j, ripple) for s in sections if id(s) not in used]
+        points += [point for point in loose if point is not None]
     return tuple(sorted(points, key=lambda p: p.speed_rad_s)), tuple(sums)
-
-
-def _pair_sum(series: UniformSeries, modelled: UniformSeries, pair: _Pair, j: int) -> PairSum | None:
-    """What a pair of directions says of gravity, the effort's zero, and how the directions differ."""
-    edges = _edges(pair)
-    (ahead, fast), (back, slow) = (_by_position(series, s, j, edges) for s in (pair.plus, pair.minus))
-    model = 0.5 * sum(_by_position(modelled, s, j, edges)[0] for s in (pair.plus, pair.minus))
-    half = 0.5 * (ahead + back) - model
-    known = np.isfinite(half)
-    if np.count_nonzero(known) < _MIN_BLOCKS:
-        return None
-    return PairSum(
-        speed_rad_s=0.5 * (fast + slow),
-        half_nm=float(np.mean(half[known])),
-        se_nm=_sd(half[known]) / float(np.sqrt(np.count_nonzero(known))),
-        time_s=0.25 * sum(s.span.start + s.span.stop for s in (pair.plus, pair.minus)) * series.period_s,
-        position_rad=0.5 * (pair.low_rad + pair.high_rad),
-        model_nm=float(np.mean(np.asarray(model)[known])),
-    )
 
 
 def _match(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
@@ -177,31 +156,31 @@ def _overlapping(series: UniformSeries, plus: Section, minus: Section) -> _Pair 
 
 def _pair_point(
     series: UniformSeries, modelled: UniformSeries | None, pair: _Pair, j: int, ripple: SectionRipple | None
-) -> FrictionPoint | None:
-    """Half the difference of both directions, block by block of position; None where too few blocks are common.
+) -> tuple[FrictionPoint | None, PairSum | None]:
+    """Half the difference of both directions, block by block of position, and their half sum beside the model's.
 
-    Speed is not quite constant: it settles after a ramp, alike in both directions, which half the difference takes for
-    friction and no scatter shows. Where the model is known, what it needs for that is taken off.
+    Neither where too few blocks are common. Speed is not quite constant: it settles after a ramp, alike in both
+    directions, which half the difference takes for friction and no scatter shows. Where the model is known, what it
+    needs for that is taken off.
     """
-    edges = _edges(pair)
-    plus, speed_plus = _by_position(series, pair.plus, j, edges)
-    minus, speed_minus = _by_position(series, pair.minus, j, edges)
-    friction, gravity = 0.5 * (plus - minus), 0.5 * (plus + minus)
+    edges, both = _edges(pair), None
+    (plus, fast), (minus, slow) = (_by_position(series, s, j, edges) for s in (pair.plus, pair.minus))
+    friction, gravity, speed = 0.5 * (plus - minus), 0.5 * (plus + minus), 0.5 * (fast + slow)
     if modelled is not None:
-        ahead, back = (_by_position(modelled, section, j, edges)[0] for section in (pair.plus, pair.minus))
+        ahead, back = (_by_position(modelled, s, j, edges)[0] for s in (pair.plus, pair.minus))
         friction = friction - np.nan_to_num(0.5 * (ahead - back))
+        both = _pair_sum(series, pair, speed, gravity, 0.5 * (ahead + back))
     known = np.isfinite(friction)
     friction = friction[known]
     if friction.size < _MIN_BLOCKS:
-        return None
-    speed = 0.5 * (speed_plus + speed_minus)
+        return None, both
     middles = 0.5 * (edges[1:] + edges[:-1])
     slope = _slope(middles[known], gravity[known])
     waves = 0.0
     if ripple is not None:
         places = np.linspace(pair.low_rad, pair.high_rad, _PLACES)
         waves = ripple.sd(0.5 * (ripple.gradient(places, 1.0) - ripple.gradient(places, -1.0)))
-    return FrictionPoint(
+    point = FrictionPoint(
         speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(friction),
@@ -211,6 +190,25 @@ def _pair_point(
         others_moving=bool(pair.plus.others_moving or pair.minus.others_moving),
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
         seconds=min(len(pair.plus.span), len(pair.minus.span)) * series.period_s,
+    )
+    return point, both
+
+
+def _pair_sum(
+    series: UniformSeries, pair: _Pair, speed: float, gravity: FloatArray, model: FloatArray
+) -> PairSum | None:
+    """What a pair of directions says of gravity, the effort's zero, and how the directions differ."""
+    half = gravity - model
+    known = np.isfinite(half)
+    if np.count_nonzero(known) < _MIN_BLOCKS:
+        return None
+    return PairSum(
+        speed_rad_s=speed,
+        half_nm=float(np.mean(half[known])),
+        se_nm=_sd(half[known]) / float(np.sqrt(np.count_nonzero(known))),
+        time_s=0.25 * sum(s.span.start + s.span.stop for s in (pair.plus, pair.minus)) * series.period_s,
+        position_rad=0.5 * (pair.low_rad + pair.high_rad),
+        model_nm=float(np.mean(model[known])),
     )
 
 

@@ -22,7 +22,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.effort.effort_gain import EffortGain
-from collaudit.core.prepare.gear_torque import sensed
 from collaudit.core.prepare.prepared import Prepared
 
 #: A friction file may hold a joint without a law and without a reason.
@@ -61,7 +60,7 @@ def fit_joints(
             seen, both = _of_sections(joint, log, found)
             count = len(found.of(joint))
             counts[joint] += count
-            rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
+            rejected.setdefault(joint, Counter()).update(dict(found.rejected[joint].most_common()))
             alone = count - sum(2 if point.source == "pair" else 1 for point in seen)
             if alone:
                 rejected[joint][_ALONE if log.rigid_nm is None else _UNKNOWN] += alone
@@ -130,7 +129,7 @@ def _fit_joint(
     column = robot.joint_names.index(joint)
     units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
     torque = _in_torque_units(prepared, joint)
-    direct = bool(torque) and all(sensed(p, joint) for p in torque)
+    direct = bool(torque) and all(p.sensed(joint) for p in torque)
     any_first = config.fit.motion != "sections" and (
         config.fit.motion == "any" or direct or any_motion_tells_more(points, loose, moving_speeds(prepared, joint))
     )

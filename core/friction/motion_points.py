@@ -15,7 +15,6 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.effort.channel_shift import steady
-from collaudit.core.prepare.gear_torque import gear_torque, sensed
 from collaudit.core.prepare.prepared import Prepared
 
 _BINS = 14
@@ -44,11 +43,11 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
         joint: its name.
     """
     series = prepared.series
-    known = gear_torque(prepared, joint)
+    known = prepared.gear_torque(joint)
     if known is None or series.effort is None:
         return ()
     j = series.column(joint)
-    if sensed(prepared, joint):  # as noisy as the effort
+    if prepared.sensed(joint):  # as noisy as the effort
         known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     unexplained = np.subtract(effort, known, out=effort)
@@ -105,17 +104,14 @@ class Settled:
 
 def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Settled | None:
     """Settled samples of one joint against its friction law; None without a model torque or motion."""
-    series = prepared.series
-    if prepared.rigid_nm is None or series.effort is None:
+    series, known = prepared.series, prepared.explained_nm(joint)
+    if known is None or series.effort is None:
         return None
     j = series.column(joint)
     v = series.velocity_rad_s[:, j]
     heat = None if series.temperature_c is None else series.temperature_c[:, j]
     if heat is not None and not np.isfinite(heat).any():
         heat = None
-    known = prepared.rigid_nm[:, j]
-    if prepared.contact_nm is not None:
-        known = known + prepared.contact_nm[:, j]
     rows = _settled_rows(series, j, series.effort[:, j], known, *([] if heat is None else [heat]))
     velocity, torque = v[rows], known[rows]
     friction = law.torque(velocity)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -50,28 +50,15 @@ class Section:
 
 
 @dataclass(frozen=True, slots=True)
-class RejectedSection:
-    """A stretch in which a joint moved and which is no section, with the reason."""
-
-    joint: str
-    span: Span
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class SectionSet:
-    """Sections and rejected stretches of all joints of a log."""
+    """Sections of all joints of a log, and by joint how many stretches of motion are none, by reason."""
 
     sections: tuple[Section, ...]
-    rejected: tuple[RejectedSection, ...]
+    rejected: Mapping[str, Counter[str]]
 
     def of(self, joint: str) -> tuple[Section, ...]:
         """Sections of one joint."""
         return tuple(s for s in self.sections if s.joint == joint)
-
-    def rejection_counts(self, joint: str) -> dict[str, int]:
-        """Reason to number of rejected stretches of one joint, most frequent first."""
-        return dict(Counter(r.reason for r in self.rejected if r.joint == joint).most_common())
 
     def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
         """What is left of the sections in the same log with less effort known: whole ones, and long enough pieces."""
@@ -93,13 +80,13 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     ``settle_s`` at most and half of it at least. ``progress`` is called with joints done and in all.
 
     Returns:
-        Sections, and every stretch of motion that is none with the reason.
+        Sections, and how many stretches of motion are none, by reason.
     """
     bandwidth = min(_SECTION_BANDWIDTH_HZ, series.bandwidth_hz)
     smooth = low_pass(series.velocity_rad_s, series.segments, series.period_s, bandwidth)
 
     sections: list[Section] = []
-    rejected: list[RejectedSection] = []
+    rejected: dict[str, Counter[str]] = {joint: Counter() for joint in series.joint_names}
     for j, joint in enumerate(series.joint_names):  # not in threads: short calls, section by section
         logged = series.raw_velocity_rad_s
         noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
@@ -107,10 +94,10 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
         for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
             found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
             sections += [_measure(series, joint, j, s) for s in found]
-            rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
+            rejected[joint].update(lost)
         if progress is not None:
             progress(j + 1, len(series.joint_names))
-    return SectionSet(tuple(sections), tuple(rejected))
+    return SectionSet(tuple(sections), rejected)
 
 
 def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> list[Span]:
@@ -119,8 +106,8 @@ def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> 
     for segment in segments:
         part = v[segment.slice]
         for mask in (part >= min_speed, part <= -min_speed):
-            starts, stops = run_bounds(mask)
-            spans += [Span(segment.start + int(a), segment.start + int(b)) for a, b in zip(starts, stops, strict=True)]
+            bounds = zip(*run_bounds(mask), strict=True)
+            spans += [Span(segment.start + int(a), segment.start + int(b)) for a, b in bounds]
     return sorted(spans)
 
 
@@ -148,32 +135,32 @@ def _quiet(v: FloatArray, least: int, config: SectionsConfig, noise: float) -> B
 
 def _split(
     v: FloatArray, quiet: BoolArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig, noise: float
-) -> tuple[list[Span], list[tuple[Span, str]]]:
+) -> tuple[list[Span], list[str]]:
     """Sections inside one stretch of motion, and what was rejected of it."""
     least = _least(series, config)
     if len(span) < least + 2 * _settling(len(span), series, config):
-        return [], [(span, "too short")]
+        return [], ["too short"]
     part = v[span.slice]
     plateaus = _plateaus(part, quiet[span.slice], least, config, noise)
     if not plateaus:
-        return [], [(span, "speed not constant")]
+        return [], ["speed not constant"]
     found: list[Span] = []
-    lost: list[tuple[Span, str]] = []
+    lost: list[str] = []
     for start, stop in plateaus:
         whole = Span(span.start + start, span.start + stop)
         settle = _settling(len(whole), series, config)
         if len(whole) < least + 2 * settle:
-            lost.append((whole, "too short after settling"))
+            lost.append("too short after settling")
             continue
         inner = Span(whole.start + settle, whole.stop - settle)
         pieces = _known_pieces(inner, series, j, least)
         if not pieces:
-            lost.append((whole, "effort missing"))
+            lost.append("effort missing")
         for piece in pieces:
             if series.saturated[piece.slice, j].any():
-                lost.append((piece, "effort saturated"))
+                lost.append("effort saturated")
             elif not np.isfinite(series.position_rad[piece.slice]).all():
-                lost.append((piece, "position missing"))
+                lost.append("position missing")
             else:
                 found.append(piece)
     return found, lost

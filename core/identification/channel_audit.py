@@ -22,7 +22,6 @@ from collaudit.core.prepare.effort.channel_shift import (
     thinned,
 )
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift
-from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 
 _MATTERS_S = 0.02
@@ -97,7 +96,7 @@ def late_effort_findings(prepared: Prepared, config: Config) -> list[Finding]:
 
     A model in time leaves a residual wherever the torque of a late effort changes.
     """
-    part = part_of(prepared, Span(0, round(_ENOUGH_S / prepared.series.period_s)))
+    part = prepared.part(Span(0, round(_ENOUGH_S / prepared.series.period_s)))
     return [found for found in audit_delays(part, config, effort_delay(part), None) if found.severity == "warning"]
 
 

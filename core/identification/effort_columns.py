@@ -199,9 +199,8 @@ def joint_columns(prepared: Prepared, motion: ThinnedMotion, j: int) -> JointCol
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[rows, 0]
     known = motion.moving & np.isfinite(effort) & ~series.saturated[rows, j]
     torque = rate = None
-    if prepared.rigid_nm is not None:
-        contact = prepared.contact_nm
-        whole = prepared.rigid_nm[:, j] if contact is None else prepared.rigid_nm[:, j] + contact[:, j]
+    whole = prepared.explained_nm(series.joint_names[j])
+    if whole is not None:
         torque, rate = whole[rows], differentiate(whole, series.segments, series.period_s)[rows]
         known &= np.isfinite(torque)
         torque, rate = (np.nan_to_num(np.where(known, x, 0.0)) for x in (torque, rate))

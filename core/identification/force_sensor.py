@@ -131,10 +131,9 @@ def _static_poses(prepared: Prepared) -> list[tuple[FloatArray, FloatArray, floa
     assert series.wrench is not None
     with np.errstate(invalid="ignore"):
         still = np.asarray((np.abs(series.velocity_rad_s) < _STILL).all(axis=1))
-    starts, stops = run_bounds(still)
     settle = round(_SETTLE_S / series.period_s)
     poses = []
-    for start, stop in zip(starts, stops, strict=True):
+    for start, stop in zip(*run_bounds(still), strict=True):
         if (stop - start) * series.period_s < _REST_S:
             continue
         rows = slice(int(start) + settle, int(stop) - settle // 2)

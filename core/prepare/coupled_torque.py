@@ -78,7 +78,6 @@ def _loose(series: UniformSeries, axis: CoupledFriction, s: FloatArray, travel_r
     out = np.ones(s.size, dtype=np.bool_)
     angle = axis_speed(series, axis.weights, series.position_rad)
     for direction in (s > STILL_RAD_S, s < -STILL_RAD_S):
-        starts, stops = run_bounds(direction)
-        for start, stop in zip(starts, stops, strict=True):
+        for start, stop in zip(*run_bounds(direction), strict=True):
             out[start:stop] = np.abs(angle[start:stop] - angle[start]) < travel_rad
     return out

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.numeric.arrays import FloatArray, frozen
-from collaudit.core.prepare.preparation import with_known_load
+from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
@@ -42,7 +42,8 @@ def loaded(prepared: Prepared, load: KnownLoad, config: Config) -> Prepared:
             found=config.detect.detector,
             expected="direct",
         )
-    return with_known_load(prepared, frozen(_torque(prepared, load, config)), config)
+    start = replace(prepared.start, load_nm=frozen(_torque(prepared, load, config)))
+    return modelled(start, config, prepared.calibration)
 
 
 def _torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatArray:

@@ -99,8 +99,7 @@ def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> N
     touching = lasting(closed(smooth > config.contact_force_n, least - 1), least)
     labels = np.zeros(force_n.size, dtype=np.int8)
     margin = round(_MARGIN_S / period_s)
-    starts, stops = run_bounds(touching)
-    for a, b in zip(starts, stops, strict=True):
+    for a, b in zip(*run_bounds(touching), strict=True):
         before, after = labels[max(0, a - margin) : a], labels[b : b + margin]
         before[before == 0] = PHASES.index("approach")
         after[after == 0] = PHASES.index("retreat")

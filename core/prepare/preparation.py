@@ -84,15 +84,6 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind)
 
 
-def modelled(start: ConditionedLog, config: Config, calibration: Calibration | None = None) -> Prepared:
-    """The second half of :func:`prepare`: model torque and the effort's checks.
-
-    Raises:
-        ConfigError: as :func:`prepare`.
-    """
-    return _modelled(start, calibration or Calibration(), config, None)
-
-
 def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
     """The same log with what another calibration knows; unchanged when that is what it was prepared with.
 
@@ -103,7 +94,7 @@ def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> 
     """
     if calibration == prepared.calibration:
         return prepared
-    return _modelled(prepared.start, calibration, config, prepared)
+    return modelled(prepared.start, config, calibration, prepared)
 
 
 def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
@@ -141,17 +132,24 @@ def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> P
     known = copied(effort)
     known[left_out] = np.nan
     start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
-    return _modelled(start, prepared.calibration, config, prepared)
+    return modelled(start, config, prepared.calibration, prepared)
 
 
-def with_known_load(prepared: Prepared, load_nm: FloatArray, config: Config) -> Prepared:
-    """The same log of an arm that carries more than its model, with the torque of that (n, j)."""
-    start = replace(prepared.start, load_nm=load_nm)
-    return _modelled(start, prepared.calibration, config, None)
+def modelled(
+    start: ConditionedLog, config: Config, calibration: Calibration | None = None, known: Prepared | None = None
+) -> Prepared:
+    """The second half of :func:`prepare`: model torque, commanded force and the effort's checks.
 
+    Args:
+        start: the log before its model torque.
+        config: as of :func:`prepare`.
+        calibration: what is known of the arm; None for nothing.
+        known: the same log with another calibration: what that leaves as it was is taken from it.
 
-def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, known: Prepared | None) -> Prepared:
-    """Model torque, commanded force and the effort's checks; of ``known`` what the calibration leaves as it was."""
+    Raises:
+        ConfigError: as :func:`prepare`.
+    """
+    calibration = calibration or Calibration()
     robot, about = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
     series = calibrated_series(start.series, calibration)
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,8 @@ from numpy.typing import NDArray
 from collaudit.core.data import shown
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.calibration import (
-    Calibration,
-)
+from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.commanded_force import CommandedTorque
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
@@ -114,6 +113,55 @@ class Prepared:
         """By judged joint the unit of what its drive exerts."""
         return {joint: torque_unit_of(joint, self.robot.sliding) for joint in self.judged}
 
+    def explained_nm(self, joint: str) -> FloatArray | None:
+        """(n,) torque of a joint by the model: rigid body and commanded tool force; None without a model."""
+        if self.rigid_nm is None:
+            return None
+        j, contact = self.series.column(joint), self.contact_nm
+        return self.rigid_nm[:, j] if contact is None else self.rigid_nm[:, j] + contact[:, j]
+
+    def sensed(self, joint: str) -> bool:
+        """Whether the log has both torques of a joint, of the drive and behind the gear, in N·m."""
+        series = self.series
+        if series.joint_torque_nm is None or series.effort is None or series.effort_unit != "Nm":
+            return False
+        return bool(np.isfinite(series.joint_torque_nm[:, series.column(joint)]).any())
+
+    def gear_torque(self, joint: str) -> FloatArray | None:
+        """(n,) torque that a drive must bring up besides friction, N·m; None without sensor and model.
+
+        A log with the drive's torque and that of a sensor behind the gear gives friction directly, as their difference,
+        less what accelerates the rotor: tau_drive - tau_sensor = f(dq) + B ddq (Albu-Schäffer, Ott and Hirzinger, Int.
+        J. Robotics Research 26, 2007, eq. (1)-(2)). No error of inertials, tool or contact is in it.
+        """
+        behind = self.series.joint_torque_nm
+        if behind is None or not self.sensed(joint):
+            return self.explained_nm(joint)
+        j, bodies = self.series.column(joint), self.robot.bodies
+        rotor = 0.0 if bodies is None else float(self.robot.armature[bodies.joint_names.index(joint)])
+        return np.asarray(behind[:, j] + rotor * self.series.acceleration_rad_s2[:, j])
+
+    def part(self, *spans: Span) -> Prepared:
+        """The samples of some spans that follow each other, with the findings and checks of the whole log."""
+        series, n = self.series, self.series.time_s.size
+        if sum(map(len, spans)) >= n:
+            return self
+        rows = spans[0].slice if len(spans) == 1 else np.concatenate([np.arange(s.start, s.stop) for s in spans])
+
+        def cut(value: Any) -> Any:
+            of_samples = isinstance(value, np.ndarray) and value.shape[0] == n
+            return value.T[..., rows].T if of_samples else value  # columns stay contiguous
+
+        columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
+        columns["segments"] = tuple(_segments_in(spans, series.segments))
+        return replace(
+            self,
+            series=UniformSeries(**columns),
+            rigid_nm=cut(self.rigid_nm),
+            commanded=replace(self.commanded, torque_nm=cut(self.commanded.torque_nm)),
+            phases=cut(self.phases),
+        )
+
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]
@@ -129,3 +177,15 @@ class Prepared:
 
     __repr__ = shown.text
     _repr_html_ = shown.html
+
+
+def _segments_in(spans: Sequence[Span], segments: Sequence[Span]) -> list[Span]:
+    """What the spans have of each segment, where they lie one after the other."""
+    found, before = list[Span](), 0
+    for span in spans:
+        for one in segments:
+            start, stop = max(one.start, span.start), min(one.stop, span.stop)
+            if start < stop:
+                found.append(Span(before + start - span.start, before + stop - span.start))
+        before += len(span)
+    return found

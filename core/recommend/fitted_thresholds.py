@@ -22,7 +22,6 @@ from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, null_tail
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
-from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual, residual_by
@@ -194,7 +193,7 @@ def _most_motion(logs: tuple[Prepared, ...]) -> Prepared:
         if best is None or way[start] * log.series.period_s > best[0]:
             best = (float(way[start]) * log.series.period_s, log, Span(start, start + count))
     assert best is not None
-    return part_of(best[1], best[2])
+    return best[1].part(best[2])
 
 
 def _levels(

@@ -16,13 +16,12 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
 from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
-from collaudit.core.friction.friction_temperature import laws_at_temperature
+from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -155,7 +154,7 @@ class _Filling:
         if not own_fold.any():  # a log of less than a block
             return
         near = _with_surroundings(own_fold, log.series.period_s)
-        part = part_of(log, *(Span(a, b) for a, b in zip(*run_bounds(near), strict=True)))
+        part = log.part(*(Span(a, b) for a, b in zip(*run_bounds(near), strict=True)))
         rows, inside, series = np.flatnonzero(own_fold), own_fold[near], part.judged_series
         laws, _ = friction_models(whole.fits, series)
         own, _ = friction_models(rest.fits, series)

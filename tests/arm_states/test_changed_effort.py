@@ -14,7 +14,7 @@ from collaudit.core.arm_states.switched_effort import _turns_at_once
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.preparation import with_known_load
+from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.compare import read_truth
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -100,7 +100,7 @@ def test_an_effort_unknown_at_the_end_of_a_short_log_leaves_no_room_for_a_payloa
 def with_effort(prepared: Prepared, effort: np.ndarray, config: Config) -> Prepared:
     """The log with another effort, (n, j) in model order."""
     start = replace(prepared.start, series=replace(prepared.start.series, effort=effort))
-    return with_known_load(replace(prepared, start=start), np.zeros_like(effort), config)
+    return modelled(start, config, prepared.calibration)
 
 
 def test_a_wrong_model_is_no_payload(made: Maker, robot: str) -> None:

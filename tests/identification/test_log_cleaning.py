@@ -19,7 +19,7 @@ from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.contact_mask import FAR, _reaching, find_contact, labelled_contact
 from collaudit.core.identification.log_cleaning import cleaned
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.prepare.preparation import _modelled
+from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles
@@ -62,7 +62,7 @@ def pushed(log: Prepared, settings: Any, share: float, seed: int = 1) -> tuple[P
             effort[start:stop, joint] += unit[joint] * size * arm * edge
         touched[start:stop] = True
     start_of = replace(log.start, series=replace(series, effort=effort))
-    return _modelled(start_of, log.calibration, settings.config, None), touched
+    return modelled(start_of, settings.config, log.calibration), touched
 
 
 def errors(fitted: FrictionFile, clean: FrictionFile) -> dict[str, float]:
@@ -191,7 +191,7 @@ def clamped(log: Prepared, settings: Any, share: float, torque_nm: dict[int, flo
     for joint, torque in torque_nm.items():
         effort[touched, joint] += torque
     start = replace(log.start, series=replace(series, effort=effort))
-    return _modelled(start, log.calibration, settings.config, None), touched
+    return modelled(start, settings.config, log.calibration), touched
 
 
 @pytest.mark.parametrize(("share", "torque_nm"), [(0.08, {0: -12.0}), (0.25, {4: 6.0}), (0.35, {0: 9.0, 3: -3.0})])

@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.api import load_robot, open_log
 from collaudit.core.config import load_config
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.preparation import prepare
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -25,10 +24,10 @@ def test_spans_become_stretches_of_one_log(made: Made) -> None:
     whole = prepare(log, load_robot(settings, log.joint_names), settings.config)
     n = whole.series.time_s.size
     gap = replace(whole, series=replace(whole.series, segments=(Span(0, 300), Span(340, n))))
-    part = part_of(gap, Span(100, 400), Span(900, 1500))
+    part = gap.part(Span(100, 400), Span(900, 1500))
     rows = np.r_[100:400, 900:1500]
     assert part.series.segments == (Span(0, 200), Span(240, 300), Span(300, 900))
     np.testing.assert_array_equal(part.series.time_s, whole.series.time_s[rows])
     assert part.rigid_nm is not None and whole.rigid_nm is not None
     np.testing.assert_array_equal(part.rigid_nm, whole.rigid_nm[rows])
-    assert part_of(whole, Span(0, n)) is whole
+    assert whole.part(Span(0, n)) is whole

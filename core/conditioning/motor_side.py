@@ -7,7 +7,7 @@ section 5.1). The robot description may count its angles from another zero than 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import fact
 from collaudit.core.numeric.arrays import FloatArray, frozen
+from collaudit.core.robot.robot_description import joint_order, joint_values
 
 _WORST_CONDITION = 1e6
 
@@ -40,8 +41,8 @@ def at_joints(log: JointLog, config: RobotConfig, movable: Sequence[str]) -> Joi
         log = _reduced(log, reduction_matrix(config, log.joint_names, movable), config)
     if config.joint_offset_rad is None:
         return log
-    offset = _by_joint(config.joint_offset_rad, "joint_offset_rad", config, log.joint_names, movable, 0.0)
-    return replace(log, position_rad=frozen(np.asfortranarray(log.position_rad + offset)))
+    offset = joint_values(config.joint_offset_rad, "joint_offset_rad", config, log.joint_names, movable, 0.0)
+    return replace(log, position_rad=frozen(np.asfortranarray(log.position_rad + np.array(offset))))
 
 
 def reduction_matrix(config: RobotConfig, joints: Sequence[str], movable: Sequence[str]) -> FloatArray:
@@ -61,9 +62,9 @@ def reduction_matrix(config: RobotConfig, joints: Sequence[str], movable: Sequen
     if not rows:
         ratios: dict[str, float] | list[float]
         ratios = given if isinstance(given, dict) else [row for row in given if not isinstance(row, list)]
-        matrix = np.diag(_by_joint(ratios, "reduction", config, joints, movable, None))
+        matrix = np.diag(joint_values(ratios, "reduction", config, joints, movable, None))
     else:
-        order = _order(len(rows), "reduction", config, joints, movable)
+        order = joint_order(len(rows), "reduction", config, joints, movable)
         if any(len(row) != len(rows) for row in rows):
             raise ConfigError(
                 "the reduction matrix is not square",
@@ -101,47 +102,6 @@ def _picked(joints: Sequence[str], order: Sequence[str], whole: FloatArray) -> l
             hint="record all motors of the coupled joints",
         )
     return pick
-
-
-def _order(count: int, key: str, config: RobotConfig, joints: Sequence[str], movable: Sequence[str]) -> Sequence[str]:
-    """The joints that a list of values is for."""
-    orders = [config.joints] if config.joints else [movable, joints]
-    for order in orders:
-        if len(order) == count:
-            return order
-    expected = orders[0] or orders[-1]
-    raise ConfigError(
-        "the list does not fit the joints",
-        where=f"[robot] {key}",
-        found=f"{count} values",
-        expected=f"{len(expected)}, in the order {', '.join(expected)}",
-        hint=f"a table by joint name is safer: {key} = {{ {expected[0]} = … }}",
-    )
-
-
-def _by_joint(
-    given: Sequence[float] | Mapping[str, float],
-    key: str,
-    config: RobotConfig,
-    joints: Sequence[str],
-    movable: Sequence[str],
-    default: float | None,
-) -> FloatArray:
-    """(j,) values of the log's joints; ``default`` for a joint that a table leaves out, None to refuse that."""
-    if not isinstance(given, Mapping):
-        given = dict(zip(_order(len(given), key, config, joints, movable), given, strict=True))
-    unknown = [name for name in given if name not in joints and name not in movable]
-    missing = [name for name in joints if name not in given] if default is None else []
-    if unknown or missing:
-        raise ConfigError(
-            f"{key} names joints that neither the log nor the robot has"
-            if unknown
-            else f"{key} lacks joints of the log",
-            where=f"[robot] {key}",
-            found=", ".join(unknown or missing),
-            expected=f"a value for each of {', '.join(joints)}",
-        )
-    return np.array([given.get(name, default) for name in joints], dtype=np.float64)
 
 
 def _reduced(log: JointLog, matrix: FloatArray, config: RobotConfig) -> JointLog:

@@ -6,13 +6,13 @@ import hashlib
 import json
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from collaudit.core.config.schema import DhRow, RobotConfig
-from collaudit.core.errors import RobotError, did_you_mean
+from collaudit.core.errors import ConfigError, RobotError, did_you_mean
 from collaudit.core.robot.urdf_file import JointFacts, expanded, read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
 from collaudit.core.small_files import read_small
@@ -106,3 +106,61 @@ def unknown_name(message: str, where: str, found: str, known: Sequence[str]) -> 
         expected="one of " + ", ".join(known) if known else None,
         hint=did_you_mean(found, known),
     )
+
+
+def joint_order(
+    count: int, key: str, config: RobotConfig, joints: Sequence[str], movable: Sequence[str]
+) -> Sequence[str]:
+    """The joints that a list of values of ``[robot]`` is for: those stated, else the robot's, else the log's.
+
+    Raises:
+        ConfigError: it has another length than any of them.
+    """
+    orders = [config.joints] if config.joints else [movable, joints]
+    for order in orders:
+        if len(order) == count:
+            return order
+    expected = orders[0] or orders[-1]
+    raise ConfigError(
+        "the list does not fit the joints",
+        where=f"[robot] {key}",
+        found=f"{count} values",
+        expected=f"{len(expected)}, in the order {', '.join(expected)}",
+        hint=f"a table by joint name is safer: {key} = {{ {expected[0]} = … }}",
+    )
+
+
+def joint_values(
+    given: Sequence[float] | Mapping[str, float],
+    key: str,
+    config: RobotConfig,
+    joints: Sequence[str],
+    movable: Sequence[str],
+    default: float | None,
+) -> list[float]:
+    """Values of the log's joints, by a list or a table of ``[robot]``.
+
+    Args:
+        given: the list or table; key: its name.
+        config: states the order of a list, or leaves that to the robot and the log.
+        joints: of the log, in its order.
+        movable: the robot's joints in model order; empty without a description.
+        default: for a joint that a table leaves out, None to refuse that.
+
+    Raises:
+        ConfigError: the list does not fit the joints, or the table names others or lacks some.
+    """
+    if not isinstance(given, Mapping):
+        given = dict(zip(joint_order(len(given), key, config, joints, movable), given, strict=True))
+    unknown = [name for name in given if name not in joints and name not in movable]
+    missing = [name for name in joints if name not in given] if default is None else []
+    if unknown or missing:
+        raise ConfigError(
+            f"{key} names joints that neither the log nor the robot has"
+            if unknown
+            else f"{key} lacks joints of the log",
+            where=f"[robot] {key}",
+            found=", ".join(unknown or missing),
+            expected=f"a value for each of {', '.join(joints)}",
+        )
+    return [given.get(name, default or 0.0) for name in joints]

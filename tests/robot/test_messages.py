@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.errors import NotJudgedError, RobotError
+from collaudit.core.errors import ConfigError, NotJudgedError, RobotError
 from collaudit.core.robot import load_robot, robot_joints
 
 LINK = (
@@ -66,9 +66,9 @@ def test_unknown_names_are_answered_with_the_known_ones(tmp_path: Path) -> None:
         load_robot(config, tmp_path, ["j1"])
     with pytest.raises(RobotError, match=r"robot\.tool\.frame"):
         load(tmp_path, arm(), tool={"frame": "tcp", "mass_kg": 1})
-    with pytest.raises(RobotError, match=r"robot\.armature_kg_m2"):
+    with pytest.raises(ConfigError, match=r"\[robot\] armature_kg_m2"):
         load(tmp_path, arm(), armature_kg_m2={"j9": 1.0})
-    with pytest.raises(RobotError, match="3 values"):
+    with pytest.raises(ConfigError, match="3 values"):
         load(tmp_path, arm(), armature_kg_m2=[1.0, 2.0, 3.0])
 
 

@@ -1,9 +1,9 @@
 """Friction and drive inertia of axes that turn with several joints, from what the model leaves on these joints.
 
 On joint j with weight w the motor of a coupled axis leaves w (F_c sgn s + F_v s + I ds/dt), s the axis' speed; beside
-it stand each joint's own friction and offset as ``nuisance.py`` has them, so that what a joint's own speed explains is
+it stand each joint's own friction and offset as ``problem_terms.py`` has them, so that what its own speed explains is
 its own. One weighted least squares over all joints of all axes (iterated Huber weights), covariance by stretches of
-one second as in ``standard_errors.py``. Friction dissipates: what would be negative is held at zero.
+one second as in ``solution_errors.py``. Friction dissipates: what would be negative is held at zero.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from collaudit.core.data.coupled_friction import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.nuisance import friction_columns
-from collaudit.core.identification.problem.standard_errors import clustered_covariance, scaled_inverse
+from collaudit.core.identification.problem.problem_terms import friction_columns
+from collaudit.core.identification.problem.solution_errors import clustered_covariance, scaled_inverse
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
 from collaudit.core.prepare.prepared import Prepared

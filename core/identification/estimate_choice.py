@@ -18,11 +18,10 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
-from collaudit.core.identification.priors import Gains
 from collaudit.core.identification.problem.identification_samples import collect
-from collaudit.core.identification.problem.left_out_parts import held_out
 from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
-from collaudit.core.identification.solved_problem import solved, with_gains
+from collaudit.core.identification.problem.solution_errors import held_out
+from collaudit.core.identification.solved_problem import Gains, solved, with_gains
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 

@@ -19,7 +19,7 @@ from collaudit.core.identification.identified_values import (
     rms_of,
     tool_of,
 )
-from collaudit.core.identification.inertial_consistency import Consistent, is_consistent, make_consistent
+from collaudit.core.identification.inertial_parameters import Consistent, is_consistent, make_consistent
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
     precision_of,
@@ -27,7 +27,7 @@ from collaudit.core.identification.problem.identification_problem import (
     residual,
 )
 from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.standard_errors import standard_errors
+from collaudit.core.identification.problem.solution_errors import standard_errors
 from collaudit.core.identification.solved_problem import Solved, solved
 from collaudit.core.prepare.prepared import Prepared
 

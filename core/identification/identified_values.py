@@ -15,15 +15,16 @@ from collaudit.core.data.identification_result import (
     IdentifiedJoint,
     IdentifiedTool,
 )
-from collaudit.core.identification.base_parameters import BaseMap, base_map
-from collaudit.core.identification.inertial_consistency import is_consistent
-from collaudit.core.identification.priors import ARMATURE_SHARE, own_armature
+from collaudit.core.identification.inertial_parameters import BaseMap, base_map, is_consistent
 from collaudit.core.identification.problem.identification_problem import Solution, solve
-from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS, held_out
-from collaudit.core.identification.problem.nuisance import OFFSET, angle_torque
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
-from collaudit.core.identification.problem.standard_errors import StandardErrors, standard_errors
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Solved
+from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns, angle_torque
+from collaudit.core.identification.problem.solution_errors import (
+    HELD_OUT_STEPS,
+    StandardErrors,
+    held_out,
+    standard_errors,
+)
+from collaudit.core.identification.solved_problem import ARMATURE_SHARE, MOST_HELD_OUT, Solved, own_armature
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.robot.robot_model import RobotModel

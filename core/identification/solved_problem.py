@@ -1,4 +1,7 @@
-"""The problem of a candidate solved: gains first, then all other unknowns; what no body can have is not mended yet."""
+"""The problem of a candidate solved: what is known before the data, drive gains given that, then all other unknowns.
+
+What no body can have is not mended yet.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,170 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.candidates import Candidate
-from collaudit.core.identification.priors import Gains, drive_gains, unknowns_of
+from collaudit.core.identification.load_pairs import pair_gains
 from collaudit.core.identification.problem.identification_problem import Solution, solve
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.identification.problem.solution_errors import standard_errors
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
+_TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
+_SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
+#: Of a joint's inertia: robot files seldom state rotor inertia at all.
+ARMATURE_SHARE = 0.5
+#: Samples that tell the middle of a motion.
+_FOR_THE_MIDDLE = 10_000
+#: Standard errors of a gain by plain regression that make it no chance, and how far the gain may be from it.
+_SEEN, _ALIKE = 3.0, (0.5, 2.0)
+#: A gain keeps its stated value unless the motion lowers its standard deviation below this share of the prior's.
+_DETERMINED = 0.8
 #: Samples of held-out fits: errors within a tenth of a second are alike, so more would not make their values better.
 MOST_HELD_OUT = 5000
+
+
+def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Candidate, config: Config) -> Unknowns:
+    """Priors of all unknowns: the description's inertials, next to nothing for a tool, gains as they look.
+
+    Args:
+        prepared: the logs; gains start from the first one's.
+        robot: the arm as described.
+        candidate: what is to be identified, the rest being held, and how far the description is believed.
+        config: how far stated gains are believed; the tool's frame.
+    """
+    inertials, estimate, share = robot.inertial_parameters, candidate.estimate, candidate.width
+    sd = inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
+    if "tool" in estimate:
+        last = 10 * (robot.in_joint(config.robot.tool.frame)[2] + 1)
+        sd[last - 10] = _TOOL_MASS_SD
+        sd[last - 9 : last - 6] = _TOOL_MOMENT_SD
+    names = robot.joint_names
+    armature = own_armature(robot)
+    armature_prior_sd = np.zeros(len(names))
+    inertia = _joint_inertia(robot, prepared[0])
+    # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them
+    unstated = np.where(armature > 0.0, 0.0, ARMATURE_SHARE * float(inertia.max()))
+    if {"inertials", "rotor"} & set(estimate) and prepared[0].effort_source != "joint":
+        armature_prior_sd = np.maximum(np.maximum(share * armature, ARMATURE_SHARE * inertia), unstated)
+    gain, gain_prior_sd = np.ones(len(names)), np.zeros(len(names))
+    if "gain" in estimate:
+        armature_prior_sd = np.maximum(armature_prior_sd, unstated)
+        stated = gains_stated(prepared[0], config)
+        gain_prior_sd[:] = config.fit.gain_sd if stated else np.inf
+        for found in prepared[0].gains:
+            start = found.gain if abs(found.gain) > 1e-6 else 1.0
+            gain[names.index(found.joint)] = (-1.0 if found.inverted else 1.0) if stated else start
+    springs = None
+    if "spring" in estimate:
+        springs = np.isin(np.arange(len(names)), range(len(names)) if candidate.springs is None else candidate.springs)
+    return Unknowns(inertials, sd, armature, armature_prior_sd, gain, gain_prior_sd, springs)
+
+
+def gains_stated(prepared: Prepared, config: Config) -> bool:
+    """Whether the configuration says what the effort is in N·m: gains of 1 are then the prior and the fallback."""
+    units = config.log.units
+    stated = bool(units.torque_constant_nm_per_a) or "effort" in units.given
+    return stated and prepared.start.series.effort_unit == "Nm"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gains:
+    """Gains (j,), NaN where the motion does not show one and none is stated, and their standard errors.
+
+    ``kept`` (j,) are those that keep their stated value, because the motion tells no better one;
+    ``by_load`` those that known loads tell.
+    """
+
+    gain: FloatArray
+    sd: FloatArray
+    kept: BoolArray
+    by_load: BoolArray
+
+
+def drive_gains(
+    motion: Motion, unknowns: Unknowns, config: Config, robot: RobotModel, estimate: tuple[str, ...]
+) -> Gains:
+    """Drive gains given the description's inertials, with rotor inertias that are not stated and a tool beside them.
+
+    No motion tells a common scale of gains from one of inertials; so gains come first and are then held.
+    """
+    sd = np.zeros_like(unknowns.inertials_prior_sd)
+    if "tool" in estimate:
+        k = 10 * robot.in_joint(config.robot.tool.frame)[2]
+        sd[k : k + 4] = unknowns.inertials_prior_sd[k : k + 4]
+    rotors = np.where(unknowns.armature > 0.0, 0.0, unknowns.armature_prior_sd)
+    free = replace(unknowns, inertials_prior_sd=sd, armature_prior_sd=rotors)
+    terms = Terms.of(motion, free)
+    first = solve(terms, free)
+    count = unknowns.gain.size
+    error = np.full(first.free.size, np.inf)
+    error[first.free] = np.sqrt(np.diag(standard_errors(terms, first, free).covariance))
+    error = error[-count:]
+    if (first.armature < 0.0).any():  # what no rotor has is left out of the estimate; its interval stays the wider one
+        possible = np.where(first.armature < 0.0, 0.0, rotors)
+        first = solve(terms, replace(free, armature_prior_sd=possible))
+    prior = unknowns.gain_prior_sd
+    kept = np.isfinite(prior) & ~((error < _DETERMINED * prior) & _seen(terms, free, first.gain))
+    gain = np.where(kept, unknowns.gain, first.gain)
+    shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
+    gain, sd = np.where(shown, gain, np.nan), np.where(kept, prior, error)
+    of_loads, loads_sd = pair_gains(terms)
+    told = np.isfinite(of_loads)
+    return Gains(np.where(told, of_loads, gain), np.where(told, loads_sd, sd), np.asarray(kept & ~told), told)
+
+
+def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
+    """(j,) whether the model's torque is in the effort at all, by a regression in the effort's own unit.
+
+    Dividing an effort by a gain makes errors small as the gain grows: a joint whose motion tells nothing can end there.
+    """
+    motion = terms.motion
+    out = np.zeros(gain.size, dtype=bool)
+    for j in np.flatnonzero(motion.moving.any(axis=0)):
+        use = motion.moving[:, j].astype(np.float64)
+        spin = motion.acceleration[:, j]
+        model = motion.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
+        model *= use
+        nuisance = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
+        others = np.column_stack(nuisance) * use[:, None]
+        free = model - others @ np.linalg.lstsq(others, model, rcond=None)[0]
+        power = float(free @ free)
+        if power <= 0.0:
+            continue
+        slope = float(free @ motion.effort[:, j]) / power
+        rest = motion.effort[:, j] * use - slope * model
+        rest -= others @ np.linalg.lstsq(others, rest, rcond=None)[0]
+        error = float(np.sqrt(np.sum(terms.by_cluster(free * rest) ** 2))) / power
+        out[j] = abs(slope) > _SEEN * error and _ALIKE[0] < gain[j] / slope < _ALIKE[1]
+    return out
+
+
+def inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
+    """Share of mass, of mass times size, of mass times size squared; size is the radius of gyration."""
+    sd = np.zeros_like(inertials)
+    for k in range(0, inertials.size, 10):
+        mass, ixx, iyy, izz = (float(inertials[k + i]) for i in (0, 4, 6, 9))
+        if mass > 0:
+            size = max(float(np.sqrt(0.5 * max(ixx + iyy + izz, 0.0) / mass)), 0.01)
+            sd[k : k + 10] = share * mass * np.array([1.0, *[size] * 3, *[size**2] * 6])
+    return sd
+
+
+def _joint_inertia(robot: RobotModel, prepared: Prepared) -> FloatArray:
+    """(j,) diagonal of the mass matrix at the middle of the motion, rotor inertia left out."""
+    count = len(robot.joint_names)
+    position = prepared.series.position_rad
+    middle = np.nanmedian(position[:: max(1, len(position) // _FOR_THE_MIDDLE)], axis=0)
+    pose = np.broadcast_to(middle, (count, count)).copy()
+    torque = robot.inverse_dynamics(pose, np.zeros((count, count)), np.eye(count)) - robot.gravity_torque(pose)
+    return np.asarray(np.diag(torque) - own_armature(robot))
+
+
+def own_armature(robot: RobotModel) -> FloatArray:
+    """(j,) rotor inertia that the description states of the bodies' own joints, kg·m²."""
+    assert robot.bodies is not None
+    return np.asarray(robot.armature[[robot.bodies.joint_names.index(name) for name in robot.joint_names]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

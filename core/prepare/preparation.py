@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.arm_states.payload_step import payload_findings
 from collaudit.core.arm_states.switched_effort import switched_efforts
-from collaudit.core.conditioning.channel_delay import undelayed
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
@@ -25,6 +24,7 @@ from collaudit.core.prepare.calibration import (
     missing_sensor_findings,
 )
 from collaudit.core.prepare.commanded_force import contact_torque, tool_force
+from collaudit.core.prepare.effort.channel_shift import undelayed
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import effort_kind
 from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs

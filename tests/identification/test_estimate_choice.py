@@ -17,8 +17,8 @@ from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.estimate_choice import choose, choose_estimate
 from collaudit.core.identification.problem.identification_problem import residual, solve
 from collaudit.core.identification.problem.identification_samples import collect
-from collaudit.core.identification.problem.left_out_parts import held_out
 from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.solution_errors import held_out
 from collaudit.core.identification.solved_problem import MOST_HELD_OUT, with_gains
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared

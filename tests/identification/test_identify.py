@@ -11,9 +11,9 @@ from three_joints import ARMATURE, NAMES, arm, log_of, settings
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.motion_points import motion_points
-from collaudit.core.identification import inertial_consistency
-from collaudit.core.identification.base_parameters import base_map
+from collaudit.core.identification import inertial_parameters
 from collaudit.core.identification.identification import identified_findings, identify
+from collaudit.core.identification.inertial_parameters import base_map
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
@@ -211,11 +211,11 @@ def impossible() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
     body, best, hessian, free = impossible()
-    assert inertial_consistency.is_consistent(body)
-    assert not inertial_consistency.is_consistent(best)
-    near = inertial_consistency.make_consistent(best, hessian, free, 1)
+    assert inertial_parameters.is_consistent(body)
+    assert not inertial_parameters.is_consistent(best)
+    near = inertial_parameters.make_consistent(best, hessian, free, 1)
     assert near.consistent
-    assert inertial_consistency.is_consistent(near.free)
+    assert inertial_parameters.is_consistent(near.free)
 
     def cost(x: np.ndarray) -> float:
         return float((x - best) @ hessian @ (x - best))
@@ -224,7 +224,7 @@ def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
     rng = np.random.default_rng(1)
     for _ in range(200):
         other = body * (1 + 0.5 * rng.standard_normal(10))
-        if inertial_consistency.is_consistent(other):
+        if inertial_parameters.is_consistent(other):
             assert cost(near.free) <= cost(near.free + 0.01 * (other - near.free)) * (1 + 1e-6)
 
 

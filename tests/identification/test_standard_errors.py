@@ -9,9 +9,8 @@ from statsmodels.regression.linear_model import OLS
 
 from collaudit.core.identification.problem.identification_problem import solve
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.nuisance import friction_columns
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
-from collaudit.core.identification.problem.standard_errors import standard_errors
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns, friction_columns
+from collaudit.core.identification.problem.solution_errors import standard_errors
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 CLUSTERS, EACH = 12, 60

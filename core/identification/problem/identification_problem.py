@@ -3,9 +3,9 @@
 For joint j:  effort_j / k_j - contact_j = (Y(q, dq, ddq) pi)_j + I_j ddq_j + Fc_j sgn(dq_j) + Fv_j dq_j + o_j + noise,
 
 with drive gain k, inertial parameters pi (prior: the robot's description), rotor inertia I, Coulomb and viscous
-friction and an offset; beside them what ``nuisance.py`` adds. Friction and offset have no prior: they are projected out
-joint by joint. What remains is solved by Gauss-Newton steps (linear but for the gain) with Huber weights and noise
-levels from the residual itself. Neighbouring errors are alike: the data's weight against the prior is divided by how
+friction and an offset; beside them what ``problem_terms.py`` adds. Friction and offset have no prior: they are
+projected out joint by joint. What remains is solved by Gauss-Newton steps (linear but for the gain) with Huber
+weights and noise levels from the residual itself. Neighbouring errors are alike: the data's weight against the prior is divided by how
 much more the sum of errors over a second varies than independent errors would (Kish's design effect).
 """
 
@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.nuisance import generalised_inverse
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns, generalised_inverse
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
@@ -32,7 +31,7 @@ class Solution:
 
     Attributes:
         inertials: (p,); armature: (j,); gain: (j,).
-        nuisance: (j, k) coefficients of friction and offset, N·m; the offset is number ``nuisance.OFFSET``.
+        nuisance: (j, k) coefficients of friction and offset, N·m; the offset is number ``OFFSET``.
         free: (p + 2 j,) which unknowns were free: inertials, rotor inertias, gains.
         sigma: (j,) robust noise level, N·m.
     """

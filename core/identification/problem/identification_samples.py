@@ -7,10 +7,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.problem.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.effort.channel_shift import prompt_motion, steady
@@ -20,6 +20,7 @@ _CLUSTER_S = 1.0
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
 _SETTLED_S, _SETTLED_PERIODS = 0.05, 0.5
 _MIN_SAMPLES = 200
+_KNOT_S, _MOST_KNOTS = 30.0, 20  # of an offset that wanders
 _STRETCH_S = 10.0  # of time held out in one piece, at least
 
 
@@ -126,7 +127,7 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int, inertia
     regressor = prepared[0].robot.torque_regressor(*motion) if inertials else np.zeros((*motion[0].shape, 0))
     return Motion(
         **columns,
-        drift=drift_columns(clocks),
+        drift=_drift_columns(clocks),
         coupled=_coupled(prepared[0]),
         cluster=np.asarray(cluster, dtype=np.int64),
         block=np.asarray(block, dtype=np.int64),
@@ -210,3 +211,21 @@ def _loss(step: int, rate: float, bandwidth: float) -> str:
     if kept >= 1.0:
         return f"{text}, so that nothing is lost"
     return f"{text}, so that standard errors of what noise limits grow by up to {100 * (kept**-0.5 - 1):.0f} %"
+
+
+def _drift_columns(times_s: Sequence[FloatArray]) -> FloatArray:
+    """(n, d) hats about every half minute of each log, less their mean, so that the offset is the mean over time.
+
+    Args:
+        times_s: of each log, (n_k,) times of its samples, ascending.
+    """
+    parts = []
+    for k, time in enumerate(times_s):
+        # a log of less than half a minute has no drift: a trend would take what gravity does in the few poses it has
+        count = min(int(float(time[-1] - time[0]) / _KNOT_S), _MOST_KNOTS) if time.size else 0
+        knots = np.linspace(time[0], time[-1], count + 1) if time.size else np.array([0.0])
+        # the first log lacks one hat: all hats together are the offset itself
+        hats = [np.interp(time, knots, row) for row in np.eye(count + 1)[int(k == 0) :]]
+        parts.append(np.array(hats).reshape(len(hats), time.size).T)
+    out = block_diag(*parts)
+    return np.asarray(out - out.mean(axis=0))

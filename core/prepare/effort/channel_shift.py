@@ -1,12 +1,14 @@
-"""By how much a channel is stamped late: what it is compared with, shift by shift."""
+"""By how much a channel is stamped late: what it is compared with, shift by shift; a stated delay taken off."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.conditioning.velocity_choice import SAMPLES
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
@@ -129,4 +131,36 @@ def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:
     for mask in (v > slowest, v < -slowest):
         for start, stop in zip(*run_bounds(mask), strict=True):
             out[start + margin : max(start + margin, stop - margin)] = True
+    return out
+
+
+def undelayed(series: UniformSeries, config: LogConfig) -> UniformSeries:
+    """The series with effort and wrench moved to the time of the motion they belong to.
+
+    Values are interpolated between samples; within a delay of a gap nothing is known.
+
+    Args:
+        series: the log on its uniform time base.
+        config: the delays, ms; positive when the channel is stamped late.
+    """
+    if series.effort is not None and config.effort_delay_ms:
+        series = replace(series, effort=moved(series.effort, series, 1e-3 * config.effort_delay_ms))
+    if series.wrench is not None and config.wrench_delay_ms:
+        series = replace(series, wrench=moved(series.wrench, series, 1e-3 * config.wrench_delay_ms))
+    return series
+
+
+def moved(values: FloatArray, series: UniformSeries, delay_s: float) -> FloatArray:
+    """(n, k) values at their times plus a delay, s; NaN within it of a gap."""
+    out = np.full_like(values, np.nan)
+    steps = delay_s / series.period_s
+    for span in series.segments:
+        part = values[span.slice]
+        at = np.arange(len(span)) + steps
+        low = np.floor(at).astype(np.int64)
+        inside = (low >= 0) & (low + 1 < len(span))
+        share = (at - low)[inside, None]
+        moved = np.full_like(part, np.nan)
+        moved[inside] = (1.0 - share) * part[low[inside]] + share * part[low[inside] + 1]
+        out[span.slice] = moved
     return out

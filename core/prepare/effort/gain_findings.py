@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.conditioning.channel_delay import moved
 from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.effort.channel_shift import effort_shift
+from collaudit.core.prepare.effort.channel_shift import effort_shift, moved
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import ACCURATE_GAIN, EffortGain, effort_gains, overlaps
 from collaudit.core.robot.robot_model import RobotModel

@@ -20,28 +20,6 @@ _STANDSTILL = 1e-9
 _LEVEL = 0.975
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CurveSpread:
-    """How far a fitted curve is determined by its points.
-
-    Attributes:
-        covariance: (k, k) of the parameters in their order.
-        t: Student's t of a 95 % interval.
-    """
-
-    covariance: FloatArray
-    t: float
-
-    @classmethod
-    def of(cls, fit: FrictionFit) -> CurveSpread | None:
-        """None without a covariance."""
-        if fit.covariance is None:
-            return None
-        shared_offset = any(point.source == "model" for point in fit.points)
-        freedom = max(1, fit.n_points - len(fit.parameters) - shared_offset)
-        return cls(np.asarray(fit.covariance), float(student_quantile(freedom, _LEVEL)))
-
-
 @dataclass(frozen=True, slots=True)
 class FrictionModel:
     """f(v) = sgn(v)·curve(|v|) of any law in :mod:`collaudit.core.friction_laws.law_registry`.
@@ -52,7 +30,8 @@ class FrictionModel:
         speed_range: slowest and fastest speed measured.
         breakaway_known: whether friction towards zero speed is determined.
         temperature_model: how friction goes with the joint's temperature, where that is to be used.
-        spread: how far its points determine the curve; None where that is not known.
+        spread: how far its points determine the curve: covariance (k, k) of the parameters in their order, and
+            Student's t of a 95 % interval; None where that is not known.
         load, ripple: what it is corrected by.
     """
 
@@ -61,7 +40,7 @@ class FrictionModel:
     speed_range: tuple[float, float]
     breakaway_known: bool
     temperature_model: TemperatureModel | None = None
-    spread: CurveSpread | None = None
+    spread: tuple[FloatArray, float] | None = None
     load: LoadFriction | None = None
     ripple: tuple[RippleWave, ...] = ()
 
@@ -72,7 +51,12 @@ class FrictionModel:
             return None
         values = {parameter_symbol(key): value for key, value in fit.parameters.items()}
         breakaway_known = fit.identifiable and law_named(fit.model).breakaway
-        return cls(fit.model, values, fit.speed_range_rad_s, breakaway_known, spread=CurveSpread.of(fit))
+        spread = None
+        if fit.covariance is not None:
+            shared_offset = any(point.source == "model" for point in fit.points)
+            freedom = max(1, fit.n_points - len(fit.parameters) - shared_offset)
+            spread = np.asarray(fit.covariance), float(student_quantile(freedom, _LEVEL))
+        return cls(fit.model, values, fit.speed_range_rad_s, breakaway_known, spread=spread)
 
     def torque(self, velocity: FloatArray) -> FloatArray:
         """Friction at each velocity (any shape), zero at zero velocity."""
@@ -247,14 +231,14 @@ def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:
     for the points left over (one fewer when directions share an offset, as they may in points that rely on
     the robot model).
     """
-    spread = law.spread
-    if spread is None or spread.covariance.shape[0] != len(law.values):
+    if law.spread is None or law.spread[0].shape[0] != len(law.values):
         return np.zeros(velocity.shape)
+    covariance, t = law.spread
     speed, direction, curve = np.abs(velocity), np.sign(velocity), law_named(law.name).curve
     gradient = np.empty((velocity.size, len(law.values)))
     for k, (symbol, value) in enumerate(law.values.items()):
         step = _STEP * max(abs(value), 1e-3)
         ends = [curve({**law.values, symbol: value + sign * step}, speed, direction) for sign in (1.0, -1.0)]
         gradient[:, k] = (ends[0] - ends[1]) / (2.0 * step)
-    variance = np.einsum("ni,ij,nj->n", gradient, spread.covariance, gradient)
-    return np.asarray(spread.t * np.sqrt(np.maximum(variance, 0.0)))
+    variance = np.einsum("ni,ij,nj->n", gradient, covariance, gradient)
+    return np.asarray(t * np.sqrt(np.maximum(variance, 0.0)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,13 +20,8 @@ _NO_MATCH = 4.0  # times the best's mean square, or noise's where that is more: 
 _AICC_TIE = 6.0  # "considerably less support" (Burnham and Anderson, Model Selection, 2002, 2.6)
 
 
-@dataclass(frozen=True, slots=True)
-class HeldOut:
-    """Errors at speeds left out: score in squared standard deviations, its standard error, RMSE in N·m."""
-
-    score: float
-    se: float
-    rmse: float
+#: Errors at speeds left out: score in squared standard deviations, its standard error, RMSE in N·m.
+_HeldOut = tuple[float, float, float]
 
 
 def speed_folds(speed: FloatArray) -> IntArray | None:
@@ -43,7 +38,7 @@ def speed_folds(speed: FloatArray) -> IntArray | None:
     return np.asarray(cluster % min(_FOLDS, count + 1), dtype=np.int64)
 
 
-def held_out(data: ls.Points, law: FrictionLaw, folds: IntArray, ridge: float | None = None) -> HeldOut | None:
+def held_out(data: ls.Points, law: FrictionLaw, folds: IntArray, ridge: float | None = None) -> _HeldOut | None:
     """Fit without each fold of speeds in turn and predict it; None where what is left cannot carry the law."""
     errors = np.full(data.n, np.nan)
     for fold in range(int(folds.max()) + 1):
@@ -56,7 +51,7 @@ def held_out(data: ls.Points, law: FrictionLaw, folds: IntArray, ridge: float | 
         square = (errors / data.sd) ** 2
         means = np.array([square[folds == k].mean() for k in range(int(folds.max()) + 1)])
         se = float(np.std(means, ddof=1) / np.sqrt(means.size))
-    return HeldOut(float(square.mean()), se, float(np.sqrt(np.mean(errors**2))))
+    return float(square.mean()), se, float(np.sqrt(np.mean(errors**2)))
 
 
 def _predict(train: ls.Points, test: ls.Points, law: FrictionLaw, ridge: float | None) -> FloatArray | None:
@@ -111,6 +106,7 @@ def compare(data: ls.Points, candidates: list[Candidate]) -> list[ModelCompariso
     rows = []
     for candidate in candidates:
         out = None if folds is None else held_out(data, candidate.law, folds, candidate.ridge)
+        score, se, rmse = (None, None, None) if out is None else out
         note = "" if out is not None else "too few speeds to leave any out"
         if candidate.reasons:
             note = "its parameters are not determined by the data"
@@ -121,9 +117,9 @@ def compare(data: ls.Points, candidates: list[Candidate]) -> list[ModelCompariso
                 model=candidate.model,
                 parameters=round(float(candidate.parameters), 2),
                 rmse_nm=float(np.sqrt(np.mean((data.friction - candidate.predicted) ** 2))),
-                held_out_rmse_nm=out.rmse if out else None,
-                held_out_score=out.score if out else None,
-                held_out_score_se=out.se if out else None,
+                held_out_rmse_nm=rmse,
+                held_out_score=score,
+                held_out_score_se=se,
                 aicc=aicc(data, candidate),
                 chosen=False,
                 note=note,

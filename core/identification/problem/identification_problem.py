@@ -1,12 +1,11 @@
 """The identification problem as weighted, robust, prior-regularised least squares.
 
 For joint j:  effort_j / k_j - contact_j = (Y(q, dq, ddq) pi)_j + I_j ddq_j + Fc_j sgn(dq_j) + Fv_j dq_j + o_j + noise,
-
 with drive gain k, inertial parameters pi (prior: the robot's description), rotor inertia I, Coulomb and viscous
 friction and an offset; beside them what ``problem_terms.py`` adds. Friction and offset have no prior: they are
-projected out joint by joint. What remains is solved by Gauss-Newton steps (linear but for the gain) with Huber
-weights and noise levels from the residual itself. Neighbouring errors are alike: the data's weight against the prior is divided by how
-much more the sum of errors over a second varies than independent errors would (Kish's design effect).
+projected out joint by joint. What remains is solved by Gauss-Newton steps (linear but for the gain) with Huber weights
+and noise levels from the residual itself. Neighbouring errors are alike: the data's weight against the prior is divided
+by how much more the sum of errors over a second varies than independent errors would (Kish's design effect).
 """
 
 from __future__ import annotations

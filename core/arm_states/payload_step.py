@@ -7,8 +7,7 @@ of friction make it. A step counts that stands out of it, stays, and is the same
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -30,18 +29,11 @@ _SLIDING_RAD_S = 0.01
 _MOSTLY = 0.3
 
 
-@dataclass(frozen=True, slots=True)
-class PayloadStep:
-    """A step of the weight at the tool: when, by how much, and half of its 95 % interval, kg.
-
-    A second's estimates share the errors of model and friction, so that many of them know hardly more than one: on 76
-    simulated logs, half of them with a description that lacks tool and rotors, 95 % of the steps were within 3.6
-    spreads of a second's estimate of the truth. The interval is what a step must exceed to count.
-    """
-
-    at_s: float
-    mass_kg: float
-    half_kg: float
+#: When the weight at the tool steps, by how much, and half of its 95 % interval, kg. A second's estimates share the
+#: errors of model and friction, so that many of them know hardly more than one: on 76 simulated logs, half of them
+#: with a description that lacks tool and rotors, 95 % of the steps were within 3.6 spreads of a second's estimate of
+#: the truth. The interval is what a step must exceed to count.
+_Step = tuple[float, float, float]
 
 
 def payload_findings(
@@ -55,21 +47,20 @@ def payload_findings(
         model_nm: (n, j) model torque, the tool's commanded force included.
         joints: names of those that are to tell it: judged, with an effort that goes with the model's torque.
     """
-    step = None if model_nm is None else payload_step(series, robot, model_nm, joints)
+    step = None if model_nm is None else _found(series, robot, model_nm, joints)
     if step is None:
         return ()
-    verb = "gains" if step.mass_kg > 0 else "loses"
+    at_s, mass_kg, half_kg = step
+    verb = "gains" if mass_kg > 0 else "loses"
     text = (
-        f"From {step.at_s:.4g} s on, the weight at the tool differs: over all poses it {verb} "
-        f"{abs(step.mass_kg):.2g} kg (± {step.half_kg:.2g} kg, 95 %). A tool or payload was changed, "
+        f"From {at_s:.4g} s on, the weight at the tool differs: over all poses it {verb} "
+        f"{abs(mass_kg):.2g} kg (± {half_kg:.2g} kg, 95 %). A tool or payload was changed, "
         "or something pulls at the arm all the time; later alarms may come from it."
     )
-    return (Finding("payload-changed", "warning", text, start_s=step.at_s),)
+    return (Finding("payload-changed", "warning", text, start_s=at_s),)
 
 
-def payload_step(
-    series: UniformSeries, robot: RobotModel, model_nm: FloatArray, joints: Collection[str]
-) -> PayloadStep | None:
+def _found(series: UniformSeries, robot: RobotModel, model_nm: FloatArray, joints: Collection[str]) -> _Step | None:
     """The step that explains most of these joints; None where none stands out."""
     frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
     if frame is None or series.effort is None or series.effort_unit != "Nm" or robot.bodies is None:
@@ -117,113 +108,103 @@ def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
 
 def _step(
     residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, time_s: FloatArray
-) -> PayloadStep | None:
+) -> _Step | None:
     count = int(block[-1]) + 1
-    joints = [j for j in range(residual.shape[1]) if np.std(residual[:, j]) > 0 and np.max(np.abs(per_kg[:, j])) > 1e-3]
-    if not joints or count < 2 * _LEAST_BLOCKS:  # the effort is unknown at the end
+    joints = (np.std(residual, axis=0) > 0) & (np.max(np.abs(per_kg), axis=0) > 1e-3)
+    if not joints.any() or count < 2 * _LEAST_BLOCKS:  # the effort is unknown at the end
         return None
-    sums = _sums(residual, per_kg, velocity, block, joints)
+    residual, per_kg = residual[:, joints], per_kg[:, joints]
+    friction = [_friction_shapes(v) for v in velocity[:, joints].T]
+    sums = _sums(residual, per_kg, friction, block)
     cut = min(range(_LEAST_BLOCKS, count - _LEAST_BLOCKS + 1), key=lambda cut: _split(sums, cut)[0])
     mass = _split(sums, cut)[1]
-    return _stands_out(cut, mass, residual, per_kg, velocity, block, time_s, joints)
+    after = (block >= cut).astype(float)
+    known = per_kg * np.where(after > 0, mass[1], mass[0])[:, None]
+    change, spread = _change(cut, residual, per_kg, known, friction, block)
+    if abs(change) < max(_LEAST_KG, _SPREADS * spread) or not _joints_agree(residual, per_kg, friction, after, change):
+        return None
+    return float(time_s[int(np.argmax(block >= cut))]), change, _SPREADS * spread
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Sums:
-    """What the fit of a step needs of all samples, up to each block, each joint in its own spread.
+def _sums(residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray) -> FloatArray:
+    """What the fit of a step needs of all samples, each joint in its own spread, friction and offset eliminated.
 
-    Attributes:
-        power: (j, blocks + 1) of the torque per kilogram, squared.
-        shared: (j, blocks + 1) of it with the torque beside the model, friction and offset eliminated.
-        eliminated: (j, blocks + 1, 3) of it with an orthonormal basis of friction and offset.
-        total: sum of squares of the torque beside the model, friction and offset eliminated.
+    Returns:
+        (j, blocks + 1, 5) up to each block sums of the torque per kilogram times itself, times the torque beside the
+        model, and times an orthonormal basis of friction and offset.
     """
-
-    power: FloatArray
-    shared: FloatArray
-    eliminated: FloatArray
-    total: float
-
-
-def _sums(residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, joints: list[int]) -> _Sums:
     count = int(block[-1]) + 1
-    power, shared = np.zeros((2, len(joints), count + 1))
-    eliminated, total = np.zeros((len(joints), count + 1, 3)), 0.0
-    for k, j in enumerate(joints):
-        scale = float(np.std(residual[:, j]))
-        basis, _ = np.linalg.qr(_nuisance(velocity[:, j]))
-        y, x = residual[:, j] / scale, per_kg[:, j] / scale
+    out = np.zeros((residual.shape[1], count + 1, 5))
+    for sums, own, torque, columns in zip(out, residual.T, per_kg.T, friction, strict=True):
+        scale = float(np.std(own))
+        basis, _ = np.linalg.qr(columns)
+        x, y = torque / scale, own / scale
         y = y - basis @ (basis.T @ y)
-        total += float(y @ y)
-        power[k, 1:] = np.cumsum(np.bincount(block, x * x, count))
-        shared[k, 1:] = np.cumsum(np.bincount(block, x * y, count))
-        for i in range(3):
-            eliminated[k, 1:, i] = np.cumsum(np.bincount(block, x * basis[:, i], count))
-    return _Sums(power, shared, eliminated, total)
+        products = x[:, None] * np.column_stack([x, y, basis])
+        sums[1:] = np.cumsum([np.bincount(block, product, count) for product in products.T], axis=1).T
+    return out
 
 
-def _split(sums: _Sums, cut: int) -> tuple[float, FloatArray]:
-    """Sum of squares left with one mass before a block and another one from it on; and the two, kg."""
-    before, behind = sums.eliminated[:, cut], sums.eliminated[:, -1] - sums.eliminated[:, cut]
-    low = np.sum(sums.power[:, cut]) - np.sum(before * before)
-    high = np.sum(sums.power[:, -1] - sums.power[:, cut]) - np.sum(behind * behind)
-    both = -np.sum(before * behind)
-    right = np.array([np.sum(sums.shared[:, cut]), np.sum(sums.shared[:, -1] - sums.shared[:, cut])])
+def _split(sums: FloatArray, cut: int) -> tuple[float, FloatArray]:
+    """Less the squares that one mass before a block and another one from it on explain; and the two masses, kg."""
+    before, behind = sums[:, cut], sums[:, -1] - sums[:, cut]
+    low, high = (np.sum(part[:, 0]) - np.sum(part[:, 2:] ** 2) for part in (before, behind))
+    both = -np.sum(before[:, 2:] * behind[:, 2:])
+    right = np.array([np.sum(before[:, 1]), np.sum(behind[:, 1])])
     found = np.linalg.lstsq(np.array([[low, both], [both, high]]), right, rcond=1e-9)[0]
-    return sums.total - float(found @ right), np.asarray(found, dtype=np.float64)
+    return -float(found @ right), np.asarray(found, dtype=np.float64)
 
 
-def _nuisance(velocity: FloatArray) -> FloatArray:
+def _friction_shapes(velocity: FloatArray) -> FloatArray:
+    """(n, 3) of Coulomb and viscous friction, and an offset."""
     return np.stack([np.tanh(velocity / _SLIDING_RAD_S), velocity, np.ones_like(velocity)], axis=1)
 
 
-def _stands_out(
+def _change(
     cut: int,
-    mass: FloatArray,
     residual: FloatArray,
     per_kg: FloatArray,
-    velocity: FloatArray,
+    known: FloatArray,
+    friction: Sequence[FloatArray],
     block: IntArray,
-    time_s: FloatArray,
-    joints: list[int],
-) -> PayloadStep | None:
-    """The step, if the mass told by each block alone lies on its side of it nearly always and far enough from it."""
-    after = (block >= cut).astype(float)
+) -> tuple[float, float]:
+    """Change of the mass that each block alone tells, and its spread, kg; none where they do not lie on either side.
+
+    Args:
+        cut: the first block behind the step.
+        residual, per_kg: (n, j) torque beside the model, and of a kilogram.
+        known: (n, j) torque of the masses before and behind.
+        friction: of each joint (n, 3) shapes of its friction.
+        block: (n,) of each sample.
+    """
     count = int(block[-1]) + 1
     top, bottom = np.zeros(count), np.zeros(count)
-    for j in joints:
-        scale = float(np.std(residual[:, j])) ** 2
-        known = per_kg[:, j] * np.where(after > 0, mass[1], mass[0])
-        own = _nuisance(velocity[:, j])
-        friction = own @ np.linalg.lstsq(own, residual[:, j] - known, rcond=None)[0]
-        top += np.bincount(block, per_kg[:, j] * (residual[:, j] - friction) / scale, count)
-        bottom += np.bincount(block, per_kg[:, j] ** 2 / scale, count)
+    for own, torque, mass, columns in zip(residual.T, per_kg.T, known.T, friction, strict=True):
+        scale = float(np.std(own)) ** 2
+        rubs = columns @ np.linalg.lstsq(columns, own - mass, rcond=None)[0]
+        top += np.bincount(block, torque * (own - rubs) / scale, count)
+        bottom += np.bincount(block, torque**2 / scale, count)
     usable = bottom > 0.05 * median_of(bottom)
     each = top / np.maximum(bottom, 1e-12)
     before, behind = each[:cut][usable[:cut]], each[cut:][usable[cut:]]
     if min(before.size, behind.size) < _LEAST_BLOCKS:
-        return None
+        return 0.0, 0.0
     low, high = median_of(before), median_of(behind)
     change, middle = high - low, 0.5 * (low + high)
-    spread = robust_sd(np.concatenate((before - low, behind - high)))
     sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
-    if abs(change) < max(_LEAST_KG, _SPREADS * spread) or min(sides) < _ON_SIDE:
-        return None
-    if not _joints_agree(residual, per_kg, velocity, after, joints, change):
-        return None
-    return PayloadStep(float(time_s[int(np.argmax(block >= cut))]), change, _SPREADS * spread)
+    spread = robust_sd(np.concatenate((before - low, behind - high)))
+    return (change, spread) if min(sides) >= _ON_SIDE else (0.0, spread)
 
 
 def _joints_agree(
-    residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, after: FloatArray, joints: list[int], change: float
+    residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], after: FloatArray, change: float
 ) -> bool:
     """Whether each joint that tells a weight on both sides tells this change: an error of its model is its own."""
     changes, tells = [], []
-    for j in joints:
-        sides = np.stack([per_kg[:, j] * (1.0 - after), per_kg[:, j] * after], axis=1)
-        columns = np.concatenate([_nuisance(velocity[:, j]), sides], axis=1)
-        low, high = np.linalg.lstsq(columns, residual[:, j], rcond=None)[0][-2:]
+    for own, torque, columns in zip(residual.T, per_kg.T, friction, strict=True):
+        sides = np.stack([torque * (1.0 - after), torque * after], axis=1)
+        low, high = np.linalg.lstsq(np.concatenate([columns, sides], axis=1), own, rcond=None)[0][-2:]
         changes.append(high - low)
-        tells.append(float(np.min(np.sum(sides * sides, axis=0))) / float(np.var(residual[:, j])))
+        tells.append(float(np.min(np.sum(sides * sides, axis=0))) / float(np.var(own)))
     ratio = np.array(changes)[np.array(tells) >= _TELLS * max(tells)] / change
-    return bool(ratio.size >= min(2, len(joints)) and ((ratio > 1.0 / _ALIKE) & (ratio < _ALIKE)).all())
+    return bool(ratio.size >= min(2, len(changes)) and ((ratio > 1.0 / _ALIKE) & (ratio < _ALIKE)).all())

@@ -190,7 +190,7 @@ def wrench_on_grid(
     Returns:
         (n, 6), NaN where it is not known, and what is to be said about that.
     """
-    order, _ = usable_order(wrench.time_s)
+    order = usable_order(wrench.time_s)
     stamps, rows = wrench.time_s, wrench.wrench
     if not np.array_equal(order, np.arange(stamps.size)):  # else no table beside the recorded one
         stamps, rows = stamps[order], rows[order]

@@ -26,10 +26,9 @@ def clocked(
     return order, time_s[order], findings
 
 
-def usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
+def usable_order(time_s: FloatArray) -> IntArray:
     """Indices of samples with finite, distinct stamps, in time order."""
-    order, findings = _sorted(time_s)
-    return _distinct(order, time_s), findings
+    return _distinct(_sorted(time_s)[0], time_s)
 
 
 def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:

@@ -57,7 +57,7 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
     columns = np.flatnonzero(list(ordered_map(_steps_far, position.T))).tolist()
     if not columns:
         return Continued(position, {}, ())
-    order, _ = usable_order(log.time_s)
+    order = usable_order(log.time_s)
     findings: list[Finding] = []
     breaks: dict[int, IntArray] = {}
     out = position

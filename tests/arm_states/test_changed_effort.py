@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from collaudit.core import api
-from collaudit.core.arm_states.payload_step import _joints_agree
+from collaudit.core.arm_states.payload_step import _friction_shapes, _joints_agree
 from collaudit.core.arm_states.switched_effort import _turns_at_once
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
@@ -146,4 +146,5 @@ def test_a_weight_is_the_same_on_all_joints_that_tell_it(per_joint: tuple[float,
     per_kg = 3.0 * np.cos(np.arange(count)[:, None] * (0.03 + 0.004 * np.arange(len(per_joint))))
     after = (np.arange(count) >= 400).astype(float)
     beside = per_kg * after[:, None] * np.array(per_joint) + np.tanh(velocity / 0.01) + rng.normal(0, 0.2, per_kg.shape)
-    assert _joints_agree(beside, per_kg, velocity, after, list(range(len(per_joint))), 2.0) is agree
+    friction = [_friction_shapes(v) for v in velocity.T]
+    assert _joints_agree(beside, per_kg, friction, after, 2.0) is agree

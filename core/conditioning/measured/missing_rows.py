@@ -56,7 +56,7 @@ def missing_rows(
     Returns:
         (k,) rows of the log, the first after each place; and what is said of them.
     """
-    order, _ = usable_order(log.time_s)
+    order = usable_order(log.time_s)
     period = median_of(np.diff(log.time_s[order])) if order.size > 1 else 0.0
     joints = range(len(log.joint_names))
     leaps = list(ordered_map(lambda j: _leaps(log, position[:, j], j, order, period), joints)) if period > 0.0 else []

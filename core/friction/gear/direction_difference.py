@@ -60,15 +60,16 @@ def direction_difference(logs: Sequence[Sequence[PairSum]]) -> DirectionDifferen
     if len(pairs) < _FEWEST_PAIRS:
         return None
     speed, half, se = (np.array([getattr(p, n) for p in pairs]) for n in ("speed_rad_s", "half_nm", "se_nm"))
-    nuisance = np.concatenate([_drift(used), _model_errors(pairs)], axis=1)
+    q, model = (np.array([getattr(p, n) for p in pairs]) for n in ("position_rad", "model_nm"))
+    nuisance = np.column_stack([_drift(used), model, np.cos(q), np.sin(q)])  # gain, gravity over the joint's angle
     weight = 1.0 / np.sqrt(se**2 + float(np.median(se)) ** 2 + 1e-12)
     slow, fast = float(speed.min()), float(speed.max())
-    shapes = [weight * shape(speed, slow) for shape in (_viscous, _fading)]
+    shapes = list(weight * _shapes(speed, slow))
     left, rank = _without(np.stack([*shapes, weight * half], axis=1), weight[:, None] * nuisance)
     freedom = len(pairs) - rank
     if freedom < _LEAST_FREEDOM or not any(_shows(left[:, k], left[:, 2], shapes[k], freedom - 1) for k in (0, 1)):
         return None
-    apart = 2.0 * np.array([float(np.diff(f(np.array([slow, fast]), slow))[0]) for f in (_viscous, _fading)])
+    apart = 2.0 * np.diff(_shapes(np.array([slow, fast]), slow))[:, 0]
     change, half_width = _change(left[:, :2], left[:, 2], apart, freedom - 2)
     return DirectionDifference(slow, fast, change, (change - half_width, change + half_width))
 
@@ -92,14 +93,9 @@ def _change(columns: FloatArray, target: FloatArray, apart: FloatArray, freedom:
     return float(apart @ estimate), float(student_quantile(freedom, 0.975)) * error
 
 
-def _viscous(speed: FloatArray, _slowest: float) -> FloatArray:
-    """Shape of a difference in viscous friction."""
-    return speed
-
-
-def _fading(speed: FloatArray, slowest: float) -> FloatArray:
-    """Shape of a difference in what fades from standstill."""
-    return np.asarray(np.exp(-speed / (_FADING * slowest)))
+def _shapes(speed: FloatArray, slowest: float) -> FloatArray:
+    """(2, n) of a difference in viscous friction, and of one in what fades from standstill."""
+    return np.stack([speed, np.exp(-speed / (_FADING * slowest))])
 
 
 def _drift(logs: Sequence[Sequence[PairSum]]) -> FloatArray:
@@ -112,12 +108,6 @@ def _drift(logs: Sequence[Sequence[PairSum]]) -> FloatArray:
         block[:, k * (_DRIFT + 1) : (k + 1) * (_DRIFT + 1)] = np.polynomial.legendre.legvander(x, _DRIFT)
         blocks.append(block)
     return np.concatenate(blocks)
-
-
-def _model_errors(pairs: Sequence[PairSum]) -> FloatArray:
-    """(n, 3): an error of the gain, and of gravity over the joint's angle."""
-    q = np.array([p.position_rad for p in pairs])
-    return np.stack([np.array([p.model_nm for p in pairs]), np.cos(q), np.sin(q)], axis=1)
 
 
 def _without(columns: FloatArray, others: FloatArray) -> tuple[FloatArray, int]:

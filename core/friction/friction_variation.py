@@ -39,7 +39,7 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
     minutes = float(np.ptp(left.time_s)) / 60.0
     found = friction_slope(*compared, left.time_s[thin] / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
     if found is not None:
-        trends.append(Trend("time", found.per_unit, found.ci95, minutes, name))
+        trends.append(Trend("time", *found[:2], minutes, name))
     else:
         short = 60.0 * minutes < _MIN_RUN_S
         why = f"{60 * minutes:.0f} s of motion are too short" if short else _ALONG
@@ -49,8 +49,8 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
         found = friction_slope(*compared, left.temperature[thin]) if span >= _MIN_KELVIN else None
         if found is not None:
             low, high = float(left.temperature.min()), float(left.temperature.max())
-            fit = TrendFit(low, high, found.mean, found.level)
-            trends.append(Trend("temperature", found.per_unit, found.ci95, span, name, fit))
+            fit = TrendFit(low, high, *found[2:])
+            trends.append(Trend("temperature", *found[:2], span, name, fit))
         else:
             why = f"it moved by {span:.2g} K only" if span < _MIN_KELVIN else _ALONG
             undetermined.append(f"change with temperature: {why}")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
@@ -17,13 +15,8 @@ _TOGETHER = 4  # neighbouring blocks err alike
 _SHARE_LEFT = 1e-4  # of the column's power, to be separated from a law
 
 
-class Slope(NamedTuple):
-    """Share of friction per unit with its interval, and a point of the line: what is off at the mean of the other."""
-
-    per_unit: float
-    ci95: Bounds
-    mean: float
-    level: float
+#: Share of friction per unit with its interval, and a point of the line: the mean of the other, and what is off there.
+Slope = tuple[float, Bounds, float, float]
 
 
 def friction_slope(
@@ -47,7 +40,7 @@ def friction_slope(
         return None
     middle = float(friction**2 @ against) / weight
     found = jackknifed(friction * (against - middle), residual, nuisance, label // _TOGETHER)
-    return None if found is None else Slope(*found, middle, float(residual @ friction) / weight)
+    return None if found is None else (*found, middle, float(residual @ friction) / weight)
 
 
 def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:

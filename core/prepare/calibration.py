@@ -30,7 +30,8 @@ class Calibration:
     Attributes:
         identified: drive gains, offsets, inertials, tool; None for the arm as described and an effort as logged.
         sensor: zero offset and tool of the wrist sensor; None to estimate the offset from the log.
-        tool: the tool that the model carries in place of the described one, None for the described one.
+        tool: the tool that the model carries in place of the described one, None for the described one; identified
+            bodies are the whole arm, the tool in use at the fit included.
         sensor_missing: a calibrated sensor was asked for and none is known.
         coupled: friction of axes that turn with several joints, by the motor's own joint.
     """
@@ -46,11 +47,7 @@ class Calibration:
         """What a friction file knows, of what the configuration asks for."""
         identified, channels = (None, {}) if friction is None else (friction.identified, friction.channels)
         coupled = {} if friction is None else friction.coupled
-        found = replace(cls.of_sensor(channels, config), coupled=coupled)
-        if identified is None:
-            return found
-        # the identified bodies are the whole arm, the tool in use at the fit included
-        return replace(found, identified=identified, tool=None)
+        return replace(cls.of_sensor(channels, config), identified=identified, coupled=coupled)
 
     @classmethod
     def of_sensor(cls, channels: Mapping[str, ChannelFacts], config: Config) -> Calibration:

@@ -75,8 +75,8 @@ def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:
     freedom = share.sum() ** 2 / np.sum(share**2) - 1.0
     error = np.sqrt((ids.size - 1) / ids.size * np.sum((without - without.mean()) ** 2))
     half = student.ppf(0.975, freedom) * error
-    assert found.per_unit == pytest.approx(slope, rel=1e-8)
-    assert found.ci95 == pytest.approx((slope - half, slope + half), rel=1e-6)
+    assert found[0] == pytest.approx(slope, rel=1e-8)
+    assert found[1] == pytest.approx((slope - half, slope + half), rel=1e-6)
 
 
 @pytest.mark.parametrize(("method", "norm"), [("huber", norms.HuberT()), ("bisquare", None)])

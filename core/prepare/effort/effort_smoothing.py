@@ -10,7 +10,7 @@ gradually and looks smoothed itself: such motion is a bound from above and never
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
 
@@ -126,12 +126,7 @@ class _Explained:
     measured: FloatArray
     bases: tuple[FloatArray, ...]
     starts: IntArray
-    totals: FloatArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        whole = np.sum(self.measured**2, axis=0)
-        left = [whole - np.sum((basis.T @ self.measured) ** 2, axis=0) for basis in self.bases]
-        object.__setattr__(self, "totals", np.maximum(left, _ROUNDING * whole))
+    totals: FloatArray
 
     @property
     def scale(self) -> float:
@@ -228,7 +223,9 @@ class _Grid:
         starts = np.searchsorted(block, np.arange(_BLOCKS))
         constant = np.ones(use.size)
         bases = tuple(basis_of(np.column_stack([smoothed[use], constant])) for smoothed in windows)
-        return _Explained(measured, bases, starts)
+        whole = np.sum(measured**2, axis=0)
+        left = [whole - np.sum((basis.T @ measured) ** 2, axis=0) for basis in bases]
+        return _Explained(measured, bases, starts, np.maximum(left, _ROUNDING * whole))
 
     def _reached(self, mask: BoolArray, effort: FloatArray, calm_s: float) -> IntArray:
         """Marked samples about which the effort is known at all delays, within one stretch."""

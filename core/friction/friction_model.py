@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit, LoadFriction, RippleWave
+from collaudit.core.data.identification_result import Trend
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import LARGEST, BoolArray, FloatArray
@@ -29,7 +30,7 @@ class FrictionModel:
         values: parameters by symbol, in the units of the fit.
         speed_range: slowest and fastest speed measured.
         breakaway_known: whether friction towards zero speed is determined.
-        temperature_model: how friction goes with the joint's temperature, where that is to be used.
+        temperature_trend: how friction goes with the joint's temperature, where that is to be used.
         spread: how far its points determine the curve: covariance (k, k) of the parameters in their order, and
             Student's t of a 95 % interval; None where that is not known.
         load, ripple: what it is corrected by.
@@ -39,7 +40,7 @@ class FrictionModel:
     values: Mapping[str, float]
     speed_range: tuple[float, float]
     breakaway_known: bool
-    temperature_model: TemperatureModel | None = None
+    temperature_trend: Trend | None = None
     spread: tuple[FloatArray, float] | None = None
     load: LoadFriction | None = None
     ripple: tuple[RippleWave, ...] = ()
@@ -102,38 +103,28 @@ def direction_words(fit: FrictionFit) -> str | None:
     return "; ".join(parts)
 
 
-@dataclass(frozen=True, slots=True)
-class TemperatureModel:
-    """A straight line over the temperatures it was fitted on, held at its ends beyond them.
+def temperature_share(trend: Trend, temperature_c: FloatArray) -> FloatArray:
+    """(n,) friction as a share of its law at (n,) temperatures; what is missing lies between its neighbours.
 
-    Attributes:
-        per_kelvin: share of friction a kelvin.
-        per_kelvin_sd: its standard error.
-        at_c: mean temperature of the fit, °C.
-        level: what friction was off its law there, as a share.
-        range_c: temperatures of the fit, °C.
+    A straight line over the temperatures it was fitted on, held at its ends beyond them.
     """
+    level = 0.0 if trend.fit is None else trend.fit.level
+    return np.asarray(1.0 + level + trend.per_unit * _from_the_mean(trend, temperature_c))
 
-    per_kelvin: float
-    per_kelvin_sd: float
-    at_c: float
-    level: float
-    range_c: tuple[float, float]
 
-    def share(self, temperature_c: FloatArray) -> FloatArray:
-        """(n,) friction as a share of its law at (n,) temperatures; what is missing lies between its neighbours."""
-        return np.asarray(1.0 + self.level + self.per_kelvin * (self._held(temperature_c) - self.at_c))
+def temperature_doubt(trend: Trend, temperature_c: FloatArray) -> float:
+    """The largest standard error that the line's slope leaves in the shares."""
+    sd = 0.5 * ((trend.ci95[1] or 0.0) - (trend.ci95[0] or 0.0)) / STANDARD_ERRORS_95
+    return sd * float(np.max(np.abs(_from_the_mean(trend, temperature_c)), initial=0.0))
 
-    def doubt(self, temperature_c: FloatArray) -> float:
-        """The largest standard error that the line's slope leaves in the shares."""
-        return self.per_kelvin_sd * float(np.max(np.abs(self._held(temperature_c) - self.at_c), initial=0.0))
 
-    def _held(self, temperature_c: FloatArray) -> FloatArray:
-        known = np.flatnonzero(np.isfinite(temperature_c))
-        values = temperature_c
-        if known.size < temperature_c.size:
-            values = np.interp(np.arange(temperature_c.size), known, temperature_c[known])
-        return np.clip(values, *self.range_c)
+def _from_the_mean(trend: Trend, temperature_c: FloatArray) -> FloatArray:
+    """(n,) K that temperatures, held within those of the fit, are from its mean."""
+    assert trend.fit is not None
+    known, values = np.flatnonzero(np.isfinite(temperature_c)), temperature_c
+    if known.size < temperature_c.size:
+        values = np.interp(np.arange(temperature_c.size), known, temperature_c[known])
+    return np.asarray(np.clip(values, trend.fit.lowest, trend.fit.highest) - trend.fit.mean)
 
 
 def load_torque(load: LoadFriction, load_nm: FloatArray, velocity: FloatArray) -> FloatArray:

@@ -10,11 +10,11 @@ import numpy as np
 from collaudit.core.data.identification_result import FrictionVariation, Trend, TrendFit
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
-from collaudit.core.friction.friction_model import FrictionModel, TemperatureModel
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, quantile_of
+from collaudit.core.numeric.stats import quantile_of
 
 _MIN_RUN_S = 60.0
 _MIN_KELVIN = 2.0
@@ -125,9 +125,8 @@ def laws_at_temperature(
         if heat is None or not np.isfinite(heat).any():
             unknown.append(joint)
             continue
-        model = _temperature_model(trend)
-        out[joint] = replace(law, temperature_model=model)
-        findings += _temperature_findings(joint, trend, model, heat[np.isfinite(heat)])
+        out[joint] = replace(law, temperature_trend=trend)
+        findings += _temperature_findings(joint, trend, heat[np.isfinite(heat)])
     if unknown:
         names = ", ".join(f"'{joint}'" for joint in unknown)
         text = (
@@ -144,15 +143,9 @@ def _temperature_trend(found: FrictionVariation | None) -> Trend | None:
     return min(shown, key=lambda t: (t.ci95[1] or 0.0) - (t.ci95[0] or 0.0), default=None)
 
 
-def _temperature_model(trend: Trend) -> TemperatureModel:
+def _temperature_findings(joint: str, trend: Trend, heat: FloatArray) -> list[Finding]:
     assert trend.fit is not None
-    half = 0.5 * ((trend.ci95[1] or 0.0) - (trend.ci95[0] or 0.0))
-    at = trend.fit
-    return TemperatureModel(trend.per_unit, half / STANDARD_ERRORS_95, at.mean, at.level, (at.lowest, at.highest))
-
-
-def _temperature_findings(joint: str, trend: Trend, model: TemperatureModel, heat: FloatArray) -> list[Finding]:
-    low, high = model.range_c
+    low, high = trend.fit.lowest, trend.fit.highest
     here = f"{heat.min():.1f} to {heat.max():.1f} °C"
     text = (
         f"The friction of joint '{joint}' is taken at its temperature, {here}: it {trend_words(trend)} in the log "

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.friction_model import FrictionModel, load_torque
+from collaudit.core.friction.friction_model import FrictionModel, load_torque, temperature_doubt, temperature_share
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
@@ -67,11 +67,12 @@ def friction_bounds(
     low, high = sliding.copy(), sliding.copy()
     k = np.flatnonzero(~steady)
     low[k], high[k] = loose_bounds(law, velocity[k], sliding[k], travel[k], slowest, travel_rad)
-    heat = None if law.temperature_model is None or series.temperature_c is None else series.temperature_c[:, j]
-    if law.temperature_model is None or heat is None:
+    trend = law.temperature_trend
+    if trend is None or series.temperature_c is None:
         return FrictionBounds(sliding, steady, low, high)
-    share = law.temperature_model.share(heat)
-    return FrictionBounds(share * sliding, steady, share * low, share * high, law.temperature_model.doubt(heat))
+    heat = series.temperature_c[:, j]
+    share = temperature_share(trend, heat)
+    return FrictionBounds(share * sliding, steady, share * low, share * high, temperature_doubt(trend, heat))
 
 
 def rest_below(law: FrictionModel) -> float:

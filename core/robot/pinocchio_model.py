@@ -135,15 +135,10 @@ class PinocchioModel:
 
     def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
         """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
-        moved = {self._model.getJointId(name) for name in kept}
-        parents = list(self._model.parents)
-        inside, outside = [number in moved for number in range(len(parents))], [False] * len(parents)
-        for joint in range(1, len(parents)):  # a parent's number is lower than its children's
-            inside[joint] |= inside[parents[joint]]
-        for joint in range(len(parents) - 1, 0, -1):
-            outside[parents[joint]] |= outside[joint] or joint in moved
-        ids = {name: self._model.getJointId(name) for name in names}
-        return [name for name, joint in ids.items() if inside[joint] and outside[joint]]
+        model, moved = self._model, {self._model.getJointId(name) for name in kept}
+        ids = {name: model.getJointId(name) for name in names}
+        chains = {name: (set(model.supports[joint]), set(model.subtrees[joint])) for name, joint in ids.items()}
+        return [name for name, (inside, outside) in chains.items() if moved & inside and moved & outside]
 
     def bodies(self) -> list[tuple[str, float, FloatArray]]:
         """Per joint: its name, the mass (kg) it moves directly, the (3, 3) inertia about that mass's centre."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.friction.friction_model import TemperatureModel
+from collaudit.core.data.identification_result import Trend, TrendFit
+from collaudit.core.friction.friction_model import temperature_doubt, temperature_share
 from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
 
 def motion(seconds: float = 300.0) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +88,9 @@ def test_too_little_says_nothing() -> None:
 
 
 def test_friction_beyond_the_fits_temperatures_is_held_at_its_ends() -> None:
-    model = TemperatureModel(-0.01, 0.002, 30.0, 0.02, (20.0, 40.0))
+    half = STANDARD_ERRORS_95 * 0.002
+    ends = -0.01 - half, -0.01 + half
+    trend = Trend("temperature", -0.01, ends, 20.0, "log", TrendFit(20.0, 40.0, mean=30.0, level=0.02))
     temperature = np.array([10.0, 20.0, np.nan, 40.0, 90.0])
-    assert model.share(temperature) == pytest.approx([1.12, 1.12, 1.02, 0.92, 0.92])
-    assert model.doubt(temperature) == pytest.approx(0.02)
+    assert temperature_share(trend, temperature) == pytest.approx([1.12, 1.12, 1.02, 0.92, 0.92])
+    assert temperature_doubt(trend, temperature) == pytest.approx(0.02)

@@ -9,8 +9,9 @@ import pytest
 from origins import log_source
 
 from collaudit.core.data.friction_result import LoadFriction
+from collaudit.core.data.identification_result import Trend, TrendFit
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.friction_model import FrictionModel, TemperatureModel
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.residual.friction_bounds import friction_bounds, settled
 from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
@@ -169,9 +170,8 @@ def test_friction_of_the_load_goes_with_the_temperature_too() -> None:
     """A law at 0.8 of its friction has 0.8 of what the load adds to it."""
     v = np.full(2000, 0.5)
     load = LoadFriction(0.1, 0.01, (0.1, 1.0), (10.0, 10.0), (5.0, 40.0))
-    warm = replace(
-        law(), load=load, temperature_model=TemperatureModel(-0.02, 0.001, at_c=30.0, level=0.0, range_c=(20.0, 45.0))
-    )
+    trend = Trend("temperature", -0.02, (-0.022, -0.018), 25.0, "log", TrendFit(20.0, 45.0, mean=30.0, level=0.0))
+    warm = replace(law(), load=load, temperature_trend=trend)
     series = replace(motion(v), temperature_c=np.full((v.size, 1), 40.0))
     carried = np.full(v.size, 25.0)
     bounds = friction_bounds(series, 0, v, warm, 0.01, carried)

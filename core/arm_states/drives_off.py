@@ -64,9 +64,7 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
     effort, rigid_nm = _alive(series.effort, rigid_nm)
     speed = _fastest(series.velocity_rad_s)
     same = _repeats(effort)
-    exact = same.copy()
-    for column in effort.T:
-        exact &= column == 0.0
+    exact = same & (effort == 0.0).all(axis=1)
     zero = np.asarray(_zero(effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
     zero |= noisy_zero(effort, rigid_nm, speed < MOVING_RAD_S, series.period_s, zero)
     out: list[DrivesOff] = []
@@ -100,11 +98,7 @@ def _alive(effort: FloatArray, rigid_nm: FloatArray | None) -> tuple[FloatArray,
 
 def _repeats(effort: FloatArray) -> BoolArray:
     """(n,) samples at which every joint's effort is that of the sample before."""
-    out = np.ones(effort.shape[0], dtype=np.bool_)
-    out[:1] = False
-    for column in effort.T:  # joint by joint: arrays of all joints are fresh memory, which costs more than the work
-        out[1:] &= column[1:] == column[:-1]
-    return out
+    return np.append(False, (effort[1:] == effort[:-1]).all(axis=1))
 
 
 def _fastest(velocity: FloatArray) -> FloatArray:
@@ -125,8 +119,6 @@ def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> B
         size = np.abs(effort[:, j])
         limits.append(_ZERO_SHARE * quantile_of(size[~np.isnan(size)], 0.95))
         none &= size <= limits[-1]
-        if not none.any():  # most often no sample is without effort, and nobody need know the rest
-            return none
     if np.count_nonzero(np.array(limits) > 0) < _MANY_JOINTS:
         none &= same
     loaded = np.zeros_like(none)

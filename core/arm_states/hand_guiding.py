@@ -21,7 +21,6 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.signal_filters import lfilter
 from collaudit.core.numeric.stats import quantile_of
@@ -104,27 +103,16 @@ def hand_guiding(
     rows, block = _rows(series)
     if rows.size == 0:
         return []
-    speed, own, rest = (np.empty((rows.size, len(columns)), order="F") for _ in range(3))
-
-    def fill_joint(place: int) -> None:
-        j = columns[place]
-        speed[:, place] = series.velocity_rad_s[rows, j]
-        own[:, place] = friction[j](speed[:, place])
-        rest[:, place] = drive_nm[rows, j] - rigid_nm[rows, j] - own[:, place]
-
-    each(fill_joint, range(len(columns)))
+    speed, drive, rigid = (x[rows][:, columns] for x in (series.velocity_rad_s, drive_nm, rigid_nm))
+    own = np.stack([friction[j](np.ascontiguousarray(v)) for j, v in zip(columns, speed.T, strict=True)], axis=1)
+    rest = drive - rigid - own
     usual = _noise(rest, speed, block)
     near = np.flatnonzero(_suspicious(rest, speed, block, usual))
     if near.size == 0:
         return []
-    weight, at = gravity(series.position_rad[rows[near]]), rows[near]
-
-    def joint_sums(place: int) -> list[FloatArray]:
-        j = columns[place]
-        expected = own[near, place] + rigid_nm[at, j] - weight[:, j]
-        return _sums(block[near], _count(block), speed[near, place], expected, rest[near, place])
-
-    by_joint = list(ordered_map(joint_sums, range(len(columns))))
+    weight = gravity(series.position_rad[rows[near]])[:, columns]
+    signals = speed[near], own[near] + rigid[near] - weight, rest[near]
+    by_joint = [_sums(block[near], _count(block), *of_joint) for of_joint in zip(*(x.T for x in signals), strict=True)]
     sums = _Blocks(*(np.stack(parts, axis=1) for parts in zip(*by_joint, strict=True)))
     mask, telling = _guided(sums, usual)
     least = round(_LEAST_S / _BLOCK_S)

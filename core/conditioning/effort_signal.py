@@ -10,7 +10,6 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import run_bounds
 
 
@@ -22,12 +21,9 @@ def saturation(effort: FloatArray, period_s: float) -> BoolArray:
     """
     least = max(10, ceil(0.04 / period_s))
     out = np.zeros(effort.shape, dtype=bool, order="F")  # memory that is not written to is none
-
-    def mark_joint(j: int) -> None:
-        for start, stop in _at_extreme(np.ascontiguousarray(effort[:, j]), least):
-            out[start:stop, j] = True
-
-    each(mark_joint, range(effort.shape[1]))
+    for mask, x in zip(out.T, effort.T, strict=True):
+        for start, stop in _at_extreme(np.ascontiguousarray(x), least):
+            mask[start:stop] = True
     return out
 
 

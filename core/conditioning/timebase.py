@@ -168,8 +168,6 @@ def _bridged(
 
 def _gap_limit(steps: FloatArray, period: float) -> float:
     """A step longer than this is a gap; wider where stamps scatter, up to three periods."""
-    if steps.max() <= _GAP_PERIODS * period:  # no gap, whatever the scatter
-        return _GAP_PERIODS * period
     scatter = robust_sd(steps - period)
     return min(max(_GAP_PERIODS * period, period + 8.0 * scatter), 3.0 * period)
 

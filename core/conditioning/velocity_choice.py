@@ -166,7 +166,8 @@ def _choose(
     if not both.any():
         return derived, _DERIVED, f"Joint '{joint}' has no velocity values"
     moving = both & (np.abs(smooth) > MOVING_RAD_S)
-    if np.count_nonzero(moving) < 10 or _dithers(smooth if both.all() else smooth[both], period_s):
+    way = np.cumsum(smooth[both]) * period_s
+    if np.count_nonzero(moving) < 10 or np.ptp(way) < _NOWHERE_RAD:  # a way that never leaves a narrow band is none
         return logged, "", ""
     zero = moving & (logged == 0.0)
     if np.count_nonzero(zero) == np.count_nonzero(moving):
@@ -202,11 +203,6 @@ def _choose(
         f"The logged velocity of joint '{joint}' is exactly zero in {np.count_nonzero(stuck)} samples in which it moves"
     )
     return np.where(stuck, derived, logged), _DERIVED, evidence
-
-
-def _dithers(smooth: FloatArray, period_s: float) -> bool:
-    """Whether a joint goes nowhere: the way of its derived velocity never leaves a narrow band."""
-    return bool(np.ptp(np.cumsum(smooth) * period_s) < _NOWHERE_RAD)
 
 
 def _wrong(

@@ -75,14 +75,11 @@ def fit_friction(
 
 def _insisted(job: _Job, law: FrictionLaw) -> FrictionFit:
     """The law that was asked for, whatever the data say of it."""
-    if law is LINE:
-        return _line(job, _fitted(job, LINE), ("The model was chosen in the configuration.",), None)
-    found = _candidate(job, law)
-    if isinstance(found, str):
-        return _line(job, _fitted(job, LINE), (found,), None)
-    if found.refusal:
-        return _line(job, _fitted(job, LINE), (f"{law.name}: {found.refusal}.",), None)
-    return _law_fit(job, found)
+    found = "The model was chosen in the configuration." if law is LINE else _candidate(job, law)
+    if isinstance(found, Candidate) and not found.refusal:
+        return _law_fit(job, found)
+    reason = found if isinstance(found, str) else f"{law.name}: {found.refusal}."
+    return _line(job, _fitted(job, LINE), (reason,), None)
 
 
 def _automatic(job: _Job) -> FrictionFit:

@@ -56,9 +56,7 @@ def _singular_values(jacobian: FloatArray | None) -> tuple[float, ...]:
 
 
 def _open(bounds: Bounds | None) -> OpenSide | None:
-    if bounds is None:
-        return "both"
-    low, high = bounds
+    low, high = bounds or (None, None)
     if low is None and high is None:
         return "both"
     return "low" if low is None else "high" if high is None else None

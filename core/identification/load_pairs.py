@@ -71,13 +71,10 @@ def _gain(terms: Terms, load: FloatArray, log: IntArray, j: int, use: BoolArray)
     _, place = np.unique(cluster, return_inverse=True)
     share = np.bincount(place, free * free) / power
     score = np.bincount(place, free * (left - slope * free)) / power / (1.0 - np.minimum(share, _MOST))
-    sd = float(np.sqrt(np.sum(score**2))) * _few(1.0 / float(np.sum(share**2)))
+    # Student's t of so few clusters, against the normal one's
+    wider = float(student_quantile(max(1.0, 1.0 / float(np.sum(share**2)) - 1.0), 0.975)) / STANDARD_ERRORS_95
+    sd = float(np.sqrt(np.sum(score**2))) * wider
     return slope, float(np.hypot(sd, _STATED * slope))
-
-
-def _few(clusters: float) -> float:
-    """By how much an interval of so many clusters is wider than the normal one's (Student's t)."""
-    return float(student_quantile(max(1.0, clusters - 1.0), 0.975)) / STANDARD_ERRORS_95
 
 
 def _scaled(columns: FloatArray) -> FloatArray:

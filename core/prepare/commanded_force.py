@@ -20,6 +20,7 @@ from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.robot.robot_model import RobotModel
 
 _BIAS_S = 1.0
+_ORIGIN = (0.0, 0.0, 0.0)
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.
 _RELEASE_S = 0.25
 #: A force this many times the level that contact keeps below for 95 % of its time, and this much above it, stands out.
@@ -95,15 +96,18 @@ def contact_torque(
         commanded = widened(contact, round(_RELEASE_S / series.period_s))  # with building it up and letting go
         torque[~commanded] = 0.0  # eq. (1): outside contact no force is commanded
     else:
-        findings.append(_always_commanded())
+        text = (
+            "The log has a wrench but no phases: every force at the sensor is taken as intended, so a collision of "
+            "the tool cannot be seen. State in [phases] when contact is intended."
+        )
+        findings.append(Finding("phases-unknown", "warning", text))
     return CommandedTorque(torque, tuple(findings), excess)
 
 
 def _carried(robot: RobotModel, sensor: SensorFacts | None) -> tuple[str, float, FloatArray] | None:
     """Frame, mass and centre of the tool that the sensor carries; None when none is known."""
     if sensor is not None:
-        centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
-        return (sensor.frame, sensor.mass_kg, centre) if sensor.mass_kg > 0 else None
+        return (sensor.frame, sensor.mass_kg, np.array(sensor.com_m or _ORIGIN)) if sensor.mass_kg > 0 else None
     return None if robot.tool is None else (robot.tool.frame, robot.tool.mass_kg, np.array(robot.tool.com_m))
 
 
@@ -131,9 +135,12 @@ def tool_force(
     frame = _frame(robot, config)
     sign = float(config.log.wrench_sign)
     if sensor is not None:
-        centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
-        own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, centre)
-        return sign * (series.wrench - np.array(sensor.offset)) + own, [_calibrated(sensor)]
+        own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, np.array(sensor.com_m or _ORIGIN))
+        text = (
+            f"The wrist sensor's offset and its tool ({sensor.mass_kg:.3g} kg) are those that the friction file holds, "
+            f"from {sensor.poses} poses at rest."
+        )
+        return sign * (series.wrench - np.array(sensor.offset)) + own, [Finding("log-wrench-bias", "info", text)]
     weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else 0.0
     bias, findings = _bias(series, robot, frame, phases, config)
     return sign * (series.wrench - bias) + weight, findings
@@ -142,23 +149,6 @@ def tool_force(
 def _weighed(config: Config) -> bool:
     """Whether the weight of the tool is known, and taken out of what the sensor reads."""
     return config.robot.tool.mass_kg not in (0.0, "estimate")
-
-
-def _calibrated(sensor: SensorFacts) -> Finding:
-    text = (
-        f"The wrist sensor's offset and its tool ({sensor.mass_kg:.3g} kg) are those that the friction file holds, "
-        f"from {sensor.poses} poses at rest."
-    )
-    return Finding("log-wrench-bias", "info", text)
-
-
-def _always_commanded() -> Finding:
-    return Finding(
-        "phases-unknown",
-        "warning",
-        "The log has a wrench but no phases: every force at the sensor is taken as intended, so a collision of "
-        "the tool cannot be seen. State in [phases] when contact is intended.",
-    )
 
 
 def _frame(robot: RobotModel, config: Config) -> str:

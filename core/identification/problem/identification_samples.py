@@ -144,8 +144,8 @@ def _motion(series: UniformSeries, bandwidth_hz: float) -> tuple[FloatArray, Flo
     v, a = prompt_motion(series)
     if bandwidth_hz >= series.bandwidth_hz:
         return v, a
-    v, a = (low_pass(x, series.segments, series.period_s, bandwidth_hz) for x in (v, a))
-    return v, a
+    filters = series.segments, series.period_s, bandwidth_hz
+    return low_pass(v, *filters), low_pass(a, *filters)
 
 
 def _valid(prepared: Prepared, bandwidth_hz: float, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -112,12 +112,8 @@ class PinocchioModel:
         self._model.armature = armature
 
     def library_model(self) -> Any:
-        """A copy of the ``pinocchio.Model``, for shapes of links, which the library places itself."""
+        """A copy of the ``pinocchio.Model``."""
         return self._model.copy()
-
-    def copy(self) -> PinocchioModel:
-        """An independent copy."""
-        return PinocchioModel(self._model.copy())
 
     def locked(self, positions: Mapping[str, float]) -> PinocchioModel:
         """A model in which the named joints are fixed at the given positions (rad or m)."""
@@ -125,7 +121,7 @@ class PinocchioModel:
         ids = [self._model.getJointId(name) for name in positions]
         for joint, value in zip(ids, positions.values(), strict=True):
             at[self._model.joints[joint].idx_q] = value
-        return PinocchioModel(pin.buildReducedModel(self._model, ids, at) if ids else self._model.copy())
+        return PinocchioModel(pin.buildReducedModel(self._model, ids, at) if ids else self.library_model())
 
     def add_point_mass(self, frame: str, mass_kg: float, com_m: Sequence[float] | FloatArray) -> None:
         """Fix a point mass at ``com_m`` (3,) of a frame."""
@@ -151,7 +147,7 @@ class PinocchioModel:
 
     def with_parameters(self, parameters: FloatArray, armature: FloatArray) -> PinocchioModel:
         """The arm with other inertial parameters (10 j,) and rotor inertias (j,)."""
-        out = self.copy()
+        out = PinocchioModel(self.library_model())
         out.set_armature(np.asarray(armature, dtype=float))
         for k, ten in enumerate(parameters.reshape(-1, 10), 1):
             if not np.array_equal(ten, self._model.inertias[k].toDynamicParameters()):
@@ -160,7 +156,7 @@ class PinocchioModel:
 
     def without_gravity(self) -> PinocchioModel:
         """The arm under no gravity."""
-        out = self.copy()
+        out = PinocchioModel(self.library_model())
         out.set_gravity(np.zeros(3))
         return out
 

@@ -23,7 +23,20 @@ from collaudit.core.robot.urdf_file import JointFacts
 
 
 def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> RobotModel:
-    """See :func:`collaudit.core.robot.robot_building`."""
+    """Build the rigid-body model for the joints a log has.
+
+    Args:
+        config: the ``[robot]`` table.
+        base_dir: folder that relative paths start from.
+        joints: the log's joints that the model has, in any order; model order is restored. Other movable
+            joints are locked at zero, with finding ``model-joint-locked``.
+
+    Returns:
+        The model; without any robot description, one that knows the joint names only.
+
+    Raises:
+        RobotError: the description, or a name in the configuration, cannot be used.
+    """
     description = describe_robot(config, base_dir)
     if description is None:
         return _bare_model(config, joints)

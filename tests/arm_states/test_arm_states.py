@@ -23,7 +23,7 @@ from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 FRICTION = (6.0, 2.0, 8.0, 4.0)
 STOP_S, END_S = 20.0, 30.0
@@ -60,12 +60,12 @@ def friction() -> FrictionFile:
     q, v = strokes(np.geomspace(0.02, 1.2, 16))
     effort = torque(q, v, np.gradient(v, PERIOD)) + np.random.default_rng(1).normal(0, 0.2, q.size)
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
-    return fit_logs([prepare(log, load_robot(config().robot, Path(), log.joint_names), config())], config(), NOBODY)
+    return fit_logs([prepare(log, build_robot(config().robot, Path(), log.joint_names), config())], config(), NOBODY)
 
 
 def audit(log: JointLog, friction: FrictionFile, sections: Mapping[str, Any] | None = None) -> Audit:
     cfg = config(sections)
-    return audit_log(prepare(log, load_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, friction, NOBODY)
+    return audit_log(prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, friction, NOBODY)
 
 
 def states(found: Audit) -> list[str]:

@@ -21,7 +21,7 @@ from collaudit.core.errors import NotJudgedError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.recommend.arm_recommendation import recommend_arm
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 MASS, LENGTH, INERTIA, ROTOR = 6.0, 0.4, 0.05, 0.3
 GRAVITY = 9.80665
@@ -60,7 +60,7 @@ def as_log(t: np.ndarray, q: np.ndarray, effort: np.ndarray) -> JointLog:
 
 
 def audit(log: JointLog, cfg: Config, friction: FrictionFile | None) -> Audit:
-    robot = load_robot(cfg.robot, Path(), log.joint_names)
+    robot = build_robot(cfg.robot, Path(), log.joint_names)
     return audit_log(prepare(log, robot, cfg), cfg, friction, NOBODY)
 
 
@@ -70,7 +70,7 @@ def fitted(seed: int) -> FrictionFile:
     noise = np.random.default_rng(seed).normal(0, 0.2, q.size)
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], (torque(q, v, a) + noise)[:, None])
     cfg = config()
-    return fit_logs([prepare(log, load_robot(cfg.robot, Path(), log.joint_names), cfg)], cfg, NOBODY)
+    return fit_logs([prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg)], cfg, NOBODY)
 
 
 @pytest.fixture(scope="module")

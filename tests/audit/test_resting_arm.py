@@ -19,7 +19,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.quiet_level import quiet_levels
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 LOAD_NM = 6.0 * 9.80665 * 0.4 * np.cos(0.3)
 
@@ -46,7 +46,7 @@ def resting(seconds: float = 20.0, *, every_s: float = 0.0, lasting_s: float = 0
 
 def audit(log: JointLog, source: str = "joint", **detect: Any) -> Audit:
     cfg = config(source, **detect)
-    return audit_log(prepare(log, load_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, None, NOBODY)
+    return audit_log(prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, None, NOBODY)
 
 
 def codes(found: Audit) -> set[str]:
@@ -115,4 +115,4 @@ def test_an_arm_that_moves_has_no_quiet_level() -> None:
     log = resting()
     moved = make_log(log.time_s, log.position_rad + 0.02 * np.sin(log.time_s)[:, None], None, log.effort)
     cfg = config("joint")
-    assert not quiet_levels(prepare(moved, load_robot(cfg.robot, Path(), log.joint_names), cfg))
+    assert not quiet_levels(prepare(moved, build_robot(cfg.robot, Path(), log.joint_names), cfg))

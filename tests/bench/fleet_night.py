@@ -44,7 +44,7 @@ class Arm:
 
     def __init__(self, module: object) -> None:
         from collaudit.core.config import parse_config
-        from collaudit.core.robot import load_robot
+        from collaudit.core.robot.robot_building import build_robot
 
         config = parse_config(module.CONFIG, None).config  # type: ignore[attr-defined]
         rows = config.robot.dh
@@ -56,7 +56,7 @@ class Arm:
         q, dq = module._motion()  # type: ignore[attr-defined]
         ddq = np.gradient(dq, 1 / 250.0, axis=0)
         part = slice(len(q) - SAMPLES - 13_000, len(q) - 13_000)
-        models = [load_robot(robot, Path(), ["joint1", "joint2"]) for robot in (config.robot, other)]
+        models = [build_robot(robot, Path(), ["joint1", "joint2"]) for robot in (config.robot, other)]
         self.rigid, self.heavy = (m.inverse_dynamics(q, dq, ddq)[part] for m in models)
         self.q, self.dq = q[part], dq[part]
         self.friction = np.sign(self.dq) * (1.0 + 0.8 * np.exp(-np.abs(self.dq) / 0.08)) + 1.5 * self.dq

@@ -26,7 +26,7 @@ from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.identification.identification import identify
 from collaudit.core.identification.inertial_parameters import base_map
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -56,7 +56,7 @@ def described(arm: FixtureRobot, rng: np.random.Generator, off: float, tool: boo
         if description.urdf is not None:
             keys["urdf"] = "arm.urdf"
             (Path(folder) / "arm.urdf").write_text(description.urdf, encoding="utf-8")
-        return load_robot(RobotConfig.of(keys), Path(folder), arm.joints)
+        return build_robot(RobotConfig.of(keys), Path(folder), arm.joints)
 
 
 def true_offset(trace: Trace, arm: FixtureRobot, model: RobotModel, rng: np.random.Generator) -> np.ndarray:

@@ -34,13 +34,15 @@ def arm_named(name: str, data: Path) -> FixtureRobot:
     """A simulated arm; friction and sensors of a described one are a few per cent of its highest torques."""
     if name not in DESCRIBED:
         return robot_named(name)
+    from movable_joints import movable_joints
+
     from collaudit.core.config.schema import RobotConfig
-    from collaudit.core.robot import load_robot, robot_joints
+    from collaudit.core.robot.robot_building import build_robot
 
     file, home, frame = DESCRIBED[name]
     keys = {"urdf": file}
-    joints = tuple(j for j in robot_joints(RobotConfig.of(keys), data / "urdf") if "finger" not in j)
-    torque = load_robot(RobotConfig.of(keys), data / "urdf", joints).effort_limit_nm
+    joints = tuple(j for j in movable_joints(RobotConfig.of(keys), data / "urdf") if "finger" not in j)
+    torque = build_robot(RobotConfig.of(keys), data / "urdf", joints).effort_limit_nm
     text = (data / "urdf" / file).read_text(encoding="utf-8")
     armature = dict(zip(joints, (0.004 * torque).tolist(), strict=True))
     of_torque = {key: tuple((share * torque).tolist()) for key, share in

@@ -31,7 +31,7 @@ from collaudit.core.logs.log_reading import read_log
 from collaudit.core.numeric.allocator import keep_freed_memory
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.reports.files.run_files import read_friction
 
 Result = TypeVar("Result")
@@ -49,7 +49,7 @@ def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, flo
     loaded = load_config(path.with_suffix(".toml"), {"detect.causal": causal})
     log = read_log((path,), loaded.config.log, robot_joints=hour.JOINTS)
     marks.append(time.perf_counter())
-    prepared = prepare(log, load_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
+    prepared = prepare(log, build_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
     marks.append(time.perf_counter())
     series = prepared.judged_series
     laws, _ = friction_models(read_friction(path.with_suffix(".friction.json")).joints, series)

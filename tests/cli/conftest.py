@@ -89,10 +89,10 @@ def _motion(start: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
 def write_arm_csv(path: Path, push_nm: float = 0.0, seed: int = 0, start: tuple[float, float] = (0.2, -0.3)) -> None:
     """Write a log of the arm in CONFIG as CSV; a push of 0.3 s acts on joint 1 in its fastest stroke."""
     from collaudit.core.config import parse_config
-    from collaudit.core.robot import load_robot
+    from collaudit.core.robot.robot_building import build_robot
 
     config = parse_config(CONFIG, None).config
-    model = load_robot(config.robot, Path(), ["joint1", "joint2"])
+    model = build_robot(config.robot, Path(), ["joint1", "joint2"])
     q, dq = _motion(start)
     ddq = np.gradient(dq, 1 / RATE_HZ, axis=0)
     friction = np.sign(dq) * (1.0 + 0.8 * np.exp(-np.abs(dq) / 0.08)) + 1.5 * dq

@@ -15,9 +15,9 @@ from collaudit.cli.drafts import trial as trials
 def _moved(arm, path: Path, rows: int) -> Path:
     """A log of accelerated motion with its efforts some rows late (early where negative)."""
     from collaudit.core.config import load_config
-    from collaudit.core.robot import load_robot
+    from collaudit.core.robot.robot_building import build_robot
 
-    model = load_robot(load_config(arm.config).config.robot, Path(), ["joint1", "joint2"])
+    model = build_robot(load_config(arm.config).config.robot, Path(), ["joint1", "joint2"])
     time = np.arange(60 * 250) / 250
     q = np.column_stack(
         [np.sin(1.3 * time) + 0.3 * np.sin(4.1 * time), 0.8 * np.sin(1.7 * time) + 0.3 * np.cos(5 * time)]

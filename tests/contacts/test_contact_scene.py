@@ -12,7 +12,7 @@ from arms import dh_robot, dh_row
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.contacts.contact_scene import arm_geometry, scene_at, stick_frames
 from collaudit.core.data.arm_geometry import arm_at
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 LENGTHS = (0.4, 0.3)
 
@@ -21,7 +21,7 @@ def planar(
     tmp_path: Path, q: list[float], v: list[float], judged: tuple[str, ...] = ("joint1", "joint2")
 ) -> SimpleNamespace:
     rows = [dh_row(1.0, (-0.1, 0, 0), (0.01,) * 3 + (0, 0, 0), a=a) for a in LENGTHS]
-    robot = load_robot(RobotConfig.of(dh_robot(rows)), tmp_path, ("joint1", "joint2"))
+    robot = build_robot(RobotConfig.of(dh_robot(rows)), tmp_path, ("joint1", "joint2"))
     series = SimpleNamespace(position_rad=np.array([q]), velocity_rad_s=np.array([v]), time_s=np.array([7.5]))
     columns = [robot.joint_names.index(joint) for joint in judged]
     return SimpleNamespace(robot=robot, series=series, judged=judged, columns=lambda: columns)
@@ -67,7 +67,7 @@ SLIDING = """<robot name="r"><link name="base"/><link name="a"/><link name="b"/>
 def test_drawn_kinematics_are_those_of_the_model(tmp_path: Path) -> None:
     """A slide along a slanted axis, a turn, and a joint that follows another, against Pinocchio's frames."""
     (tmp_path / "r.urdf").write_text(SLIDING)
-    robot = load_robot(RobotConfig.of({"urdf": "r.urdf"}), tmp_path, ("lift", "turn"))
+    robot = build_robot(RobotConfig.of({"urdf": "r.urdf"}), tmp_path, ("lift", "turn"))
     log = SimpleNamespace(robot=robot, judged=("lift", "turn"))
     arm = arm_geometry(log, "tip")
     assert arm is not None and [link.joint for link in arm.links] == ["lift", "turn", "turn"]

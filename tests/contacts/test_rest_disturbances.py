@@ -17,7 +17,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.reports.formats.junit import junit_text
 from collaudit.reports.terminal.screen_text import screen_text
 
@@ -48,7 +48,7 @@ def moved() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     q, v = strokes(np.geomspace(0.08, 1.0, 8))
     q = np.concatenate([q, np.full(rest().size, q[-1])])
     v = np.concatenate([v, np.zeros(rest().size)])
-    model = load_robot(Config.of(CONFIG).robot, Path(), ("joint1",))
+    model = build_robot(Config.of(CONFIG).robot, Path(), ("joint1",))
     rigid = model.inverse_dynamics(q[:, None], v[:, None], np.gradient(v, PERIOD)[:, None])[:, 0]
     return q, v, rigid + np.sign(v) * (5.0 + 2.0 * np.abs(v))
 
@@ -64,7 +64,7 @@ def prepared(q: np.ndarray, v: np.ndarray, effort: np.ndarray):  # type: ignore[
     config = Config.of(CONFIG)
     q = np.round(q / COUNT) * COUNT
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
-    return prepare(log, load_robot(config.robot, Path(), log.joint_names), config)
+    return prepare(log, build_robot(config.robot, Path(), log.joint_names), config)
 
 
 def judged(torque: np.ndarray | float, counts: np.ndarray | float, allowed: int = 0) -> AuditResult:

@@ -14,7 +14,7 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding, fact, in_joint_units
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.reports.terminal.screen_text import rule_text
 
 
@@ -43,7 +43,7 @@ def test_an_audit_states_the_unit_of_each_joint() -> None:
     v = np.gradient(q, PERIOD, axis=0)
     effort = 20.0 * np.sign(v) + np.random.default_rng(0).normal(0.0, 0.3, v.shape)
     log = make_log(t, q, v, effort, ("joint1", "joint2"))
-    robot = load_robot(config.robot, Path(), log.joint_names)
+    robot = build_robot(config.robot, Path(), log.joint_names)
     result = audit_log(prepare(log, robot, config), config, None, NOBODY).result
     assert result.log.units == {"joint1": "N", "joint2": "N·m"}
     assert not [f for f in result.findings if f.joint == "joint1" and ("N·m" in f.text or "rad" in f.text)]

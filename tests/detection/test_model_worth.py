@@ -18,7 +18,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 NAMES = ("joint1", "joint2")
 ROBOT = dh_robot(
@@ -46,7 +46,7 @@ def log_of(period: float = 0.002, factor: float = 1.0, late_s: float = 0.0, nois
     """A log whose effort is ``factor`` times what it should be, late, or has noise on its positions and no velocity."""
     q = motion(period)
     v = np.gradient(q, period, axis=0)
-    robot = load_robot(config().robot, Path(), NAMES)
+    robot = build_robot(config().robot, Path(), NAMES)
     rigid = robot.inverse_dynamics(q, v, np.gradient(v, period, axis=0))
     effort = factor * rigid + np.column_stack([lugre(v[:, j], *FRICTION[j]) for j in range(2)])
     effort += np.random.default_rng(0).normal(0, 0.02, q.shape)
@@ -59,12 +59,14 @@ def log_of(period: float = 0.002, factor: float = 1.0, late_s: float = 0.0, nois
 @pytest.fixture(scope="module")
 def friction() -> FrictionFile:
     cfg = Config.of({"robot": ROBOT, "fit": {"motion": "any"}})
-    return fit_logs([prepare(log_of(), load_robot(cfg.robot, Path(), NAMES), cfg)], cfg, NOBODY)
+    return fit_logs([prepare(log_of(), build_robot(cfg.robot, Path(), NAMES), cfg)], cfg, NOBODY)
 
 
 def said(friction: FrictionFile, **wrong: Any) -> dict[str | None, Finding]:
     cfg = config()
-    found = audit_log(prepare(log_of(**wrong), load_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY).result
+    found = audit_log(
+        prepare(log_of(**wrong), build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY
+    ).result
     return {f.joint: f for f in found.findings if f.code == "model-no-gain"}
 
 

@@ -15,7 +15,7 @@ from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, Robot
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError
 from collaudit.core.prepare.commanded_force import commanded_share, excess_findings
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 T = 0.002
@@ -87,15 +87,15 @@ def test_a_joint_missing_between_others_makes_all_torques_unknown() -> None:
     config = config.changed({"armature_kg_m2": None})
     here = [name for name in arm.joints if name != "joint3"]
     folder = Path()
-    codes = [f.code for f in load_robot(config, folder, here).findings]
+    codes = [f.code for f in build_robot(config, folder, here).findings]
     assert "model-joint-between" in codes
-    outer = [f.code for f in load_robot(config, folder, arm.joints[:4]).findings]
+    outer = [f.code for f in build_robot(config, folder, arm.joints[:4]).findings]
     assert "model-joint-between" not in outer
-    parked = load_robot(config.changed({"parked": {"joint3": 0.3}}), folder, here)
+    parked = build_robot(config.changed({"parked": {"joint3": 0.3}}), folder, here)
     assert "model-joint-between" not in [f.code for f in parked.findings]
-    whole = load_robot(config, folder, arm.joints)
+    whole = build_robot(config, folder, arm.joints)
     q = np.array([[0.1, 0.4, 0.3, 0.2, -0.5, 0.6]])
     expected = np.delete(whole.gravity_torque(q), 2, axis=1)
     np.testing.assert_allclose(parked.gravity_torque(np.delete(q, 2, axis=1)), expected, atol=1e-9)
     with pytest.raises(RobotError, match="parked"):
-        load_robot(config.changed({"parked": {"joint1": 0.3}}), folder, here)
+        build_robot(config.changed({"parked": {"joint1": 0.3}}), folder, here)

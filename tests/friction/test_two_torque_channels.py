@@ -15,7 +15,7 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 NAMES = ("joint1", "joint2")
 COULOMB, VISCOUS, ROTOR = np.array([4.0, 2.0]), np.array([6.0, 3.0]), np.array([0.6, 0.3])
@@ -36,7 +36,7 @@ def motion(seed: int, seconds: float = 60.0) -> dict[str, np.ndarray]:
     t = np.arange(0, seconds, 0.004)
     q, v, a = sines(rng, t, 2)
     config = config_of(1.0)
-    whole = load_robot(config.robot, Path(), NAMES).inverse_dynamics(q, v, a)
+    whole = build_robot(config.robot, Path(), NAMES).inverse_dynamics(q, v, a)
     link = whole - ROTOR * a + 0.4  # the sensor has an offset
     effort = whole + COULOMB * np.sign(v) + VISCOUS * v
     noise = rng.standard_normal((2, *q.shape))
@@ -56,7 +56,7 @@ def fitted(scale: float, seed: int = 0, sensors: bool = True) -> dict[str, Frict
         log_source(),
         joint_torque_nm=m["link"] if sensors else None,
     )
-    return fit_joints([prepare(log, load_robot(config.robot, Path(), NAMES), config)], config)
+    return fit_joints([prepare(log, build_robot(config.robot, Path(), NAMES), config)], config)
 
 
 def held(fits: dict[str, FrictionFit]) -> int:

@@ -26,7 +26,7 @@ from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, RateTerm, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.reports.files.json_files import parse_result
 from collaudit.reports.files.run_files import friction_json
 from collaudit.reports.page.html import html_text
@@ -93,7 +93,7 @@ def audited(friction: FrictionFile | None, model: str) -> tuple[FrictionFile, Au
     effort = true_friction(v) + np.gradient(v, PERIOD)
     effort = effort + np.random.default_rng(1).normal(0.0, 0.1, q.size)
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
-    prepared = prepare(log, load_robot(config.robot, Path(), log.joint_names), config)
+    prepared = prepare(log, build_robot(config.robot, Path(), log.joint_names), config)
     nobody = Provenance("0", {})
     friction = friction or fit_logs([prepared], config, nobody)
     return friction, audit_log(prepared, config, friction, nobody)

@@ -18,7 +18,7 @@ from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.provenance import make_provenance
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 RATE_HZ = 250.0
 #: The push, s from the log's first sample, and its size, N·m, on joint 1.
@@ -49,7 +49,7 @@ Fault = Callable[[Signals], None]
 def clean_signals(config_text: str, push_nm: float = PUSH_NM) -> Signals:
     """Both joints swing for 16 s at up to 0.6 rad/s; the push acts while joint 1 is fast."""
     config = parse_config(config_text, None).config
-    model = load_robot(config.robot, Path(), JOINTS)
+    model = build_robot(config.robot, Path(), JOINTS)
     t = np.arange(0, 16, 1 / RATE_HZ)
     phase = 2 * np.pi * np.outer(t, [0.2, 0.23]) + [0.3, 1.1]
     size = np.array([0.45, 0.4])
@@ -86,7 +86,7 @@ def judge(config_text: str, friction: FrictionFile, spoilt: Signals, known: froz
             spoilt.t, JOINTS, spoilt.q, spoilt.dq, spoilt.tau, spoilt.unit, None,  # type: ignore[arg-type]
             LogSource("case.csv", "0" * 64, "csv", None, "column", "case.csv"),
         )  # fmt: skip
-        robot = load_robot(loaded.config.robot, Path(), JOINTS)
+        robot = build_robot(loaded.config.robot, Path(), JOINTS)
         used = spoilt.friction(friction) if spoilt.friction is not None else friction
         prepared = prepare(without_impossible(log, "row"), robot, loaded.config, Calibration.of(used, loaded.config))
         audit = audit_log(prepared, loaded.config, used, make_provenance(loaded, None, robot.sha256))
@@ -115,7 +115,7 @@ def statements(config_text: str, friction: FrictionFile, whole: Signals) -> froz
         whole.t, JOINTS, whole.q, whole.dq, whole.tau, "Nm", None,
         LogSource("case.csv", "0" * 64, "csv", None, "column", "case.csv"),
     )  # fmt: skip
-    robot = load_robot(loaded.config.robot, Path(), JOINTS)
+    robot = build_robot(loaded.config.robot, Path(), JOINTS)
     prepared = prepare(log, robot, loaded.config, Calibration.of(friction, loaded.config))
     result = audit_log(prepared, loaded.config, friction, make_provenance(loaded, None, robot.sha256)).result
     return frozenset([*result.exclusions, *(finding.text for finding in result.findings)])

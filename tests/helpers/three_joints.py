@@ -10,7 +10,7 @@ from origins import log_source
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 
 NAMES = ("joint1", "joint2", "joint3")
@@ -34,7 +34,7 @@ def settings(scale: float = 1.0, **extra: object) -> Config:
 
 
 def arm(config: Config) -> RobotModel:
-    return load_robot(config.robot, Path(), NAMES)
+    return build_robot(config.robot, Path(), NAMES)
 
 
 def sines(rng: np.random.Generator, t: np.ndarray, joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.effort.channel_shift import effort_shift
 from collaudit.core.prepare.preparation import calibrated, prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 NAMES = ("joint1", "joint2", "joint3")
 PERIOD = 0.004
@@ -50,7 +50,7 @@ def moving_log(late_s: float = 0.0, wrench: bool = False, pace: float = 1.0) -> 
         q, v, a = size * np.sin(angle), size * w * np.cos(angle), -size * w**2 * np.sin(angle)
         return q, v, a
 
-    robot = load_robot((settings(wrench="/w") if wrench else settings()).robot, Path(), NAMES)
+    robot = build_robot((settings(wrench="/w") if wrench else settings()).robot, Path(), NAMES)
     rng = np.random.default_rng(0)
     q, v, _ = motion(t)
     then = motion(t - late_s)
@@ -67,7 +67,7 @@ def moving_log(late_s: float = 0.0, wrench: bool = False, pace: float = 1.0) -> 
 
 
 def prepared(log: JointLog, config: Config):  # type: ignore[no-untyped-def]
-    return prepare(log, load_robot(config.robot, Path(), NAMES), config)
+    return prepare(log, build_robot(config.robot, Path(), NAMES), config)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_a_late_wrench_is_measured() -> None:
 
 def static_log(poses: np.ndarray, seed: int, drift: float = 0.0, turn: np.ndarray | None = None) -> JointLog:
     """Rest at each pose: mass 1.4 kg at (0.01, -0.02, 0.06), offsets, noise."""
-    robot = load_robot(settings(wrench="/w").robot, Path(), NAMES)
+    robot = build_robot(settings(wrench="/w").robot, Path(), NAMES)
     rng = np.random.default_rng(seed)
     each = 300
     q = np.vstack([np.vstack([np.linspace(a, b, 200), np.repeat(b[None], each, 0)]) for a, b in pairwise(poses)])

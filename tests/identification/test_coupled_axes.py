@@ -23,7 +23,7 @@ from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detectors.direct import DETECTOR
 from collaudit.core.residual.residual import ResidualInputs
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 
 NAMES = ("joint1", "joint2", "joint3")
@@ -42,7 +42,7 @@ def config_of(model: str = "auto", **fit: object) -> Config:
 
 
 def arm(config: Config) -> RobotModel:
-    return load_robot(config.robot, Path(), NAMES)
+    return build_robot(config.robot, Path(), NAMES)
 
 
 def joint_log(truth: RobotModel, seed: int) -> JointLog:

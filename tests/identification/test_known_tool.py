@@ -16,7 +16,7 @@ from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.prepare.calibration import Calibration, with_tool
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.fixtures.motion import Path as Motion
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -59,7 +59,7 @@ def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tup
             "log": {"wrench_frame": arm.sensor_frame, "wrench_sign": arm.log.wrench_sign, "wrench_bias": bias},
         }
     )
-    robot = load_robot(RobotConfig.of(keys), Path(), arm.joints)
+    robot = build_robot(RobotConfig.of(keys), Path(), arm.joints)
     source = log_source("simulated")
     wrench = WrenchSeries(time_s, recording.wrench, "/w")
     log = JointLog(time_s, arm.joints, joints.position, None, joints.effort, "Nm", wrench, source)

@@ -13,7 +13,7 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, RobotConfig
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.position_check import position_findings
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 T = PERIOD * np.arange(3000)
 NAMES = ("joint1", "joint2", "joint3", "joint4")
@@ -22,7 +22,7 @@ NAMES = ("joint1", "joint2", "joint3", "joint4")
 def said(position: np.ndarray, tmp_path, limits: tuple[Any, ...] = (), unit: str = "rad", stated: bool = False):  # type: ignore[no-untyped-def]
     names = NAMES[: position.shape[1]]
     rows = [dh_row(1.0, (0, 0, 0), (0.1, 0.1, 0.1), a=0.3) for _ in names]
-    robot = load_robot(RobotConfig.of(dh_robot(rows)), tmp_path, names)
+    robot = build_robot(RobotConfig.of(dh_robot(rows)), tmp_path, names)
     if limits:
         bounds = np.array([[-limit, limit] if np.ndim(limit) == 0 else limit for limit in limits])
         object.__setattr__(robot, "position_limits", bounds)

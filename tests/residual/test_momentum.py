@@ -21,7 +21,7 @@ from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.detectors.energy import SLOW_RAD_S, energy_residual
 from collaudit.core.residual.residual import ResidualInputs
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 
 T = 0.002
@@ -41,7 +41,7 @@ def config(links: int, **detect: object) -> Config:
 
 
 def arm(cfg: Config) -> RobotModel:
-    return load_robot(cfg.robot, Path(), tuple(f"joint{i + 1}" for i in range(len(cfg.robot.dh))))
+    return build_robot(cfg.robot, Path(), tuple(f"joint{i + 1}" for i in range(len(cfg.robot.dh))))
 
 
 def mass_matrix(q2: float) -> np.ndarray:

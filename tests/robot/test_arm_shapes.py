@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("coal")
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.robot import load_robot
 from collaudit.core.robot.arm_shapes import ArmShapes, Surroundings
+from collaudit.core.robot.robot_building import build_robot
 
 #: Two links in a plane: the second can fold back onto the base's column.
 ARM = """<robot name="r"><link name="base"/>
@@ -37,7 +37,7 @@ STL = "solid s\n" + "".join(
 def shapes(folder: Path, upper: str = "", fore: str = "", table_z_m: float = -1.0) -> ArmShapes:
     path = folder / "arm.urdf"
     path.write_text(ARM.format(upper=upper, fore=fore))
-    robot = load_robot(RobotConfig.of({"urdf": "arm.urdf"}), folder, ["a", "b"])
+    robot = build_robot(RobotConfig.of({"urdf": "arm.urdf"}), folder, ["a", "b"])
     return ArmShapes(robot, Surroundings(0.01, table_z_m), {}, path)
 
 

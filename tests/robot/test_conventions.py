@@ -10,9 +10,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from arms import dh_robot
+from movable_joints import movable_joints
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.robot import load_robot, robot_joints
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 
 HERE = Path()
@@ -47,7 +48,7 @@ def rows_modified() -> list[dict[str, Any]]:
 
 def load(rows: list[dict[str, Any]], convention: str) -> RobotModel:
     config = RobotConfig.of(dh_robot(rows, convention))
-    return load_robot(config, HERE, robot_joints(config, HERE))
+    return build_robot(config, HERE, movable_joints(config, HERE))
 
 
 def test_standard_and_modified_rows_of_one_arm_agree() -> None:
@@ -99,8 +100,8 @@ FINGERS = """<robot name="gripper"><link name="base"/>
 def gripper(tmp_path: Path) -> RobotModel:
     (tmp_path / "g.urdf").write_text(FINGERS)
     config = RobotConfig(urdf=Path("g.urdf"))
-    assert robot_joints(config, tmp_path) == ("turn", "finger")
-    return load_robot(config, tmp_path, ["finger", "turn"])
+    assert movable_joints(config, tmp_path) == ("turn", "finger")
+    return build_robot(config, tmp_path, ["finger", "turn"])
 
 
 def test_continuous_joints_have_one_position(gripper: RobotModel) -> None:

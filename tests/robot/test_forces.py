@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from movable_joints import movable_joints
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import NotJudgedError, RobotError
-from collaudit.core.robot import load_robot, robot_joints
+from collaudit.core.robot.robot_building import build_robot
 
 SKEWED = """<robot name="skewed"><link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="tip"/>
 <joint name="j1" type="revolute"><parent link="base"/><child link="a"/><origin xyz="0.1 0.2 0.3" rpy="0.4 -0.2 1"/>
@@ -45,7 +46,7 @@ def by_jacobian(path: Path, names: tuple[str, ...], q: np.ndarray, wrench: np.nd
 def test_any_axis_any_frame(tmp_path: Path, frame: str) -> None:
     path = tmp_path / "skewed.urdf"
     path.write_text(SKEWED)
-    robot = load_robot(RobotConfig(urdf=Path("skewed.urdf")), tmp_path, ["j1", "j2", "j3"])
+    robot = build_robot(RobotConfig(urdf=Path("skewed.urdf")), tmp_path, ["j1", "j2", "j3"])
     rng = np.random.default_rng(3)
     q, wrench = rng.uniform(-2, 2, (20, 3)), rng.normal(size=(20, 6))
     expected = by_jacobian(path, robot.joint_names, q, wrench, frame)
@@ -65,10 +66,10 @@ def test_any_axis_any_frame(tmp_path: Path, frame: str) -> None:
 def test_real_arms(data_dir: Path, urdf: str, frame: str, count: int) -> None:
     path = data_dir / "urdf" / f"{urdf}.urdf"
     config = RobotConfig(urdf=path)
-    names = robot_joints(config, data_dir)
+    names = movable_joints(config, data_dir)
     arm = [n for n in names if "tiago" not in urdf or n.startswith("arm_")]
     assert len(arm) == count
-    robot = load_robot(config, data_dir, arm)
+    robot = build_robot(config, data_dir, arm)
     assert robot.has_inertials
     rng = np.random.default_rng(4)
     q, wrench = rng.uniform(-2, 2, (50, count)), rng.normal(size=(50, 6))
@@ -85,7 +86,7 @@ def test_gravity_in_a_frame_matches_its_pose(data_dir: Path) -> None:
             "tool": {"frame": "tool0", "mass_kg": 2.0, "com_m": (0.01, 0.02, 0.1)},
         }
     )
-    robot = load_robot(config, data_dir, robot_joints(config, data_dir))
+    robot = build_robot(config, data_dir, movable_joints(config, data_dir))
     q = np.random.default_rng(5).uniform(-2, 2, (10, 6))
     assert robot.bodies is not None
     forward = robot.bodies.forward()
@@ -102,7 +103,7 @@ def test_gravity_in_a_frame_matches_its_pose(data_dir: Path) -> None:
 @pytest.mark.real
 def test_the_tool_must_not_move_against_its_sensor(data_dir: Path) -> None:
     config = RobotConfig.of({"urdf": data_dir / "urdf" / "ur10_robot.urdf", "tool": {"frame": "tool0", "mass_kg": 1.0}})
-    robot = load_robot(config, data_dir, robot_joints(config, data_dir))
+    robot = build_robot(config, data_dir, movable_joints(config, data_dir))
     with pytest.raises(RobotError, match="a joint lies between"):
         robot.tool_wrench(np.zeros((1, 6)), "forearm_link")
     with pytest.raises(RobotError, match="did you mean 'tool0'"):
@@ -110,7 +111,7 @@ def test_the_tool_must_not_move_against_its_sensor(data_dir: Path) -> None:
 
 
 def test_without_a_robot_nothing_is_made_up() -> None:
-    robot = load_robot(RobotConfig(), Path(), ["a", "b"])
+    robot = build_robot(RobotConfig(), Path(), ["a", "b"])
     assert robot.joint_names == ("a", "b") and not robot.has_inertials
     assert [f.code for f in robot.findings] == ["model-no-inertials"]
     with pytest.raises(NotJudgedError):

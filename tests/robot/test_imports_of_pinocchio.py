@@ -40,7 +40,6 @@ def test_the_names_of_joints_are_read_without_it() -> None:
     """``inspect`` and ``init`` ask for them, and loading the library takes longer than they do."""
     code = (
         "import sys\n"
-        "from collaudit.core.robot import load_robot, robot_joints\n"
         "from collaudit.core.robot.robot_description import describe_robot\n"
         "sys.exit('pinocchio' in sys.modules)\n"
     )

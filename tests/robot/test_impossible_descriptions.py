@@ -10,7 +10,7 @@ import pytest
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import RobotError
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 LINK = (
     '<link name="{name}"><inertial><origin xyz="0 0 0.1"/><mass value="2"/>'
@@ -59,7 +59,7 @@ def urdf(folder: Path, joints: int = 2, *changes: tuple[str, str]) -> RobotConfi
 def test_numbers_that_no_arm_has(old: str, new: str, words: str, tmp_path: Path) -> None:
     config = urdf(tmp_path, 2, (old, new))
     with pytest.raises(RobotError, match=words) as caught:
-        load_robot(config, Path(), ["j0", "j1"])
+        build_robot(config, Path(), ["j0", "j1"])
     assert "arm.urdf" in str(caught.value.render())
 
 
@@ -67,7 +67,7 @@ def test_numbers_that_no_arm_has(old: str, new: str, words: str, tmp_path: Path)
 def test_rows_that_no_arm_has(row: dict[str, object]) -> None:
     config = RobotConfig.of({"dh_convention": "standard", "dh": [row]})
     with pytest.raises(RobotError, match="beyond what an arm can have"):
-        load_robot(config, Path(), ["joint1"])
+        build_robot(config, Path(), ["joint1"])
 
 
 def test_three_thousand_joints_are_looked_up_as_quickly_as_thirty(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_three_thousand_joints_are_looked_up_as_quickly_as_thirty(tmp_path: Path
         took = []
         for _ in range(repeats):
             start = time.process_time()
-            load_robot(config, Path(), ["j0", "j1", "j2"])
+            build_robot(config, Path(), ["j0", "j1", "j2"])
             took.append(time.process_time() - start)
         return min(took) / joints
 
@@ -92,7 +92,7 @@ def test_a_fixed_joint_needs_no_axis(tmp_path: Path) -> None:
         f'{LINK.format(name="flange")}<joint name="mount" type="fixed"><parent link="l1"/><child link="flange"/>'
         '<axis xyz="0 0 0"/></joint></robot>'
     )
-    robot = load_robot(urdf(tmp_path, 2, ("</robot>", flange)), Path(), ["j0", "j1"])
+    robot = build_robot(urdf(tmp_path, 2, ("</robot>", flange)), Path(), ["j0", "j1"])
     assert robot.joint_names == ("j0", "j1")
 
 
@@ -100,7 +100,7 @@ def test_a_fixed_joint_may_have_the_name_of_its_link(tmp_path: Path) -> None:
     """Links and joints have names of their own kind; as a frame the link is meant."""
     fixed = '<joint name="hand" type="fixed"><parent link="l1"/><child link="hand"/><origin xyz="0 0 0.2"/></joint>'
     config = urdf(tmp_path, 2, ("</robot>", f'<link name="hand"/>{fixed}</robot>'))
-    robot = load_robot(config, tmp_path, ["j0", "j1"])
+    robot = build_robot(config, tmp_path, ["j0", "j1"])
     assert robot.wrench_torque(np.zeros((1, 2)), np.array([[1.0, 0, 0, 0, 0, 0]]), "hand") == pytest.approx(
         np.array([[0.5, 0.2]]), abs=1e-9
     )

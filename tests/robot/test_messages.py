@@ -10,7 +10,8 @@ import pytest
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import ConfigError, NotJudgedError, RobotError
-from collaudit.core.robot import load_robot, robot_joints
+from collaudit.core.robot.robot_building import build_robot
+from collaudit.core.robot.robot_description import describe_robot
 
 LINK = (
     "<link name='{0}'><inertial><mass value='{1}'/>"
@@ -27,7 +28,7 @@ def arm(masses: tuple[float, ...] = (1.0, 1.0), kind: str = "revolute") -> str:
 
 def load(tmp_path: Path, text: str | bytes, joints: Any = ("j1", "j2"), **settings: Any) -> Any:
     (tmp_path / "arm.urdf").write_bytes(text if isinstance(text, bytes) else text.encode())
-    return load_robot(RobotConfig.of({"urdf": "arm.urdf", **settings}), tmp_path, joints)
+    return build_robot(RobotConfig.of({"urdf": "arm.urdf", **settings}), tmp_path, joints)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_a_description_that_cannot_be_used(tmp_path: Path, text: str | bytes, ex
 
 def test_a_missing_file_is_named_as_configured(tmp_path: Path) -> None:
     with pytest.raises(RobotError, match=r"arms/none\.urdf: the robot description cannot be read"):
-        robot_joints(RobotConfig(urdf=Path("arms/none.urdf")), tmp_path)
+        describe_robot(RobotConfig(urdf=Path("arms/none.urdf")), tmp_path)
 
 
 def test_unknown_names_are_answered_with_the_known_ones(tmp_path: Path) -> None:
@@ -63,7 +64,7 @@ def test_unknown_names_are_answered_with_the_known_ones(tmp_path: Path) -> None:
         load(tmp_path, arm(), ["j1", "elbow"])
     with pytest.raises(RobotError, match=r"robot\.joints"):
         config = RobotConfig.of({"urdf": "arm.urdf", "joints": ["j1", "j3"]})
-        load_robot(config, tmp_path, ["j1"])
+        build_robot(config, tmp_path, ["j1"])
     with pytest.raises(RobotError, match=r"robot\.tool\.frame"):
         load(tmp_path, arm(), tool={"frame": "tcp", "mass_kg": 1})
     with pytest.raises(ConfigError, match=r"\[robot\] armature_kg_m2"):

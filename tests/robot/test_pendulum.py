@@ -10,7 +10,7 @@ import pytest
 from arms import dh_robot, dh_row
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 HERE = Path()
 L1, L2, C1, C2 = 0.4, 0.3, 0.17, 0.11  # link lengths and centres of mass from their joints, m
@@ -49,16 +49,16 @@ def motion() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_matches_the_hand_derived_equations(motion: Any) -> None:
-    robot = load_robot(pendulum(), HERE, ["joint1", "joint2"])
+    robot = build_robot(pendulum(), HERE, ["joint1", "joint2"])
     np.testing.assert_allclose(robot.inverse_dynamics(*motion), by_hand(*motion), atol=1e-12)
     still = np.zeros_like(motion[0])
     np.testing.assert_allclose(robot.gravity_torque(motion[0]), by_hand(motion[0], still, still), atol=1e-12)
 
 
 def test_rotor_inertia_adds_to_the_diagonal(motion: Any) -> None:
-    plain = load_robot(pendulum(), HERE, ["joint1", "joint2"])
-    by_list = load_robot(pendulum(armature_kg_m2=[0.2, 0.5]), HERE, ["joint1", "joint2"])
-    by_name = load_robot(pendulum(armature_kg_m2={"joint2": 0.5, "joint1": 0.2}), HERE, ["joint1", "joint2"])
+    plain = build_robot(pendulum(), HERE, ["joint1", "joint2"])
+    by_list = build_robot(pendulum(armature_kg_m2=[0.2, 0.5]), HERE, ["joint1", "joint2"])
+    by_name = build_robot(pendulum(armature_kg_m2={"joint2": 0.5, "joint1": 0.2}), HERE, ["joint1", "joint2"])
     extra = motion[2] * np.array([0.2, 0.5])
     np.testing.assert_allclose(by_list.inverse_dynamics(*motion) - plain.inverse_dynamics(*motion), extra, atol=1e-12)
     np.testing.assert_array_equal(by_list.inverse_dynamics(*motion), by_name.inverse_dynamics(*motion))
@@ -68,15 +68,15 @@ def test_rotor_inertia_adds_to_the_diagonal(motion: Any) -> None:
 def test_base_tilt_turns_gravity(motion: Any) -> None:
     """Gravity along world -z with the base rolled by +90° is gravity along -y of the base."""
     tilted = pendulum(gravity_m_s2=(0, 0, -G), base_rpy_deg=(90, 0, 0))
-    robot = load_robot(tilted, HERE, ["joint1", "joint2"])
+    robot = build_robot(tilted, HERE, ["joint1", "joint2"])
     np.testing.assert_allclose(robot.gravity_base_m_s2, [0, -G, 0], atol=1e-12)
     np.testing.assert_allclose(robot.inverse_dynamics(*motion), by_hand(*motion), atol=1e-10)
 
 
 def test_tool_is_a_point_mass_on_the_last_link(motion: Any) -> None:
     q, _, _ = motion
-    robot = load_robot(pendulum(tool={"mass_kg": 1.5, "com_m": (0.1, 0, 0)}), HERE, ["joint1", "joint2"])
-    plain = load_robot(pendulum(), HERE, ["joint1", "joint2"])
+    robot = build_robot(pendulum(tool={"mass_kg": 1.5, "com_m": (0.1, 0, 0)}), HERE, ["joint1", "joint2"])
+    plain = build_robot(pendulum(), HERE, ["joint1", "joint2"])
     extra = robot.gravity_torque(q) - plain.gravity_torque(q)
     reach = (L2 + 0.1) * np.cos(q.sum(axis=1))
     np.testing.assert_allclose(extra[:, 1], 1.5 * G * reach, atol=1e-12)
@@ -88,7 +88,7 @@ def test_tool_is_a_point_mass_on_the_last_link(motion: Any) -> None:
 
 def test_rows_that_are_not_numbers_stay_so(motion: Any) -> None:
     q, v, a = (x.copy() for x in motion)
-    robot = load_robot(pendulum(), HERE, ["joint1", "joint2"])
+    robot = build_robot(pendulum(), HERE, ["joint1", "joint2"])
     v[3, 1] = np.nan
     out = robot.inverse_dynamics(q, v, a)
     assert np.isnan(out[3]).all()
@@ -97,12 +97,12 @@ def test_rows_that_are_not_numbers_stay_so(motion: Any) -> None:
 
 
 def test_joint_order_of_the_log_does_not_matter(motion: Any) -> None:
-    robot = load_robot(pendulum(), HERE, ["joint2", "joint1"])
+    robot = build_robot(pendulum(), HERE, ["joint2", "joint1"])
     assert robot.joint_names == ("joint1", "joint2")
 
 
 def test_a_joint_missing_from_the_log_is_held_at_zero() -> None:
-    robot = load_robot(pendulum(), HERE, ["joint2"])
+    robot = build_robot(pendulum(), HERE, ["joint2"])
     assert [f.code for f in robot.findings] == ["model-joint-locked"]
     q = np.array([[0.3], [1.0]])
     np.testing.assert_allclose(robot.gravity_torque(q)[:, 0], M2 * G * C2 * np.cos(q[:, 0]), atol=1e-12)

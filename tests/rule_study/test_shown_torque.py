@@ -21,7 +21,7 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.rule_study.injected_contacts import (
     SHAPES,
     ContactShape,
@@ -57,7 +57,7 @@ def config(**sections: Any) -> Config:
 def log_of(q: np.ndarray, external: np.ndarray | float = 0.0) -> JointLog:
     v = np.gradient(q, PERIOD, axis=0)
     a = np.gradient(v, PERIOD, axis=0)
-    robot = load_robot(config().robot, Path(), NAMES)
+    robot = build_robot(config().robot, Path(), NAMES)
     friction = np.column_stack([lugre(v[:, j], *FRICTION[j]) for j in range(2)])
     noise = np.random.default_rng(1).normal(0, 0.05, q.shape)
     effort = robot.inverse_dynamics(q, v, a) + friction + noise + external
@@ -72,13 +72,13 @@ def way() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def friction() -> FrictionFile:
-    robot = load_robot(config().robot, Path(), NAMES)
+    robot = build_robot(config().robot, Path(), NAMES)
     return fit_logs([prepare(log_of(way()), robot, config())], config(), NOBODY)
 
 
 def judged(friction: FrictionFile, external: np.ndarray | float = 0.0, **sections: Any) -> tuple[Any, ...]:
     settings = config(**sections)
-    prepared = prepare(log_of(way(), external), load_robot(settings.robot, Path(), NAMES), settings)
+    prepared = prepare(log_of(way(), external), build_robot(settings.robot, Path(), NAMES), settings)
     rule, watch = make_rule(prepared.judged_series, prepared.phases, settings)
     inputs = DetectionInputs(applied_friction(prepared, friction, settings).laws, frozenset(), rule, watch)
     return prepared, run_detector(prepared, inputs, settings), inputs

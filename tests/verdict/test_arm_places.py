@@ -12,7 +12,7 @@ from arms import LEVEL, dh_robot, dh_row
 
 from collaudit.core.config.schema import Config, PolicyConfig, RobotConfig
 from collaudit.core.errors import ConfigError
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import Place, arm_places, asked_forces, exerted_force
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -21,7 +21,7 @@ from collaudit.fixtures.robots.robot_registry import robot_named
 def dh(*rows: dict[str, float], convention: str = "standard", **keys: Any) -> RobotModel:
     made = [dh_row(1.0, (0, 0, 0), (0.01, 0.01, 0.01), **row) for row in rows]
     config = Config.of({"robot": dh_robot(made, convention, **keys)})
-    return load_robot(config.robot, Path(), tuple(f"joint{k + 1}" for k in range(len(rows))))
+    return build_robot(config.robot, Path(), tuple(f"joint{k + 1}" for k in range(len(rows))))
 
 
 def forearm(robot: RobotModel) -> Place | None:
@@ -71,7 +71,7 @@ def test_of_described_arms(data_dir: Path, urdf: str, joints: str, link: str) ->
     names = [f"{joint}_joint" for joint in joints.split()]
     if len(names) == 1:
         names = [f"{joints}_joint{k}" for k in range(1, 8)]
-    robot = load_robot(RobotConfig.of({"urdf": str(data_dir / "urdf" / urdf)}), data_dir, tuple(names))
+    robot = build_robot(RobotConfig.of({"urdf": str(data_dir / "urdf" / urdf)}), data_dir, tuple(names))
     found = forearm(robot)
     assert found is not None and found.link == link
 

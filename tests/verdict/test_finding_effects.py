@@ -21,7 +21,7 @@ from collaudit.core.findings.finding_kinds import KINDS
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.verdict import Evidence, decide
 
@@ -69,7 +69,7 @@ def log_of(q: np.ndarray, seed: int) -> JointLog:
     """A log (n, 2) of an arm of two joints with friction and a little noise."""
     v = np.gradient(q, PERIOD, axis=0)
     a = np.gradient(v, PERIOD, axis=0)
-    robot = load_robot(config().robot, Path(), NAMES)
+    robot = build_robot(config().robot, Path(), NAMES)
     noise = np.random.default_rng(seed).normal(0, 0.05, q.shape)
     effort = robot.inverse_dynamics(q, v, a) + lugre(v, 2.0, 0.8, 10.0, 1.5) + noise
     return make_log(PERIOD * np.arange(len(q)), q, v, effort, NAMES)
@@ -91,7 +91,7 @@ def clean() -> JointLog:
 
 def prepared(log: JointLog, cfg: Config | None = None) -> Prepared:
     cfg = cfg or config()
-    return prepare(log, load_robot(cfg.robot, Path(), NAMES), cfg)
+    return prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg)
 
 
 def audit(log: JointLog, friction: FrictionFile, *injected: Finding, **sections: object) -> Audit:

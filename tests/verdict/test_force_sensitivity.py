@@ -10,7 +10,7 @@ from arms import LEVEL, dh_robot, dh_row
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.sensitivity_result import NoticedForce
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import RequiredForce, arm_places, directions
 from collaudit.core.verdict.noticed_push import Moments, level_at, longest_unseen, noticed_forces
@@ -22,7 +22,7 @@ def planar(*lengths: float) -> RobotModel:
     """An arm whose joints all turn about z: it feels nothing along z."""
     rows = [dh_row(4.0, (0, 0, 0), (0, 0, 0.05), a=length) for length in lengths]
     cfg = Config.of({"robot": dh_robot(rows, **LEVEL)})
-    return load_robot(cfg.robot, Path(), tuple(f"joint{k + 1}" for k in range(len(lengths))))
+    return build_robot(cfg.robot, Path(), tuple(f"joint{k + 1}" for k in range(len(lengths))))
 
 
 def moments(

@@ -19,7 +19,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 
 FRICTION = (6.0, 2.0, 8.0, 4.0)
 PUSHES = ((8.4, 8.6, 9.0), (16.2, 16.6, -9.0))
@@ -51,12 +51,12 @@ def friction() -> FrictionFile:
     noise = np.random.default_rng(1).normal(0, 0.2, q.size)
     effort = torque(q, v, np.gradient(v, PERIOD)) + noise
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
-    return fit_logs([prepare(log, load_robot(config().robot, Path(), log.joint_names), config())], config(), NOBODY)
+    return fit_logs([prepare(log, build_robot(config().robot, Path(), log.joint_names), config())], config(), NOBODY)
 
 
 def audit(log: JointLog, friction: FrictionFile, sections: Mapping[str, Any] | None = None) -> Audit:
     cfg = config(**(sections or {}))
-    return audit_log(prepare(log, load_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, friction, NOBODY)
+    return audit_log(prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, friction, NOBODY)
 
 
 def onsets(found: Audit) -> list[float]:

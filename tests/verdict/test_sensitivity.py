@@ -26,7 +26,7 @@ from collaudit.core.numeric.kernel import butterworth, first_order, identity
 from collaudit.core.prepare import guided_stretches
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.verdict.noticed_push import Push, _height
 
 NAMES = ("joint1", "joint2")
@@ -52,7 +52,7 @@ def log_of(q: np.ndarray, period: float = PERIOD, external: np.ndarray | float =
     """A log (n, 2) whose friction is that of the motion, 0 at rest; ``external`` is added to the effort."""
     v = np.gradient(q, period, axis=0)
     a = np.gradient(v, period, axis=0)
-    robot = load_robot(config().robot, Path(), NAMES)
+    robot = build_robot(config().robot, Path(), NAMES)
     noise = np.random.default_rng(seed).normal(0, 0.02, q.shape)
     effort = robot.inverse_dynamics(q, v, a) + friction_of(v) + noise + external
     return make_log(period * np.arange(len(q)), q, v, effort, NAMES)
@@ -63,12 +63,12 @@ def friction() -> FrictionFile:
     stroke, _ = strokes((0.03, 0.06, 0.1, 0.2, 0.4, 0.8))
     rest = np.full_like(stroke, -0.5)
     q = np.concatenate([np.column_stack([stroke, rest]), np.column_stack([rest, stroke])])
-    return fit_logs([prepare(log_of(q), load_robot(config().robot, Path(), NAMES), config())], config(), NOBODY)
+    return fit_logs([prepare(log_of(q), build_robot(config().robot, Path(), NAMES), config())], config(), NOBODY)
 
 
 def audit(log: JointLog, friction: FrictionFile, **sections: Any) -> AuditResult:
     cfg = config(**sections)
-    return audit_log(prepare(log, load_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY).result
+    return audit_log(prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY).result
 
 
 def one_standing(seconds: float, period: float = PERIOD) -> np.ndarray:

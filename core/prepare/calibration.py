@@ -3,6 +3,9 @@
 A friction file may hold drive gains, offsets and inertials (``identified``), and a calibration of the wrist sensor with
 the tool it carries. :class:`Calibration` is what of it applies to one log; ``prepare`` takes it, so that model torque,
 gains and findings are computed once, as the log is judged.
+
+The friction of a motor that turns with several joints is a function of its own speed s, not of theirs. It is taken off
+the effort, so that what remains is a joint's own, whatever detector or fit follows.
 """
 
 from __future__ import annotations
@@ -19,8 +22,12 @@ from collaudit.core.data.identification_result import ChannelFacts, Identified, 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.prepare.coupled_torque import coupled_torque
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+
+#: Below this speed of the axis, rad/s, its direction is not told.
+STILL_RAD_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +82,7 @@ def calibrated_series(series: UniformSeries, calibration: Calibration) -> Unifor
     coupled = {joint: axis for joint, axis in calibration.coupled.items() if joint in known}
     if not coupled or series.effort is None or series.effort_unit != "Nm":
         return series
-    return replace(series, effort=series.effort - coupled_torque(series, coupled))
+    return replace(series, effort=series.effort - _coupled_torque(series, coupled))
 
 
 def _with_identified_drives(series: UniformSeries, identified: Identified | None) -> UniformSeries:
@@ -180,3 +187,67 @@ def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
         if name in names:
             armature[names.index(name)] = joint.armature_kg_m2
     return robot.with_inertials(parameters, armature)
+
+
+def _axis_speed(series: UniformSeries, weights: Mapping[str, float], of: FloatArray) -> FloatArray:
+    """(n,) weighted sum of the joints' columns.
+
+    Args:
+        series: says the columns.
+        weights: by joint.
+        of: (n, j) velocity, acceleration or position.
+    """
+    total = np.zeros(of.shape[0])
+    for joint, weight in weights.items():
+        total += weight * of[:, series.column(joint)]
+    return total
+
+
+def _coupled_torque(series: UniformSeries, coupled: Mapping[str, CoupledFriction]) -> FloatArray:
+    """(n, j) torque of all coupled axes at the joints, N·m.
+
+    Args:
+        series: the motion; velocity and acceleration as conditioned.
+        coupled: by the motor's own joint.
+    """
+    out = np.zeros(series.velocity_rad_s.shape, order="F")
+    for axis in coupled.values():
+        s = _axis_speed(series, axis.weights, series.velocity_rad_s)
+        torque = axis.coulomb_nm * np.tanh(s / STILL_RAD_S) + axis.viscous_nm_s_per_rad * s
+        if axis.inertia_kg_m2 is not None:
+            torque += axis.inertia_kg_m2 * _axis_speed(series, axis.weights, series.acceleration_rad_s2)
+        for joint, weight in axis.weights.items():
+            out[:, series.column(joint)] += weight * torque
+    return out
+
+
+def coupled_doubt(series: UniformSeries, coupled: Mapping[str, CoupledFriction], travel_rad: float) -> FloatArray:
+    """(n, j) by how much the coupled torque may be off (95 %), N·m.
+
+    After a reversal of the axis its friction is anywhere between both directions' until it has travelled.
+
+    Args:
+        series: the motion.
+        coupled: by the motor's own joint.
+        travel_rad: travel of an axis until its friction is steady.
+    """
+    out = np.zeros(series.velocity_rad_s.shape, order="F")
+    for axis in coupled.values():
+        s = _axis_speed(series, axis.weights, series.velocity_rad_s)
+        loose = _loose(series, axis, s, travel_rad)
+        half = {name: 0.5 * ((high or 0.0) - (low or 0.0)) for name, (low, high) in axis.ci95.items()}
+        doubt = np.hypot(half.get("coulomb_nm", 0.0), half.get("viscous_nm_s_per_rad", 0.0) * s)
+        doubt[loose] += axis.coulomb_nm * (1.0 + np.abs(np.tanh(s[loose] / STILL_RAD_S)))
+        for joint, weight in axis.weights.items():
+            out[:, series.column(joint)] += abs(weight) * np.nan_to_num(doubt)
+    return out
+
+
+def _loose(series: UniformSeries, axis: CoupledFriction, s: FloatArray, travel_rad: float) -> BoolArray:
+    """(n,) the axis rests, or has not travelled far enough since it rested or reversed."""
+    out = np.ones(s.size, dtype=np.bool_)
+    angle = _axis_speed(series, axis.weights, series.position_rad)
+    for direction in (s > STILL_RAD_S, s < -STILL_RAD_S):
+        for start, stop in zip(*run_bounds(direction), strict=True):
+            out[start:stop] = np.abs(angle[start:stop] - angle[start]) < travel_rad
+    return out

@@ -17,7 +17,7 @@ from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.tables import combined, table
-from collaudit.core.prepare.coupled_torque import coupled_doubt
+from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from collaudit.core.logs.messages.message_schema import Number, Repeated, Struct, Text, WireType, smallest_size
+from collaudit.core.logs.messages.message_schema import MESSAGE, PRIMITIVE, PRIMITIVES, SEQUENCE, FieldType, Schema
 
 MAX_LEAVES = 200_000
 
@@ -68,6 +68,7 @@ class Layout:
 
 @dataclass(slots=True)
 class _Walk:
+    schema: Schema
     data: bytes
     pos: int = 0
     origin: int = 0
@@ -105,57 +106,55 @@ class _Walk:
         self.guards.append((start, start + 4))
         return int.from_bytes(self.data[start : start + 4], "little" if self.order == "<" else "big")
 
-    def value(self, kind: WireType) -> Node:
+    def value(self, field: FieldType) -> Node:
         self.leaves += 1
         if self.leaves > MAX_LEAVES:
             raise LayoutError(f"it has more than {MAX_LEAVES} fields")
-        if isinstance(kind, Number):
-            return self.run(kind, 1)
-        if isinstance(kind, Text):
-            return self.text()
-        if isinstance(kind, Struct):
-            return {name: self.value(item) for name, item in kind.fields}
-        count = self.items(kind)
-        return (
-            self.run(kind.item, count)
-            if isinstance(kind.item, Number)
-            else [self.value(kind.item) for _ in range(count)]
-        )
+        kind, content = field
+        if kind == MESSAGE:
+            return {name: self.value(inner) for name, inner in self.schema.fields[content]}
+        if kind == PRIMITIVE:
+            return self.text() if content[0] == "string" else self.run(content[0], 1)
+        item, count = content
+        if kind == SEQUENCE:
+            count = self.count(item)
+        if item[0] == PRIMITIVE and item[1][0] != "string":
+            return self.run(item[1][0], count)
+        return [self.value(item) for _ in range(count)]
 
-    def run(self, kind: Number, count: int) -> Numbers:
-        size = int(kind.code[1])
+    def run(self, primitive: str, count: int) -> Numbers:
+        code = PRIMITIVES[primitive]
+        size = int(code[1])
         if count:
             self.align(size)
-        return Numbers(self.take(count * size), self.order + kind.code, count)
+        return Numbers(self.take(count * size), self.order + code, count)
 
     def text(self) -> Chars:
         size = self.length()
         return Chars(self.take(size), max(size - 1, 0) if self.aligned else size)
 
-    def items(self, kind: Repeated) -> int:
-        if kind.count is not None:
-            return kind.count
+    def count(self, item: FieldType) -> int:
         count = self.length()
-        if count * max(smallest_size(kind.item), 1) > len(self.data) - self.pos:
+        if count * max(self.schema.smallest_size(item), 1) > len(self.data) - self.pos:
             raise LayoutError(f"a sequence claims {count} items, more than the message can hold")
         return count
 
 
-def walk(kind: Struct, data: bytes, *, cdr: bool) -> Layout:
+def walk(schema: Schema, data: bytes, *, cdr: bool) -> Layout:
     """Locate every field of one message.
 
     Args:
-        kind: the message's type.
+        schema: the message's type.
         data: its bytes.
         cdr: True for ROS 2's CDR with its encapsulation header, False for ROS 1.
 
     Raises:
         LayoutError: the bytes do not have the shape of the type. CDR may end in up to three bytes of padding.
     """
-    state = _Walk(data)
+    state = _Walk(schema, data)
     if cdr:
         state.encapsulation()
-    root = state.value(kind)
+    root = state.value((MESSAGE, schema.name))
     slack = len(data) - state.pos
     if slack > (3 if cdr else 0):
         raise LayoutError(f"it is {slack} bytes longer than its type")

@@ -132,8 +132,8 @@ class ChannelDecoder:
         """
         if channel.encoding not in ("cdr", "ros1"):
             return cls(channel, profile, value_layouts(channel), out, max_plans=0)
-        kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
-        return cls(channel, profile, partial(walk, kind, cdr=channel.encoding == "cdr"), out)
+        schema = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
+        return cls(channel, profile, partial(walk, schema, cdr=channel.encoding == "cdr"), out)
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""

@@ -1,4 +1,4 @@
-"""Wire types: the shape of a message as its definition states it, which the log or a folder of .msg files holds."""
+"""The shape of a message as its definition states it, which the log or a folder of .msg files holds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from collaudit.core.errors import ConfigError
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
@@ -28,35 +28,46 @@ class SchemaError(Exception):
     """A message definition cannot be understood; the reason is the message."""
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A number of NumPy type ``code`` (without byte order)."""
-
-    code: str
-
-
-@dataclass(frozen=True, slots=True)
-class Text:
-    """A string."""
+#: A field's type as rosbags parses it: a kind of those below, and what that kind needs.
+FieldType: TypeAlias = tuple[int, Any]
+#: Kinds of fields: a primitive (name, bound), a message (name), an array (item, count), a sequence (item, bound).
+PRIMITIVE, MESSAGE, ARRAY, SEQUENCE = 1, 2, 3, 4
+#: An empty ROS 2 message is one byte on the wire.
+_EMPTY = (("structure_needs_at_least_one_member", (PRIMITIVE, ("uint8", 0))),)
 
 
-@dataclass(frozen=True, slots=True)
-class Struct:
-    """A message: named fields in order."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Schema:
+    """A type of message with all types that it refers to.
+
+    Attributes:
+        name: of the type.
+        fields: names and types of the fields of each type, in order.
+        least: bytes that a message of each type takes at least on the wire.
+    """
 
     name: str
-    fields: tuple[tuple[str, WireType], ...]
+    fields: Mapping[str, Sequence[tuple[str, FieldType]]]
+    least: dict[str, int]
 
+    def smallest_size(self, field: FieldType, depth: int = 0) -> int:
+        """A lower bound of the bytes a value takes on the wire, used to refuse impossible lengths.
 
-@dataclass(frozen=True, slots=True)
-class Repeated:
-    """``count`` items, or a counted sequence when ``count`` is None."""
-
-    item: WireType
-    count: int | None
-
-
-WireType = Number | Text | Struct | Repeated
+        Raises:
+            SchemaError: a message is nested too deeply, as one that holds itself is.
+        """
+        kind, content = field
+        if kind == PRIMITIVE:
+            return 4 if content[0] == "string" else int(PRIMITIVES[content[0]][1])
+        if kind == MESSAGE:
+            if depth > _MAX_DEPTH:
+                raise SchemaError(f"{content} is nested more than {_MAX_DEPTH} deep")
+            if content not in self.least:
+                self.least[content] = sum(self.smallest_size(inner, depth + 1) for _, inner in self.fields[content])
+            return self.least[content]
+        item, count = content
+        size = self.smallest_size(item, depth + 1)
+        return count * size if kind == ARRAY else 4
 
 
 def definitions_of(type_name: str, encoding: str, text: str) -> Mapping[str, Any]:
@@ -91,10 +102,10 @@ def _store(encoding: str) -> Mapping[str, Any]:
     return get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE).fielddefs
 
 
-def typesdict_of(
+def parse_schema(
     type_name: str, message_encoding: str, schema_encoding: str, schema: bytes, extra: Mapping[str, Any] = {}
-) -> dict[str, Any]:
-    """Definitions of a type and of all it refers to, as rosbags parses them.
+) -> Schema:
+    """A type and all that it refers to.
 
     Args:
         type_name: three-part ROS type name.
@@ -120,72 +131,23 @@ def typesdict_of(
         found = types.get(name) or _store(message_encoding).get(name)
         if found is None:
             raise SchemaError(f"the definition of {name} is missing")
-        out[name] = found
-        wanted += [item for _, desc in found[1] if (item := _referred(desc)) is not None]
-    return out
+        out[name] = found[1] if found[1] or message_encoding == "ros1" else _EMPTY
+        wanted += [inner for _, field in found[1] if (inner := _referred(field)) is not None]
+    parsed = Schema(type_name, out, {})
+    parsed.smallest_size((MESSAGE, type_name))
+    return parsed
 
 
-def _referred(desc: Any) -> str | None:
-    while int(desc[0]) in (3, 4):
-        desc = desc[1][0]
-    return desc[1] if int(desc[0]) == 2 else None
-
-
-@dataclass(slots=True)
-class _Builder:
-    types: Mapping[str, Any]
-    ros1: bool
-
-    def struct(self, name: str, depth: int = 0) -> Struct:
-        if depth > _MAX_DEPTH:
-            raise SchemaError(f"{name} is nested more than {_MAX_DEPTH} deep")
-        fields = tuple((key, self.wire(desc, depth + 1)) for key, desc in self.types[name][1])
-        if not fields and not self.ros1:  # an empty ROS 2 message is one byte on the wire
-            fields = (("structure_needs_at_least_one_member", Number("u1")),)
-        return Struct(name, fields)
-
-    def wire(self, desc: Any, depth: int) -> WireType:
-        kind, value = int(desc[0]), desc[1]
-        if kind == 1:
-            return self.base(value[0])
-        if kind == 2:
-            return self.struct(value, depth)
-        item = self.wire(value[0], depth)
-        return Repeated(item, int(value[1]) if kind == 3 else None)
-
-    def base(self, name: str) -> WireType:
-        if name == "string":
-            return Text()
-        if name not in PRIMITIVES:
-            raise SchemaError(f"fields of type {name} cannot be read")
-        return Number(PRIMITIVES[name])
-
-
-@lru_cache(maxsize=64)
-def _parsed(type_name: str, message_encoding: str, schema_encoding: str, schema: bytes) -> Struct:
-    types = typesdict_of(type_name, message_encoding, schema_encoding, schema)
-    return _Builder(types, message_encoding == "ros1").struct(type_name)
-
-
-def parse_schema(
-    type_name: str, message_encoding: str, schema_encoding: str, schema: bytes, extra: Mapping[str, Any] = {}
-) -> Struct:
-    """The wire type of a channel; arguments and errors as :func:`typesdict_of`."""
-    if not extra:
-        return _parsed(type_name, message_encoding, schema_encoding, schema)
-    types = typesdict_of(type_name, message_encoding, schema_encoding, schema, extra)
-    return _Builder(types, message_encoding == "ros1").struct(type_name)
-
-
-def smallest_size(kind: WireType) -> int:
-    """A lower bound of the bytes a value takes on the wire, used to refuse impossible lengths."""
-    if isinstance(kind, Number):
-        return int(kind.code[1])
-    if isinstance(kind, Text):
-        return 4
-    if isinstance(kind, Struct):
-        return sum(smallest_size(item) for _, item in kind.fields)
-    return 4 if kind.count is None else kind.count * smallest_size(kind.item)
+def _referred(field: FieldType) -> str | None:
+    """The type of message that a field holds, None where it holds primitives."""
+    kind, content = field
+    while kind in (ARRAY, SEQUENCE):
+        kind, content = content[0]
+    if kind == MESSAGE:
+        return str(content)
+    if content[0] != "string" and content[0] not in PRIMITIVES:
+        raise SchemaError(f"fields of type {content[0]} cannot be read")
+    return None
 
 
 @lru_cache(maxsize=8)

@@ -231,7 +231,7 @@ def _chunk_index(data: bytes) -> int:
     from collaudit.core.logs.mcap.mcap_records import CHUNK_INDEX, record_places
 
     summary = int.from_bytes(data[-28:-20], "little")
-    return next(at + 9 + 36 for op, at, _ in record_places(bytes(data), summary) if op == CHUNK_INDEX)
+    return next(summary + at + 9 + 36 for op, at, _ in record_places(bytes(data[summary:])) if op == CHUNK_INDEX)
 
 
 @pytest.mark.parametrize(

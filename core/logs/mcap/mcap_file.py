@@ -13,7 +13,7 @@ from collaudit.core.logs.mcap.mcap_scan import scan
 from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.message_places import Located, ascending, gaps_between, gather
+from collaudit.core.logs.storage.message_places import Located, ascending, follow_each_other, gather
 from collaudit.core.logs.storage.records import ByteArray, MessageReader
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
@@ -29,8 +29,8 @@ _MOST_FOREIGN, _MOST_OTHERS = 10_000, 1 << 18
 def locate(data: bytes, index_offsets: IntArray) -> Located:
     """Find every message of a chunk.
 
-    The offsets of the message indexes are used when each is the start of a message; what lies between the
-    messages is walked record by record, so that a message missing from the index is found all the same.
+    The offsets of the message indexes are used when each is the start of a message and nothing lies between these;
+    else the chunk is walked record by record, so that a message missing from the index is found all the same.
 
     Args:
         data: the chunk's records.
@@ -38,12 +38,10 @@ def locate(data: bytes, index_offsets: IntArray) -> Located:
     """
     view = np.frombuffer(data, dtype=np.uint8)
     offsets = ascending(index_offsets)
-    gaps = _gaps(view, offsets)
-    if gaps is None:
-        offsets, gaps = np.empty(0, np.int64), [(0, len(data))]
-    found, others, rest = _walked(data, gaps)
-    if found:
-        offsets = np.sort(np.concatenate([offsets, np.array(found, dtype=np.int64)]))
+    others: list[tuple[int, int, int]] = []
+    rest = 0
+    if not _are_all(view, offsets):
+        offsets, others, rest = _walked(data)
     heads = _heads_of(view, offsets)
     return Located(
         start=offsets + MESSAGE_HEAD,
@@ -60,37 +58,33 @@ def _heads_of(view: ByteArray, offsets: IntArray) -> np.ndarray[tuple[int], np.d
     return heads
 
 
-def _gaps(view: ByteArray, offsets: IntArray) -> list[tuple[int, int]] | None:
-    """The stretches of a chunk between messages, mostly none; None unless each offset is the start of a message."""
+def _are_all(view: ByteArray, offsets: IntArray) -> bool:
+    """Whether a message begins at each offset, and the chunk holds nothing else."""
     size = view.shape[0]
     if not offsets.shape[0] or offsets[0] < 0 or offsets[-1] + MESSAGE_HEAD > size:
-        return None
+        return False
     heads = _heads_of(view, offsets)
-    sizes = heads["length"]
-    if not (heads["op"] == MESSAGE).all() or sizes.min() < _LEAST or sizes.max() > size:
-        return None
-    return gaps_between(offsets, offsets + 9 + sizes.astype(np.int64), size)
+    lengths = heads["length"].astype(np.int64)
+    whole = bool((heads["op"] == MESSAGE).all()) and int(lengths.min()) >= _LEAST
+    return whole and follow_each_other(offsets, offsets + 9 + lengths, size)
 
 
-def _walked(data: bytes, gaps: list[tuple[int, int]]) -> tuple[list[int], list[tuple[int, int, int]], int]:
-    """What gaps hold, record by record: offsets of messages, schemas and channels, and bytes that are no record."""
+def _walked(data: bytes) -> tuple[IntArray, list[tuple[int, int, int]], int]:
+    """What a chunk holds, record by record: offsets of messages, schemas and channels, and bytes that are no record."""
     found: list[int] = []
     others: list[tuple[int, int, int]] = []
-    rest = foreign = 0
-    for start, stop in gaps:
-        last = start
-        for op, at, length in record_places(data, start, stop):
-            if op not in _OF_CHUNKS:
-                foreign += 1
-                if op == 0 or foreign > _MOST_FOREIGN:  # no record begins so: the rest is none, however long
-                    break
-            last = at + 9 + length
-            if op == MESSAGE and length >= _LEAST:
-                found.append(at)
-            elif op in (SCHEMA, CHANNEL) and len(others) < _MOST_OTHERS:
-                others.append((op, at, length))
-        rest += stop - last
-    return found, others, rest
+    last = foreign = 0
+    for op, at, length in record_places(data):
+        if op not in _OF_CHUNKS:
+            foreign += 1
+            if op == 0 or foreign > _MOST_FOREIGN:  # no record begins so: the rest is none, however long
+                break
+        last = at + 9 + length
+        if op == MESSAGE and length >= _LEAST:
+            found.append(at)
+        elif op in (SCHEMA, CHANNEL) and len(others) < _MOST_OTHERS:
+            others.append((op, at, length))
+    return np.array(found, dtype=np.int64), others, len(data) - last
 
 
 class McapFile(ChunkedFile):
@@ -136,7 +130,7 @@ class McapFile(ChunkedFile):
             found = looked_up(self.file, ref)
             if found is None:
                 nothing = locate(b"", np.empty(0, np.int64))
-                return Chunk.of(ref, b"", nothing, "it is not what the summary says of it")
+                return Chunk(ref, b"", nothing, "it is not what the summary says of it")
             ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
         unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self.bounds.chunk_bytes)
@@ -148,7 +142,7 @@ class McapFile(ChunkedFile):
             elif ref.crc and zlib_ng.crc32(data) != ref.crc:
                 problem, data = "its check sum is wrong", b""
         located = locate(data, self._indexed_offsets(ref) if ref.loose is None else ref.loose)
-        return Chunk.of(ref, data, located, problem)
+        return Chunk(ref, data, located, problem)
 
     def _indexed_offsets(self, ref: ChunkRef) -> IntArray:
         """Where its message indexes say that messages lie."""

@@ -51,9 +51,9 @@ def parsed(op: int, body: bytes) -> Any:
         return None
 
 
-def record_places(data: bytes, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, int, int]]:
-    """(op, offset of the record, length of its body) of the records that lie wholly between two offsets."""
-    end = len(data) if stop is None else stop
+def record_places(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """(op, offset of the record, length of its body) of records that follow each other, up to one that is cut short."""
+    start, end = 0, len(data)
     unpack = _HEAD.unpack_from
     while start + 9 <= end:
         op, length = unpack(data, start)

@@ -17,7 +17,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.message_places import Located, ascending, gaps_between, gather
+from collaudit.core.logs.storage.message_places import Located, ascending, follow_each_other, gather
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray, Channel, MessageReader, ros_type
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
@@ -52,47 +52,41 @@ def locate_bag(data: bytes, index_offsets: IntArray) -> Located:
     """
     offsets = ascending(index_offsets)
     columns = _by_index(data, offsets) if offsets.shape[0] else None
-    gaps = None if columns is None else gaps_between(offsets, columns[:, 0] + columns[:, 1], len(data))
-    if columns is None or gaps is None:
-        columns, gaps = np.empty((0, 4), dtype=np.int64), [(0, len(data))]
-    rows, connections, rest = _walked(data, gaps)
-    if rows:
-        columns = np.concatenate([columns, np.array(rows, dtype=np.int64)])
-        columns = columns[np.argsort(columns[:, 0], kind="stable")]
+    connections: list[tuple[bytes, bytes]] = []
+    rest = 0
+    if columns is None or not follow_each_other(offsets, columns[:, 0] + columns[:, 1], len(data)):
+        columns, connections, rest = _walked(data)
     start, length, connection, log_ns = (np.ascontiguousarray(columns[:, number]) for number in range(4))
     return Located(start, length, connection, log_ns, connections, rest)
 
 
-def _walked(
-    data: bytes, gaps: list[tuple[int, int]]
-) -> tuple[list[tuple[int, int, int, int]], list[tuple[bytes, bytes]], int]:
-    """What gaps hold, record by record: messages as of `_by_index`, connections, and bytes that are no such record."""
+def _walked(data: bytes) -> tuple[IntArray, list[tuple[bytes, bytes]], int]:
+    """What a chunk holds, record by record: messages as of `_by_index`, connections, and bytes that are neither."""
     rows: list[tuple[int, int, int, int]] = []
     connections: list[tuple[bytes, bytes]] = []
-    rest = 0
-    for start, stop in gaps:
-        for at, body, after in _records(data, start, stop):
-            header = data[at + 4 : body - 4]
-            fields = fields_of(header)
-            op, conn, stamp = (fields.get(name, b"") for name in (b"op", b"conn", b"time"))
-            if op == b"\x07":
-                connections.append((header, data[body:after]))
-            elif op == b"\x02" and len(conn) == 4 and len(stamp) == 8:
-                seconds, nanoseconds = struct.unpack("<II", stamp)
-                rows.append((body, after - body, _U32.unpack(conn)[0], seconds * NS_PER_S + nanoseconds))
-            else:
-                rest += after - at
-            start = after
-        rest += stop - start
-    return rows, connections, rest
+    rest = len(data)
+    for at, body, after in _records(data):
+        header = data[at + 4 : body - 4]
+        fields = fields_of(header)
+        op, conn, stamp = (fields.get(name, b"") for name in (b"op", b"conn", b"time"))
+        if op == b"\x07":
+            connections.append((header, data[body:after]))
+        elif op == b"\x02" and len(conn) == 4 and len(stamp) == 8:
+            seconds, nanoseconds = struct.unpack("<II", stamp)
+            rows.append((body, after - body, _U32.unpack(conn)[0], seconds * NS_PER_S + nanoseconds))
+        else:
+            continue
+        rest -= after - at
+    return np.array(rows, dtype=np.int64).reshape(-1, 4), connections, rest
 
 
-def _records(data: bytes, start: int, stop: int) -> Iterator[tuple[int, int, int]]:
-    """(offset of the record, of its body, and after it) of the records that lie wholly between two offsets."""
-    while start + 8 <= stop:
+def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """(offset of the record, of its body, and after it) of records one after the other, up to one that is cut."""
+    start = 0
+    while start + 8 <= len(data):
         body = start + 8 + _U32.unpack_from(data, start)[0]
-        after = body + _U32.unpack_from(data, body - 4)[0] if body <= stop else body
-        if after > stop:
+        after = body + _U32.unpack_from(data, body - 4)[0] if body <= len(data) else body
+        if after > len(data):
             return
         yield start, body, after
         start = after
@@ -236,7 +230,7 @@ class BagFile(ChunkedFile):
         parts = [self.file.read(at, size) for _, at, size in ref.index]
         whole = b"".join(part[: len(part) // 12 * 12] for part in parts)
         offsets = np.frombuffer(whole, dtype="<u4").reshape(-1, 3)[:, 2].astype(np.int64)
-        return Chunk.of(ref, unpacked.data, locate_bag(unpacked.data, offsets), unpacked.problem)
+        return Chunk(ref, unpacked.data, locate_bag(unpacked.data, offsets), unpacked.problem)
 
 
 #: How the table of formats opens a file.

@@ -53,18 +53,12 @@ class ChunkRef:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chunk:
-    """A chunk's decompressed records, its messages by channel, and what was wrong with it."""
+    """A chunk's decompressed records, where its messages lie in them, and what was wrong with it."""
 
     ref: ChunkRef
     data: bytes
     located: Located
-    batches: list[Batch]
     problem: str | None
-
-    @classmethod
-    def of(cls, ref: ChunkRef, data: bytes, located: Located, problem: str | None) -> Chunk:
-        """A chunk by where its messages were located."""
-        return cls(ref, data, located, located.by_channel(np.frombuffer(data, dtype=np.uint8)), problem)
 
 
 class ChunkedFile:
@@ -112,7 +106,7 @@ class ChunkedFile:
         largest = max((ref.size for ref in refs), default=1)
         for chunk in ordered_map(self.load, refs, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
             self._judge(chunk)
-            for batch in chunk.batches:
+            for batch in chunk.located.by_channel(np.frombuffer(chunk.data, dtype=np.uint8)):
                 found[batch.key] += batch.start.shape[0]
                 if batch.key not in topics:
                     self.note(f"messages on channel {batch.key}, which it does not define, were left out")

@@ -40,19 +40,10 @@ class Located:
         return out
 
 
-def gaps_between(start: IntArray, stop: IntArray, size: int) -> list[tuple[int, int]] | None:
-    """The stretches of ``size`` bytes that no record takes, mostly none; None where records overlap or reach beyond.
-
-    Args:
-        start, stop: (n,) bytes of the records, in order.
-        size: bytes in all.
-    """
-    edges = np.concatenate([[0], stop])
-    stops = np.concatenate([start, [size]])
-    if (edges > stops).any():
-        return None
-    apart = np.flatnonzero(edges < stops)
-    return list(zip(edges[apart].tolist(), stops[apart].tolist(), strict=True))
+def follow_each_other(start: IntArray, stop: IntArray, size: int) -> bool:
+    """Whether records at such places, in order, take all of ``size`` bytes."""
+    edges, stops = np.append(0, stop), np.append(start, size)
+    return bool((edges == stops).all())
 
 
 def ascending(offsets: IntArray) -> IntArray:

@@ -7,7 +7,6 @@ import shutil
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
-from operator import lt
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -16,12 +15,12 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
-from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, Damage, MessageReader, Progress, ros_type
-from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.logs.storage.message_places import Located
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
 
 _ROWS = 4096
-#: Topics, times and payloads of rows.
-_Columns = Sequence[Any]
+#: Number, topic, time and payload.
+_Row = tuple[Any, ...]
 #: A file that claims to be larger than this is not completed.
 _MAX_CLAIM = 1 << 40
 #: SQL texts have to fit too.
@@ -118,80 +117,55 @@ class Db3File:
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""
         wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
-        last = -(1 << 63)
+        rows = self._rows(wanted)
         done = 0
-        for ids, *columns in self._blocks(wanted):
-            if ids[0] <= last or not all(map(lt, ids, islice(ids, 1, None))):
-                self._note(f"its rows do not ascend after number {last}; the rest was left out")
-                return
-            last = ids[-1]
-            for batch in self._split(columns):
+        while block := list(islice(rows, _ROWS)):
+            for batch in self._split(block):
                 done += int(batch.length.sum())
                 yield batch
             if progress is not None:
                 progress(min(done, self._bytes), self._bytes)
 
-    def _blocks(self, wanted: Sequence[int]) -> Iterator[list[tuple[Any, ...]]]:
-        """Rows in blocks, as columns; when a page is missing, the rows before it one by one."""
-        after = -(1 << 63)
+    def _rows(self, wanted: Sequence[int]) -> Iterator[_Row]:
+        """Rows in the order of their numbers, up to a page that is missing."""
+        last = -(1 << 63)
+        marks = ", ".join("?" * len(wanted))
+        query = f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY id"
         try:
-            cursor = self._db.execute(_query(wanted), (after, *wanted))
-            while columns := list(zip(*cursor.fetchmany(_ROWS), strict=True)):
-                yield columns
-                after = columns[0][-1]
-        except (sqlite3.Error, OverflowError) as error:
-            rest: list[tuple[Any, ...]] = []
-            try:
-                for row in self._db.execute(_query(wanted), (after, *wanted)):
-                    rest.append(row)
-            except (sqlite3.Error, OverflowError):
-                pass
-            if rest:
-                yield list(zip(*rest, strict=True))
-            self._note(f"reading its messages stopped after number {rest[-1][0] if rest else after}: {error}")
+            for row in self._db.execute(query, wanted):
+                if row[0] <= last:
+                    self._note(f"its rows do not ascend after number {last}; the rest was left out")
+                    return
+                last = row[0]
+                yield row
+        except (sqlite3.Error, OverflowError, TypeError) as error:
+            self._note(f"reading its messages stopped after number {last}: {error}")
 
-    def _split(self, columns: _Columns) -> Iterator[Batch]:
+    def _split(self, rows: list[_Row]) -> list[Batch]:
         """One batch per topic, all in one buffer."""
-        try:
-            batch = _arrays(*columns)
-        except (TypeError, ValueError, OverflowError):  # sqlite columns hold what they like
-            rows = list(zip(*columns, strict=True))
-            good = [row for row in rows if isinstance(row[1], int) and isinstance(row[2], bytes)]
+        _, topics, times, blobs = zip(*rows, strict=True)
+        if set(map(type, times)) != {int} or set(map(type, blobs)) != {bytes}:  # sqlite columns hold what they like
+            good = [row for row in rows if isinstance(row[2], int) and isinstance(row[3], bytes)]
             self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
             if not good:
-                return
-            batch = _arrays(*zip(*good, strict=True))
-        topic, log_ns, length, data = batch
-        start = np.cumsum(length) - length
-        for key in np.unique(topic).tolist():
-            mine = np.flatnonzero(topic == key)
-            yield Batch(key, data, start[mine], length[mine], log_ns[mine])
+                return []
+            _, topics, times, blobs = zip(*good, strict=True)
+        length = np.array([len(blob) for blob in blobs], dtype=np.int64)
+        located = Located(
+            start=np.cumsum(length) - length,
+            length=length,
+            channel=np.array(topics, dtype=np.int64),
+            log_ns=np.array(times, dtype=np.int64),
+        )
+        return located.by_channel(np.frombuffer(b"".join(blobs), dtype=np.uint8))
 
     def _note(self, text: str) -> None:
         if len(self.damage) < MAX_DAMAGE:
             self.damage.append(Damage(text))
 
 
-def _arrays(
-    topics: Sequence[int], times: Sequence[int], blobs: Sequence[bytes]
-) -> tuple[IntArray, IntArray, IntArray, ByteArray]:
-    """Topics, times and lengths of rows, and their blobs end to end."""
-    if set(map(type, times)) != {int}:  # a fraction would be cut off in silence
-        raise TypeError("not all times are whole numbers")
-    count = len(blobs)
-    data = b"".join(blobs)
-    length = np.fromiter(map(len, blobs), dtype=np.int64, count=count)
-    topic = np.fromiter(topics, dtype=np.int64, count=count)
-    return topic, np.fromiter(times, dtype=np.int64, count=count), length, np.frombuffer(data, dtype=np.uint8)
-
-
 def _str(value: object) -> str:
     return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
-
-
-def _query(wanted: Sequence[int]) -> str:
-    marks = ", ".join("?" * len(wanted))
-    return f"SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? AND topic_id IN ({marks}) ORDER BY id"
 
 
 def _claimed_size(path: Path) -> tuple[int, int]:

@@ -14,7 +14,7 @@ from collaudit.core.numeric.arrays import IntArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Located:
-    """Messages of a chunk in the order they lie in it.
+    """Messages of a buffer in the order they lie in it.
 
     Attributes:
         start, length: (n,) payload offsets and sizes.
@@ -28,8 +28,8 @@ class Located:
     length: IntArray
     channel: IntArray
     log_ns: IntArray
-    others: Sequence[Any]
-    rest: int
+    others: Sequence[Any] = ()
+    rest: int = 0
 
     def by_channel(self, data: ByteArray) -> list[Batch]:
         """The messages of each channel, in the order of their numbers."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -93,12 +95,12 @@ class Group:
                 self.columns[name] = Growing(values.shape[1] if values.ndim > 1 else 0, self.claimed)
             self.columns[name].add(values)
 
-    def take(self, name: str) -> FloatArray | IntArray | None:
+    def take(self, name: str) -> NDArray[Any] | None:
         """The whole column, which the group gives away."""
         column = self.columns.pop(name, None)
         return None if column is None else column.so_far()
 
-    def look(self, name: str) -> FloatArray | IntArray | None:
+    def look(self, name: str) -> NDArray[Any] | None:
         """A copy of a column that stays in the group."""
         column = self.columns.get(name)
         return None if column is None else column.so_far().copy()

@@ -11,12 +11,12 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.decoded_columns import Decoded
+from collaudit.core.logs.messages.decoded_columns import Decoded, Group
 from collaudit.core.logs.signals.annotation_spans import phases_of, spans_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.logs.topics.log_topics import Topic, described, read_by
-from collaudit.core.logs.topics.publishers import Publisher, clocks_of, in_order
+from collaudit.core.logs.topics.topic_series import Series, in_order
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
 
@@ -28,63 +28,44 @@ _STATED = "configured-"
 _KEYS: dict[Role, str] = {"label": "[log] label_topics", "phase": "[log] phase_topic"}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AlarmField:
-    """One alarm, in one kind of message.
+def alarm_series(decoded: Decoded, profile: Profile | None) -> list[Series]:
+    """When the alarms of a topic were raised, those that ever were; to be asked before its groups are used up.
 
-    Attributes:
-        name: of the alarm.
-        joints: joint of each column; empty when the alarm belongs to the whole arm.
-        log_ns: (n,) recording times.
-        stamp_ns: (n,) header stamps, or None.
-        raised: (n, m) True while it is raised.
+    Returns:
+        Of each kind of message (n, m) True while an alarm is raised, in the order of the file; m is the number of
+        joints of an alarm that each joint has.
     """
-
-    name: str
-    joints: tuple[str, ...]
-    log_ns: IntArray
-    stamp_ns: IntArray | None
-    raised: BoolArray
-
-
-def alarm_fields(decoded: Decoded, profile: Profile | None) -> list[AlarmField]:
-    """The alarms of a topic that were ever raised; to be asked before its groups are used up."""
-    out = []
+    out: list[Series] = []
+    if profile is None:
+        return out
     for group in decoded.groups.values():
-        names = [key for key in group.columns if key.startswith(ANNOTATION)]
-        if not names:
-            continue
-        at = np.argsort(np.asarray(group.look("place")), kind="stable")
-        for name in names:
-            values = np.asarray(group.take(name), dtype=np.float64)
-            if profile is None or not (raised := profile.raised(name.removeprefix(ANNOTATION), values)).any():
-                continue
-            log_ns = np.asarray(group.look("log_ns"), dtype=np.int64)
-            stamps = group.look("stamp_ns")
-            stamp_ns = None if stamps is None else np.asarray(stamps, dtype=np.int64)[at]
-            joints = group.key.names if raised.shape[1] == len(group.key.names) else ()
-            out.append(AlarmField(name.removeprefix(ANNOTATION), joints, log_ns[at], stamp_ns, raised[at]))
+        names = [name for name in group.columns if name.startswith(ANNOTATION)]
+        raised = {name.removeprefix(ANNOTATION): _raised(group, profile, name) for name in names}
+        raised = {name: values for name, values in raised.items() if values.any()}
+        if raised:
+            series = Series(raised, np.asarray(group.look("log_ns")), group.look("stamp_ns"), names=group.key.names)
+            out.append(series.at(np.argsort(np.asarray(group.look("place")), kind="stable")))
     return out
 
 
-def alarm_annotations(fields: list[AlarmField], clock: Clock, origin_ns: int, topic: str) -> list[Annotation]:
+def alarm_annotations(alarms: Sequence[Series], clock: Clock, origin_ns: int, topic: str) -> list[Annotation]:
     """The alarms as annotations, one a joint; each stretch ends at the last stamp at which the alarm was raised.
 
     Args:
-        fields: of the topic.
+        alarms: as of :func:`alarm_series`.
         clock: the clock of its samples.
         origin_ns: time zero of that clock.
         topic: their source.
     """
     found: dict[tuple[str, str | None], list[tuple[float, float]]] = {}
-    for field in fields:
-        stamps = field.stamp_ns if clock == "header" and field.stamp_ns is not None else field.log_ns
-        time_s = seconds_since(stamps, origin_ns)
-        columns: list[tuple[str | None, BoolArray]] = [
-            (joint, field.raised[:, k]) for k, joint in enumerate(field.joints)
-        ]
-        for joint, raised in columns or [(None, np.asarray(field.raised.any(axis=1)))]:
-            found.setdefault((field.name, joint), []).extend(spans_of(time_s, raised))
+    for series in alarms:
+        time_s = seconds_since(series.stamps(clock), origin_ns)
+        for name, raised in series.columns.items():
+            columns: list[tuple[str | None, BoolArray]] = [(None, np.asarray(raised.any(axis=1)))]
+            if series.names and raised.shape[1] == len(series.names):
+                columns = list(zip(series.names, raised.T, strict=True))
+            for joint, column in columns:
+                found.setdefault((name, joint), []).extend(spans_of(time_s, column))
     return [Annotation(name, topic, tuple(sorted(spans)), joint) for (name, joint), spans in found.items() if spans]
 
 
@@ -166,7 +147,7 @@ class Times:
         origin_ns: its time zero.
     """
 
-    joints: Publisher
+    joints: Series
     clock: Clock
     origin_ns: int
 
@@ -186,16 +167,7 @@ class Times:
     @property
     def end_s(self) -> float:
         """The last sample of the joint states."""
-        stamps = self.joints.stamp_ns if self.clock == "header" else None
-        return float(seconds_since(stamps if stamps is not None else self.joints.log_ns, self.origin_ns)[-1])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Series:
-    time_s: FloatArray
-    columns: dict[str, FloatArray]
-    words: tuple[str, ...]
-    which: IntArray
+        return float(seconds_since(self.joints.stamps(self.clock), self.origin_ns)[-1])
 
 
 def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
@@ -204,59 +176,54 @@ def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
     Raises:
         LogError: no message has the field that was configured.
     """
-    series = _series(topic, times)
-    if topic.profile is None or (series is None and not topic.decoded.seen):
+    profile, groups = topic.profile, list(topic.decoded.groups.values())
+    if profile is None or not topic.decoded.seen:
         return []
-    stated = topic.profile.name.startswith(_STATED)
-    out = []
-    for name, path in topic.profile.annotations:
-        values = None if series is None else series.columns.get(f"{ANNOTATION}{name}")
-        if values is None and stated:
+    stated = profile.name.startswith(_STATED)
+    columns = {}
+    for name, path in profile.annotations:
+        if any(f"{ANNOTATION}{name}" in group.columns for group in groups):
+            parts = [_raised(group, profile, f"{ANNOTATION}{name}").any(axis=1) for group in groups]
+            columns[name] = np.concatenate(parts)
+        elif stated:
             raise LogError(f"messages on {topic.name} hold no number at {path}", where=_KEYS["label"])
-        if series is None or values is None:
-            continue
-        raised = np.asarray(topic.profile.raised(name, values).any(axis=1))
-        spans = until_changed(series.time_s, raised, times.end_s)
-        if spans or stated:
-            out.append(Annotation(name, topic.name, spans))
-    return out
+    if not columns:
+        return []
+    time_s, series = _by_time(in_order(groups, columns, joints=times.joints), times)
+    spans = {name: until_changed(time_s, raised, times.end_s) for name, raised in series.columns.items()}
+    return [Annotation(name, topic.name, found) for name, found in spans.items() if found or stated]
+
+
+def _raised(group: Group, profile: Profile, name: str) -> BoolArray:
+    """(n, m) where messages say that it holds; nowhere in those that say nothing of it."""
+    values = group.take(name)
+    if values is None:
+        return np.zeros((group.rows, 1), dtype=np.bool_)
+    return profile.raised(name.removeprefix(ANNOTATION), np.asarray(values, dtype=np.float64))
 
 
 def read_phases(topic: Topic, times: Times) -> tuple[list[Annotation], list[Finding]]:
     """The phases of a topic: one annotation a value, holding until the value changes."""
-    series = _series(topic, times)
-    if series is None:
+    groups = list(topic.decoded.groups.values())
+    if not groups:
         why = topic.decoded.problem or "it holds no messages"
         text = f"The phase topic {topic.name} cannot be read: {why}."
         return [], [Finding("log-label-missing", "warning", text, where=topic.name)]
-    numbers = series.columns.get(_PHASE)
-    words = np.array(series.words, dtype=object)[series.which]
-    if numbers is not None:
-        counted = np.isfinite(numbers[:, 0])
-        words[counted] = [f"{value:g}" for value in numbers[counted, 0].tolist()]
-    return phases_of(series.time_s, words.tolist(), times.end_s, topic.name)
+    words = np.array([word for group in groups for word in _words(group)], dtype=object)
+    time_s, series = _by_time(in_order(groups, {_PHASE: words}, joints=times.joints), times)
+    return phases_of(time_s, series.columns[_PHASE].tolist(), times.end_s, topic.name)
 
 
-def _series(topic: Topic, times: Times) -> _Series | None:
-    """All groups of a topic in one, in time order."""
-    groups = list(topic.decoded.groups.values())
-    if not groups:
-        return None
-    rows = [group.rows for group in groups]
-    words = tuple(dict.fromkeys(group.key.names[0] if group.key.names else "" for group in groups))
-    which = np.repeat([words.index(group.key.names[0] if group.key.names else "") for group in groups], rows)
-    names = dict.fromkeys(name for group in groups for name, _ in group.key.present)
-    columns = {}
-    for name in names:
-        width = max(dict(group.key.present).get(name, 0) for group in groups)
-        out = np.full((sum(rows), width), np.nan)
-        for group, stop in zip(groups, np.cumsum(rows).tolist(), strict=True):
-            values = group.take(name)
-            if values is not None:
-                out[stop - group.rows : stop, : values.shape[1]] = values
-        columns[name] = out
-    ordered = in_order(*clocks_of(groups), times.joints.log_breaks, times.joints.stamp_breaks)
-    time_s = times.seconds(ordered.log_ns, ordered.stamp_ns)
-    by_time = np.argsort(time_s, kind="stable")
-    sort = by_time if ordered.sort is None else ordered.sort[by_time]
-    return _Series(time_s[by_time], {name: values[sort] for name, values in columns.items()}, words, which[sort])
+def _words(group: Group) -> list[str]:
+    """The phase that each message names, by a text or by a number; "" where the number is none."""
+    values = group.take(_PHASE)
+    if values is None:
+        return [group.key.names[0] if group.key.names else ""] * group.rows
+    return [f"{value:g}" if np.isfinite(value) else "" for value in values[:, 0].tolist()]
+
+
+def _by_time(series: Series, times: Times) -> tuple[FloatArray, Series]:
+    """Samples in the order of the joint states' seconds, which come first."""
+    time_s = times.seconds(series.log_ns, series.stamp_ns)
+    order = np.argsort(time_s, kind="stable")
+    return time_s[order], series.at(order)

@@ -12,12 +12,12 @@ from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.sample_clock import Clock, steadiness
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.logs.topics.log_topics import Topic
-from collaudit.core.logs.topics.publishers import Ordered, Publisher, clocks_of, in_order
-from collaudit.core.numeric.arrays import FloatArray, frozen
+from collaudit.core.logs.topics.topic_series import Series, in_order, taken
+from collaudit.core.numeric.arrays import frozen
 
 
 def read_wrench(
-    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int, joints: Publisher
+    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int, joints: Series
 ) -> tuple[WrenchSeries | None, list[Finding]]:
     """The wrench as recorded, on the clock of the joint states.
 
@@ -46,20 +46,18 @@ def read_wrench(
     if problem is not None:
         text = f"The wrench topic {settings.wrench} was configured, and {problem}."
         return None, [Finding("log-wrench-missing", "warning", text, where=settings.wrench)]
-    ordered, wrench = _stacked(topic, joints)
-    log_ns, stamp_ns = ordered.log_ns, ordered.stamp_ns
-    findings = [] if ordered.garbage is None else [garbage_finding(*ordered.garbage, "message", topic.name)]
-    if not ordered.followed:
+    groups = list(topic.decoded.groups.values())
+    series = in_order(groups, {"wrench": np.asarray(taken(groups, "wrench"))}, joints=joints)
+    findings = [] if series.garbage is None else [garbage_finding(*series.garbage, "message", topic.name)]
+    if not series.followed:
         text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
         return None, [Finding("log-wrench-missing", "warning", text, where=topic.name)]
-    stamps = log_ns
-    if clock == "header":
-        if stamp_ns is not None and steadiness(stamp_ns).usable:
-            stamps = stamp_ns
-        else:
-            text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
-            findings.append(Finding("clock-drift", "warning", text, where=topic.name))
-    return WrenchSeries(frozen(seconds_since(stamps, origin_ns)), frozen(wrench), topic.name), findings
+    if clock == "header" and not steadiness(series.stamp_ns).usable:
+        clock = "log"
+        text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
+        findings.append(Finding("clock-drift", "warning", text, where=topic.name))
+    time_s, wrench = seconds_since(series.stamps(clock), origin_ns), series.columns["wrench"]
+    return WrenchSeries(frozen(time_s), frozen(wrench), topic.name), findings
 
 
 def _problem(topic: Topic) -> str | None:
@@ -68,13 +66,3 @@ def _problem(topic: Topic) -> str | None:
     if not topic.decoded.groups:
         return "it holds no messages" if not topic.decoded.seen else f"none can be decoded: {topic.decoded.problem}"
     return None
-
-
-def _stacked(topic: Topic, joints: Publisher) -> tuple[Ordered, FloatArray]:
-    """The clocks of all groups in order of recording, and the values."""
-    groups = list(topic.decoded.groups.values())
-    parts = [np.asarray(group.take("wrench"), dtype=np.float64) for group in groups]
-    wrench = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    ordered = in_order(*clocks_of(groups), joints.log_breaks, joints.stamp_breaks)
-    topic.decoded.groups.clear()
-    return ordered, wrench if ordered.sort is None else wrench[ordered.sort]

@@ -26,7 +26,7 @@ from collaudit.core.logs.topics.annotation_topics import (
     AnnotationTopics,
     Times,
     alarm_annotations,
-    alarm_fields,
+    alarm_series,
     annotation_topics,
     read_annotations,
     read_phases,
@@ -35,8 +35,9 @@ from collaudit.core.logs.topics.joint_states_topic import choose_joint_states, c
 from collaudit.core.logs.topics.log_topics import Topic, decode, skipped_findings, topics_of
 from collaudit.core.logs.topics.logged_wrench import read_wrench
 from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
-from collaudit.core.logs.topics.publishers import Publisher, publishers_of
-from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
+from collaudit.core.logs.topics.publishers import publishers_of
+from collaudit.core.logs.topics.topic_series import Series
+from collaudit.core.numeric.arrays import FloatArray, frozen
 
 
 def read_message_log(
@@ -92,12 +93,12 @@ def read_message_log(
         judged=judged,
     )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
-    alarms = alarm_fields(joints.decoded, joints.profile)
+    alarms = alarm_series(joints.decoded, joints.profile)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
     findings += [garbage_finding(*p.garbage, "message", joints.name) for p in publishers if p.garbage is not None]
     clock, clock_finding = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
-    stamps = _stamps(base, clock)
+    stamps = base.stamps(clock)
     origin = int(stamps[0])
     as_stamped = None if base.stamp_ns is None else as_recorded(base.stamp_ns, base.stamp_breaks)
     findings += compare_clocks(as_stamped, as_recorded(base.log_ns, base.log_breaks), joints.name)
@@ -108,7 +109,7 @@ def read_message_log(
     findings += [*unreadable, *absent_labels(annotated.absent, "[log] label_topics", name)]
     findings += annotation_findings(annotations)
     scale = angle_factor(settings.units.position)
-    conflicts = [found for p in publishers for found in disagreement(p, _stamps(p, clock), scale, joints.name)]
+    conflicts = [found for p in publishers for found in disagreement(p, p.stamps(clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)
     findings += [clock_finding, *names.findings, *_merged(publishers, joints.name)]
     series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
@@ -172,13 +173,7 @@ def _empty(topic: Topic, reader: MessageReader, where: str) -> LogError:
     )
 
 
-def _stamps(publisher: Publisher, clock: Clock) -> IntArray:
-    if clock == "header" and publisher.stamp_ns is not None:
-        return publisher.stamp_ns
-    return publisher.log_ns
-
-
-def _columns(publishers: Sequence[Publisher], names: NameMap, clock: Clock, origin: int) -> dict[str, FloatArray]:
+def _columns(publishers: Sequence[Series], names: NameMap, clock: Clock, origin: int) -> dict[str, FloatArray]:
     """Quantity to (n, j) in the robot's order; other publishers are brought to the stamps of the first."""
     base = publishers[0]
     if len(publishers) == 1:
@@ -186,7 +181,7 @@ def _columns(publishers: Sequence[Publisher], names: NameMap, clock: Clock, orig
         if picked == list(range(len(base.names))):
             return base.columns
         return {quantity: base.columns.pop(quantity)[:, picked] for quantity in list(base.columns)}
-    at_s = seconds_since(_stamps(base, clock), origin)
+    at_s = seconds_since(base.stamps(clock), origin)
     out: dict[str, FloatArray] = {}
     for quantity in QUANTITIES:
         if not any(quantity in publisher.columns for publisher in publishers):
@@ -197,7 +192,7 @@ def _columns(publishers: Sequence[Publisher], names: NameMap, clock: Clock, orig
                 continue
             own = publisher.columns[quantity]
             if publisher is not base:
-                own = interpolate(at_s, seconds_since(_stamps(publisher, clock), origin), own)
+                own = interpolate(at_s, seconds_since(publisher.stamps(clock), origin), own)
             for index, log in enumerate(names.log):
                 if log in publisher.names:
                     values[:, index] = own[:, publisher.names.index(log)]
@@ -205,7 +200,7 @@ def _columns(publishers: Sequence[Publisher], names: NameMap, clock: Clock, orig
     return out
 
 
-def _merged(publishers: Sequence[Publisher], topic: str) -> list[Finding]:
+def _merged(publishers: Sequence[Series], topic: str) -> list[Finding]:
     if len(publishers) < 2:
         return []
     parts = "; ".join(

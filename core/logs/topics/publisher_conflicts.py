@@ -8,7 +8,7 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
-from collaudit.core.logs.topics.publishers import Publisher
+from collaudit.core.logs.topics.topic_series import Series
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 #: Positions closer than this (rad, or m) may be the same measurement.
@@ -31,7 +31,7 @@ _any_value = np.errstate(over="ignore", invalid="ignore")
 
 
 @_any_value
-def disagreement(publisher: Publisher, stamps_ns: IntArray, scale: float, topic: str) -> list[Finding]:
+def disagreement(publisher: Series, stamps_ns: IntArray, scale: float, topic: str) -> list[Finding]:
     """An error where channels of one topic give the same joints other positions or efforts at the same time.
 
     Args:

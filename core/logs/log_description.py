@@ -158,8 +158,7 @@ def _from_stamps(topic: Topic, count: int, log_ns: IntArray | None) -> TopicInfo
 
 def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float | None) -> TopicInfo:
     """One topic with what its decoded messages show."""
-    role = topic.profile.role if topic.profile is not None else "other"
-    readable = bool(topic.decoders)
+    role, readable = topic.profile.role, bool(topic.decoders)
     joints = role == "joint_states" and readable
     return TopicInfo(
         name=topic.name,
@@ -180,7 +179,7 @@ def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float 
 def _note(topic: Topic) -> str:
     if topic.problem:
         return topic.problem
-    if topic.profile is None:
+    if topic.profile.role == "other":
         return "no profile reads this type; it is left alone"
     if topic.profile.name == CONFIGURED:
         return "read by the field paths of the configuration, [log.fields]"

@@ -22,7 +22,7 @@ from collaudit.core.vendors.controller_modes import FRANKA_MODE, UR_ROBOT_MODE, 
 
 #: Stands before the name of an annotation where quantities are named.
 ANNOTATION = "annotation:"
-Role = Literal["joint_states", "wrench", "label", "phase"]
+Role = Literal["joint_states", "wrench", "label", "phase", "other"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,8 @@ class Profile:
 
     Attributes:
         name: what ``inspect`` calls it.
-        role: ``joint_states``, ``wrench``, or for annotations and phases on topics of their own ``label``, ``phase``.
+        role: ``joint_states``, ``wrench``, or for annotations and phases on topics of their own ``label``, ``phase``;
+            ``other`` where nothing is read.
         types: the message types it reads.
         stamp: paths of the stamp's seconds and nanoseconds, or None.
         names: path of the joint names, or None where the type has none.

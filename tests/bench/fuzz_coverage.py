@@ -90,7 +90,6 @@ def messages(encoding: str) -> Callable[[bytes], None]:
     channel = Channel(1, "/joint_states", w.JOINT_STATE, encoding, "ros1msg" if encoding == "ros1" else "ros2msg", text)
     kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, {})
     profile = profile_of(channel.type)
-    assert profile is not None
 
     def one(data: bytes) -> None:
         try:

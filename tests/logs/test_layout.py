@@ -342,5 +342,5 @@ def test_messages_decoded_alone_are_those_decoded_together(most: int) -> None:
             (key, name): np.asarray(group.look(name)) for key, group in out.groups.items() for name in group.columns
         }
         found.append({name: values.tobytes() for name, values in columns.items()})
-    assert len(found[0]) == 6 * 6
+    assert len(found[0]) == 6 * 7
     assert found[0] == found[1]

@@ -18,8 +18,8 @@ _LEAST_ROWS = 4096
 #: And how many times as long it becomes at most.
 _MOST_TIMES = 64
 Column = IntArray | FloatArray
-#: Numbers of a row besides its quantities: stamps and place.
-_OWN_COLUMNS = 3
+#: Numbers of a row besides its quantities: stamps, place and source.
+_OWN_COLUMNS = 4
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")
 
@@ -79,8 +79,8 @@ class Group:
 
     Attributes:
         key: what its messages hold.
-        columns: column name to rows: ``log_ns``, ``stamp_ns`` and ``place``, which of the topic's messages a row is,
-            (n,) int64, and the quantities (n, j) float64.
+        columns: column name to rows: ``log_ns``, ``stamp_ns``, ``place``, which of the topic's messages a row is, and
+            ``source``, its channel, (n,) int64, and the quantities (n, j) float64.
         claimed: rows that the topic is said to have.
     """
 

@@ -107,7 +107,6 @@ class ChannelDecoder:
         lay: finds the fields of one message.
         out: where the columns go; shared by the channels of one topic.
         max_plans: layouts that are kept for further messages; 0 where each message has one of its own.
-        tagged: whether each row keeps which channel it came from.
     """
 
     channel: Channel
@@ -115,7 +114,6 @@ class ChannelDecoder:
     lay: Callable[[bytes], Layout]
     out: Decoded
     max_plans: int = MAX_PLANS
-    tagged: bool = False
     _plans: dict[int, list[Plan]] = field(default_factory=dict)
     _count: int = 0
 
@@ -194,9 +192,8 @@ class ChannelDecoder:
 
     def _emit(self, plan: Plan, rows: _Rows) -> None:
         columns = plan.columns_of(rows.data)
-        columns |= {"log_ns": rows.log_ns, "place": rows.places}
-        if self.tagged:
-            columns["source"] = np.full(rows.places.shape[0], self.channel.key)
+        source = np.full(rows.places.shape[0], self.channel.key)
+        columns |= {"log_ns": rows.log_ns, "place": rows.places, "source": source}
         self.out.add(plan.key, columns)
 
 

@@ -28,16 +28,14 @@ _STATED = "configured-"
 _KEYS: dict[Role, str] = {"label": "[log] label_topics", "phase": "[log] phase_topic"}
 
 
-def alarm_series(decoded: Decoded, profile: Profile | None) -> list[Series]:
+def alarm_series(decoded: Decoded, profile: Profile) -> list[Series]:
     """When the alarms of a topic were raised, those that ever were; to be asked before its groups are used up.
 
     Returns:
         Of each kind of message (n, m) True while an alarm is raised, in the order of the file; m is the number of
         joints of an alarm that each joint has.
     """
-    out: list[Series] = []
-    if profile is None:
-        return out
+    out = []
     for group in decoded.groups.values():
         names = [name for name in group.columns if name.startswith(ANNOTATION)]
         raised = {name.removeprefix(ANNOTATION): _raised(group, profile, name) for name in names}
@@ -102,7 +100,7 @@ def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> Annotatio
 
 
 def _is_known(topic: Topic) -> bool:
-    return topic.profile is not None and topic.profile.role == "label" and bool(topic.decoders)
+    return topic.profile.role == "label" and bool(topic.decoders)
 
 
 def _configured(topics: Sequence[Topic], entry: str, role: Role) -> Topic:
@@ -177,7 +175,7 @@ def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
         LogError: no message has the field that was configured.
     """
     profile, groups = topic.profile, list(topic.decoded.groups.values())
-    if profile is None or not topic.decoded.seen:
+    if not topic.decoded.seen:
         return []
     stated = profile.name.startswith(_STATED)
     columns = {}

@@ -47,7 +47,7 @@ def choose_joint_states(
     """
     if wanted is not None:
         return _configured(topics, wanted, where)
-    candidates = [topic for topic in topics if topic.decoders and _is_joints(topic) and _has_position(topic)]
+    candidates = [topic for topic in topics if _readable(topic) and topic.profile.position is not None]
     if not candidates:
         raise _none(topics, where)
     if len(candidates) == 1:
@@ -55,7 +55,7 @@ def choose_joint_states(
     names = peek_names(reader, candidates)
     scores = {topic.name: matches(names[topic.name], mapping, robot) for topic in candidates}
     best = max(scores.values())
-    unnamed = [topic for topic in candidates if topic.profile is not None and topic.profile.fixed_names]
+    unnamed = [topic for topic in candidates if topic.profile.fixed_names]
     if best == 0 and len(unnamed) == 1:
         return unnamed[0]
     if best == 0:
@@ -79,38 +79,24 @@ def choose_joint_states(
     return chosen[0]
 
 
-def _has_position(topic: Topic) -> bool:
-    return topic.profile is not None and topic.profile.position is not None
-
-
 def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
     """Sibling topics of types that hold one quantity each; they decode into the chosen topic."""
-    family = chosen.profile.family if chosen.profile is not None else ""
-    found = [
-        topic
-        for topic in topics
-        if family
-        and topic is not chosen
-        and topic.profile is not None
-        and topic.profile.family == family
-        and topic.name.rsplit("/", 1)[0] == chosen.name.rsplit("/", 1)[0]
-    ]
-    for topic in [chosen, *found] if found else []:
-        for decoder in topic.decoders.values():
-            decoder.tagged = True
+    family, place = chosen.profile.family, chosen.name.rsplit("/", 1)[0]
+    alike = [topic for topic in topics if topic is not chosen and topic.profile.family == family != ""]
+    found = [topic for topic in alike if topic.name.rsplit("/", 1)[0] == place]
     for topic in found:
         topic.decode_into(chosen.decoded)
     return found
 
 
-def _is_joints(topic: Topic) -> bool:
-    return topic.profile is not None and topic.profile.role == "joint_states"
+def _readable(topic: Topic) -> bool:
+    return topic.profile.role == "joint_states" and bool(topic.decoders)
 
 
 def _configured(topics: Sequence[Topic], wanted: str, where: str) -> Topic:
     for topic in topics:
         if topic.name == wanted or topic.name.strip("/") == wanted.strip("/"):
-            if not topic.decoders or not _is_joints(topic):
+            if not _readable(topic):
                 why = topic.problem or f"messages of type {topic.type} are not joint states"
                 raise LogError(f"the topic {wanted} cannot be read as joint states: {why}", where=where)
             return topic
@@ -119,7 +105,7 @@ def _configured(topics: Sequence[Topic], wanted: str, where: str) -> Topic:
 
 
 def _none(topics: Sequence[Topic], where: str) -> LogError:
-    broken = [topic for topic in topics if topic.profile is not None and not topic.decoders]
+    broken = [topic for topic in topics if topic.profile.role != "other" and not topic.decoders]
     if broken:
         problems = "; ".join(f"{topic.name}: {topic.problem}" for topic in broken)
         return LogError("its joint signals cannot be decoded", where=where, found=problems)

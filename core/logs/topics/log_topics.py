@@ -21,6 +21,7 @@ ENCODINGS = ("cdr", "ros1", "json", "protobuf")
 #: Name of the profiles that the configuration makes.
 CONFIGURED = "configured"
 _BY_TYPE = {kind: profile for profile in PROFILES for kind in profile.types}
+_UNREAD = Profile("none", "other", ())
 
 
 @dataclass(slots=True, eq=False)
@@ -30,7 +31,7 @@ class Topic:
     Attributes:
         name: topic name.
         channels: its channels.
-        profile: what reads it, or None.
+        profile: what reads it.
         problem: why it cannot be read, or "".
         decoders: by channel key, when it can be read.
         decoded: where they put their columns.
@@ -39,7 +40,7 @@ class Topic:
 
     name: str
     channels: list[Channel]
-    profile: Profile | None
+    profile: Profile
     problem: str
     decoders: dict[int, ChannelDecoder]
     decoded: Decoded
@@ -81,12 +82,12 @@ def topics_of(reader: MessageReader, settings: LogConfig, bounds: ReadingBounds)
 def _topic(name: str, channels: list[Channel], own: Profile | None, extra: Definitions, bounds: ReadingBounds) -> Topic:
     """A topic read by the profile of its configuration, or else of its messages' type."""
     known = [own] if own is not None else [profile_of(channel.type) for channel in channels]
-    profiles = {profile.name: profile for profile in known if profile is not None}
+    profiles = {profile.name: profile for profile in known if profile is not _UNREAD}
     if len(profiles) == 1:
         (profile,) = profiles.values()
         return read_by(name, channels, profile, extra, bounds)
     problem = f"it has messages of several kinds ({', '.join(profiles)})" if profiles else ""
-    return Topic(name, channels, None, problem, {}, Decoded(bounds=bounds), extra)
+    return Topic(name, channels, _UNREAD, problem, {}, Decoded(bounds=bounds), extra)
 
 
 def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions, bounds: ReadingBounds) -> Topic:
@@ -106,7 +107,6 @@ def _add_decoder(topic: Topic, channel: Channel, profile: Profile) -> None:
         return
     try:
         topic.decoders[channel.key] = ChannelDecoder.of(channel, profile, topic.decoded, topic.extra)
-        topic.decoders[channel.key].tagged = len(topic.channels) > 1
     except SchemaError as error:
         topic.problem = str(error)
 
@@ -142,9 +142,9 @@ def described(topics: Sequence[Topic], limit: int = 20) -> str:
     return shown + (f" and {len(topics) - limit} more" if len(topics) > limit else "")
 
 
-def profile_of(type_name: str) -> Profile | None:
-    """The profile that reads a message type, or None."""
-    return _BY_TYPE.get(type_name)
+def profile_of(type_name: str) -> Profile:
+    """The profile that reads a message type, one of the role ``other`` where none does."""
+    return _BY_TYPE.get(type_name, _UNREAD)
 
 
 def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | None:

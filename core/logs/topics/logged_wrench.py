@@ -61,7 +61,7 @@ def read_wrench(
 
 
 def _problem(topic: Topic) -> str | None:
-    if topic.profile is None or topic.profile.role != "wrench" or not topic.decoders:
+    if topic.profile.role != "wrench" or not topic.decoders:
         return topic.problem or f"its type {topic.type} is no wrench"
     if not topic.decoded.groups:
         return "it holds no messages" if not topic.decoded.seen else f"none can be decoded: {topic.decoded.problem}"

@@ -82,14 +82,13 @@ def read_message_log(
     if not joints.decoded.groups:
         raise _empty(joints, reader, where)
     logged = all_names([joints.decoded])
-    typed = joints.profile is not None and bool(joints.profile.fixed_names)
     names = map_names(
         logged,
         settings.joint_names,
         robot_joints,
         where,
         prismatic,
-        numbered=typed and not set(logged) & set(robot_joints or ()),
+        numbered=bool(joints.profile.fixed_names) and not set(logged) & set(robot_joints or ()),
         judged=judged,
     )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
@@ -115,8 +114,7 @@ def read_message_log(
     series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
     findings += wrench_findings
     units = settings.units
-    drawn = joints.profile is not None and joints.profile.effort_unit == "A"
-    if (drawn or settings.effort_kind == "motor-current") and "effort" in columns:
+    if (joints.profile.effort_unit == "A" or settings.effort_kind == "motor-current") and "effort" in columns:
         units = with_currents(units, where)
     unit = to_si(columns, names, units, prismatic, where)
     if "position" not in columns:

@@ -82,7 +82,9 @@ def in_order(
     """
     log_ns, place = taken(groups, "log_ns"), taken(groups, "place")
     assert log_ns is not None and place is not None, "every message has them"
-    series = Series(columns, log_ns, taken(groups, "stamp_ns"), taken(groups, "source"), names)
+    source = taken(groups, "source")
+    several = source is not None and bool((source != source[0]).any())
+    series = Series(columns, log_ns, taken(groups, "stamp_ns"), source if several else None, names)
     garbage = [far for ns in (series.log_ns, series.stamp_ns) if ns is not None and (far := garbage_ns(ns)) is not None]
     if garbage:
         far = np.logical_or.reduce(garbage)

@@ -103,7 +103,7 @@ class McapIndex:
     counts: dict[int, int] = field(default_factory=dict)
     damage: list[Damage] = field(default_factory=list)
     span_ns: tuple[int, int] | None = None
-    chunk_spans_ns: list[tuple[int, int]] = field(default_factory=list)
+    chunk_spans_ns: list[int] = field(default_factory=list)
 
     def record(self, op: int, body: bytes) -> None:
         """Take note of a schema, channel or statistics record; a malformed one is damage."""

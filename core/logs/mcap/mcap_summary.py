@@ -10,7 +10,7 @@ import numpy as np
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_records import McapIndex
 from collaudit.core.logs.mcap.stated_index import read_summary
-from collaudit.core.logs.signals.impossible_values import garbage_stamps
+from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Overview
@@ -38,21 +38,11 @@ def overview_of(path: Path) -> Overview | None:
     if reader.index.lacks_schemas():
         reader.close()
         return None
-    first, last, astray = _plausible_span(index)
-    if astray:
-        text += f" Times that are none of this recording stand in {astray} of the chunks; the length leaves them out."
-    return Overview(reader, index.counts, (first, last), text)
-
-
-def _plausible_span(index: McapIndex) -> tuple[int, int, int]:
-    """First and last time by the chunks' own, without garbage, and how many chunks have some."""
-    assert index.span_ns is not None
-    spans = np.array(index.chunk_spans_ns, dtype=np.uint64).reshape(-1, 2)
-    far = garbage_stamps(spans.ravel() / 1e9).reshape(-1, 2)
-    if not far.any():
-        return (*index.span_ns, 0)
-    good = spans[~far]
-    return int(good.min()), int(good.max()), int(np.count_nonzero(far.any(axis=1)))
+    stamps = np.array([*index.span_ns, *index.chunk_spans_ns], dtype=np.uint64).astype(np.int64)
+    good, garbage = plausible_ns(stamps, path.name)
+    if garbage:
+        text += " Times that are none of this recording stand in the summary; the length leaves them out."
+    return Overview(reader, index.counts, (int(good.min()), int(good.max())), text)
 
 
 def _first_chunks(index: McapIndex) -> McapIndex:

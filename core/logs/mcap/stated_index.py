@@ -82,7 +82,7 @@ def read_summary(file: RandomFile) -> McapIndex | None:
                 return None
             index.chunks.append(chunk)
             if chunk.index:  # a chunk without messages states zeros
-                index.chunk_spans_ns.append((stated.message_start_time, stated.message_end_time))
+                index.chunk_spans_ns += [stated.message_start_time, stated.message_end_time]
     usable = bool(index.channels) and bool(index.counts) and index.span_ns is not None and not index.damage
     return index if usable else None
 

@@ -57,36 +57,27 @@ class PartialFile:
         self.path, self.size, self.fetched = path, size, 0
         self._fetch, self._stated = fetch, stated_sha256
         self._there: list[tuple[int, int]] = []
-        self._blocks: list[tuple[int, int]] = []
         self._lock = threading.Lock()
         with path.open("wb") as file:
             file.truncate(size)
 
     def fill(self, start: int, count: int) -> None:
-        """Have these bytes, with those expected beside them.
+        """Have these bytes.
 
         Raises:
             LogError: they cannot be fetched.
         """
-        stop = min(start + count, self.size)
         with self._lock:
-            for first, last in [*self._holes(max(start, 0), stop)]:
-                begin = min([a for a, b in self._blocks if a <= first < b], default=first)
-                end = max([b for a, b in self._blocks if a < last <= b], default=last)
-                for hole in [*self._holes(begin, end)]:
-                    self._take(*hole)
+            for hole in [*self._holes(max(start, 0), min(start + count, self.size))]:
+                self._take(*hole)
 
     def expect(self, spans: Sequence[tuple[int, int]]) -> None:
-        """Say what will be read, as (start, count): it is fetched in few requests then, or as a whole."""
-        with self._lock:
-            self._blocks = _joined([(start, min(start + count, self.size)) for start, count in spans], _GAP_BYTES)
-            whole = sum(stop - start for start, stop in self._blocks) > _MOST_SHARE * self.size
-        if whole:
-            self.fill(0, self.size)
-        with self._lock:
-            pieces = [(a, min(a + _PIECE_BYTES, stop)) for start, stop in self._blocks
-                      for a in range(start, stop, _PIECE_BYTES)]  # fmt: skip
-            self._blocks = pieces
+        """Have what will be read, as (start, count): it is fetched in few requests then, or as a whole."""
+        blocks = _joined([(start, min(start + count, self.size)) for start, count in spans], _GAP_BYTES)
+        if sum(stop - start for start, stop in blocks) > _MOST_SHARE * self.size:
+            blocks = [(0, self.size)]
+        for start, stop in blocks:
+            self.fill(start, stop - start)
 
     @property
     def hash_of(self) -> HashOf:

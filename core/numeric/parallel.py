@@ -36,7 +36,7 @@ def use_threads(count: int) -> None:
     _threads = max(1, count)
 
 
-def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | None = None) -> Iterator[R]:
+def ordered_map(function: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
     """Apply ``function`` in :func:`threads` threads; results come in the order of the items, few at a time.
 
     A map inside a map works in the thread that it is in.
@@ -44,7 +44,6 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | Non
     Args:
         function: what to apply.
         items: to what.
-        ahead: results that may wait for whoever takes them; as many as threads where nothing is said.
     """
     if _alone() or (isinstance(items, Sized) and len(items) < 2):
         yield from map(function, items)
@@ -53,7 +52,7 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | Non
     try:
         for item in items:
             asked.append(_helpers(_threads).submit(_helping, function, item))
-            if len(asked) > (_threads if ahead is None else ahead):
+            if len(asked) > _threads:
                 yield asked.popleft().result()
         while asked:
             yield asked.popleft().result()

@@ -14,7 +14,7 @@ from mcap.data_stream import ReadDataStream
 
 from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
+from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, DamageNotes, ros_type
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 2, 3, 4, 5, 6, 7, 8, 11
@@ -101,7 +101,7 @@ class McapIndex:
     channels: dict[int, Any] = field(default_factory=dict)
     chunks: list[ChunkRef] = field(default_factory=list)
     counts: dict[int, int] = field(default_factory=dict)
-    damage: list[Damage] = field(default_factory=list)
+    damage: DamageNotes = field(default_factory=DamageNotes)
     span_ns: tuple[int, int] | None = None
     chunk_spans_ns: list[int] = field(default_factory=list)
 
@@ -109,7 +109,7 @@ class McapIndex:
         """Take note of a schema, channel or statistics record; a malformed one is damage."""
         found = parsed(op, body)
         if found is None:
-            self.damage.append(Damage(f"a record of kind {op} is malformed"))
+            self.damage.note(f"a record of kind {op} is malformed")
         elif op == STATISTICS:
             self.span_ns = found.message_start_time, found.message_end_time
             self.counts |= found.channel_message_counts

@@ -25,9 +25,8 @@ from collaudit.core.logs.mcap.mcap_records import (
     STATISTICS,
     McapIndex,
 )
-from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE, ChunkRef
+from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Damage
 from collaudit.core.numeric.arrays import IntArray
 
 _WINDOW = 1 << 13
@@ -73,9 +72,8 @@ class Scan:
             pos = nxt
         self._end_run()
         if not self.finished and not self.index.damage:
-            self.index.damage.append(
-                Damage(f"it ends at byte {self.file.size} without a footer: it was cut short or is still being written")
-            )
+            cut = "it was cut short or is still being written"
+            self.index.damage.note(f"it ends at byte {self.file.size} without a footer: {cut}")
         return self.index
 
     def view(self, pos: int, size: int) -> bytes:
@@ -95,17 +93,17 @@ class Scan:
             return pos + self.known[pos].extent
         head = self.view(pos, 9)
         if len(head) < 9:
-            self._stop(f"it ends at byte {self.file.size}, inside a record")
+            self.index.damage.note(f"it ends at byte {self.file.size}, inside a record")
             return None
         op, length = int(head[0]), int.from_bytes(head[1:9], "little")
         if op == 0:
-            self._stop(f"there is no record at byte {pos}")
+            self.index.damage.note(f"there is no record at byte {pos}")
             return None
         end = pos + 9 + length
         if op == CHUNK:
             return self.chunk(pos, length)
         if end > self.file.size:
-            self._stop(f"it ends at byte {self.file.size}, inside a record that should reach byte {end}")
+            self.index.damage.note(f"it ends at byte {self.file.size}, inside a record that should reach byte {end}")
             return None
         if op == MESSAGE:
             return self.messages(pos)
@@ -117,17 +115,13 @@ class Scan:
             if length <= MAX_SMALL:
                 self.index.record(op, self.view(pos + 9, length))
             else:
-                self.index.damage.append(Damage(f"a record of kind {op} at byte {pos} is {length} bytes long"))
+                self.index.damage.note(f"a record of kind {op} at byte {pos} is {length} bytes long")
         return end
-
-    def _stop(self, text: str) -> None:
-        if len(self.index.damage) < MAX_DAMAGE:
-            self.index.damage.append(Damage(text))
 
     def _footer(self, end: int) -> None:
         self.finished = True
         if self.file.read(end, 8) != MAGIC:
-            self.index.damage.append(Damage("its closing magic is missing", lost=False))
+            self.index.damage.note("its closing magic is missing", lost=False)
 
     def chunk(self, pos: int, length: int) -> int | None:
         """Note a chunk; one that the file ends in is noted with the bytes that are there."""
@@ -138,7 +132,7 @@ class Scan:
             compression = head[32 : 32 + name].decode("ascii")
             (records,) = struct.unpack_from("<Q", head, 32 + name)
         except (struct.error, UnicodeDecodeError):
-            self._stop(f"the chunk at byte {pos} has a malformed head")
+            self.index.damage.note(f"the chunk at byte {pos} has a malformed head")
             return None
         data_at = pos + 9 + 40 + name
         end = pos + 9 + length
@@ -146,7 +140,7 @@ class Scan:
         have = records if complete else max(0, min(records, self.file.size - data_at))
         self.index.chunks.append(ChunkRef(pos, data_at, have, size, compression, complete=complete, crc=crc))
         if not complete:
-            self._stop(f"it ends at byte {self.file.size}, inside the chunk at byte {pos}")
+            self.index.damage.note(f"it ends at byte {self.file.size}, inside the chunk at byte {pos}")
             return None
         return end
 
@@ -171,7 +165,7 @@ class Scan:
         lengths = np.append(starts[1:], after)[: starts.shape[0]] - starts - 9
         whole = lengths >= 22
         for at, length in zip(starts[~whole].tolist(), lengths[~whole].tolist(), strict=True):
-            self._stop(f"the message at byte {base + at} is only {length} bytes long")
+            self.index.damage.note(f"the message at byte {base + at} is only {length} bytes long")
         if whole.any():
             if self.runs and base + after - int(self.runs[0][0]) > _WIDE_WINDOW:
                 self._end_run()

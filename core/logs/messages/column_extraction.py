@@ -117,7 +117,7 @@ def make_plan(layout: Layout, profile: Profile) -> Plan:
     names = _checked(profile, named, counts)
     stamp = _stamp(finder, profile.stamp) if profile.stamp is not None else None
     key = GroupKey(names, tuple(counts.items()), stamp is not None)
-    columns = {name: _joined(found[name]) for name in counts}
+    columns = {name: found[name] for name in counts}
     return Plan(len(layout.data), key, _guards(finder.bound, layout.data), stamp, columns)
 
 
@@ -137,18 +137,6 @@ def _stamp(finder: _Finder, path: str) -> Runs | None:
 def _first(part: Numbers, data: bytes) -> np.generic:
     number: np.generic = np.frombuffer(data, part.code, 1, part.offset)[0]
     return number
-
-
-def _joined(parts: Runs) -> Runs:
-    """Runs of numbers with those that follow each other as one: six fields of a wrench are an array of six."""
-    out: list[Numbers] = []
-    for part in parts:
-        last = out[-1] if out else None
-        if last is not None and (last.code, last.stop) == (part.code, part.offset):
-            out[-1] = Numbers(last.offset, last.code, last.count + part.count)
-        else:
-            out.append(part)
-    return tuple(out)
 
 
 @dataclass(slots=True)

@@ -157,18 +157,18 @@ class BagFile(ChunkedFile):
         """Take note of the record at ``pos``; where the next one begins, or None when the walk must end."""
         window = self.file.read(pos, _WINDOW)
         if len(window) < 4:
-            self.note(f"it ends at byte {self.file.size}, inside a record")
+            self.damage.note(f"it ends at byte {self.file.size}, inside a record")
             return None
         header_size = int.from_bytes(window[:4], "little")
         if header_size > _MAX_HEADER or pos + 8 + header_size > self.file.size:
-            self.note(f"the record at byte {pos} is malformed or cut short")
+            self.damage.note(f"the record at byte {pos} is malformed or cut short")
             return None
         if len(window) < 8 + header_size:
             window = self.file.read(pos, 8 + header_size)
         fields = fields_of(window[4 : 4 + header_size])
         op = fields.get(b"op", b"")
         if len(op) != 1:
-            self.note(f"the record at byte {pos} is malformed")
+            self.damage.note(f"the record at byte {pos} is malformed")
             return None
         data_at = pos + 8 + header_size
         end = data_at + int.from_bytes(window[4 + header_size : 8 + header_size], "little")
@@ -176,7 +176,7 @@ class BagFile(ChunkedFile):
         if whole or op[0] == CHUNK:
             self._take(pos, op[0], fields, data_at, min(end, self.file.size) - data_at)
         if not whole:
-            self.note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
+            self.damage.note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
         return end if whole else None
 
     def _take(self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int) -> None:
@@ -192,12 +192,12 @@ class BagFile(ChunkedFile):
             elif op == BAG_HEADER:
                 self._header(fields)
             elif op == MSG:
-                self.note(f"the message at byte {pos} lies outside a chunk and was left out")
+                self.damage.note(f"the message at byte {pos} lies outside a chunk and was left out")
             elif op == CHUNK_INFO:
                 for connection, count in struct.iter_unpack("<II", self.file.read(data_at, data_size // 8 * 8)):
                     self.counts[connection] = self.counts.get(connection, 0) + count
         except (struct.error, KeyError, UnicodeDecodeError):
-            self.note(f"the record at byte {pos} is malformed")
+            self.damage.note(f"the record at byte {pos} is malformed")
 
     def _header(self, fields: dict[bytes, bytes]) -> None:
         if fields.get(b"encryptor"):
@@ -207,9 +207,9 @@ class BagFile(ChunkedFile):
         (index,) = struct.unpack("<Q", fields[b"index_pos"])
         self._indexed = 0 < index <= self.file.size
         if index == 0:
-            self.note("it has no index: it was not closed, or is still being written")
+            self.damage.note("it has no index: it was not closed, or is still being written")
         elif not self._indexed:  # cut between two records, where no record is cut
-            self.note(f"it ends at byte {self.file.size}, before its index at byte {index}")
+            self.damage.note(f"it ends at byte {self.file.size}, before its index at byte {index}")
 
     def _connection(self, fields: dict[bytes, bytes], data: bytes) -> None:
         try:
@@ -218,7 +218,7 @@ class BagFile(ChunkedFile):
             topic = (fields.get(b"topic") or inner[b"topic"]).decode("utf-8")
             kind = ros_type(inner[b"type"].decode("utf-8"))
         except (struct.error, KeyError, UnicodeDecodeError):
-            self.note("a connection record is malformed")
+            self.damage.note("a connection record is malformed")
             return
         schema = inner.get(b"message_definition", b"")
         self.connections.setdefault(key, Channel(key, topic, kind, "ros1", "ros1msg", schema))

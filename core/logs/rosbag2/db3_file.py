@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
 from collaudit.core.logs.storage.message_places import Located
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
+from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, MessageReader, Progress, ros_type
 
 _ROWS = 4096
 #: Number, topic, time and payload.
@@ -34,7 +33,7 @@ class Db3File:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.damage: list[Damage] = []
+        self.damage = DamageNotes()
         self._bytes = path.stat().st_size
         self._copy: TemporaryDirectory[str] | None = None
         try:
@@ -78,10 +77,10 @@ class Db3File:
         if cut:
             os.truncate(copy, self._bytes // page * page)  # half a page would be read as rows of zeros
             os.truncate(copy, claimed)
-            self._note(f"it ends at byte {self._bytes} of the {claimed} it says it has")
+            self.damage.note(f"it ends at byte {self._bytes} of the {claimed} it says it has")
         else:
             text = "it has a journal, because it was not closed; what had been committed was read"
-            self.damage.append(Damage(text, lost=False))
+            self.damage.note(text, lost=False)
         return _tame(sqlite3.connect(f"{copy.as_uri()}?mode=rw", uri=True), copy.stat().st_size)
 
     def _read_channels(self) -> tuple[Channel, ...]:
@@ -134,19 +133,19 @@ class Db3File:
         try:
             for row in self._db.execute(query, wanted):
                 if row[0] <= last:
-                    self._note(f"its rows do not ascend after number {last}; the rest was left out")
+                    self.damage.note(f"its rows do not ascend after number {last}; the rest was left out")
                     return
                 last = row[0]
                 yield row
         except (sqlite3.Error, OverflowError, TypeError) as error:
-            self._note(f"reading its messages stopped after number {last}: {error}")
+            self.damage.note(f"reading its messages stopped after number {last}: {error}")
 
     def _split(self, rows: list[_Row]) -> list[Batch]:
         """One batch per topic, all in one buffer."""
         _, topics, times, blobs = zip(*rows, strict=True)
         if set(map(type, times)) != {int} or set(map(type, blobs)) != {bytes}:  # sqlite columns hold what they like
             good = [row for row in rows if isinstance(row[2], int) and isinstance(row[3], bytes)]
-            self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
+            self.damage.note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
             if not good:
                 return []
             _, topics, times, blobs = zip(*good, strict=True)
@@ -158,10 +157,6 @@ class Db3File:
             log_ns=np.array(times, dtype=np.int64),
         )
         return located.by_channel(np.frombuffer(b"".join(blobs), dtype=np.uint8))
-
-    def _note(self, text: str) -> None:
-        if len(self.damage) < MAX_DAMAGE:
-            self.damage.append(Damage(text))
 
 
 def _str(value: object) -> str:

@@ -12,15 +12,9 @@ import numpy as np
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.message_places import Located
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress
+from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Progress
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
-
-#: Further places of damage are not listed.
-MAX_DAMAGE = 20
-#: Chunks are unpacked ahead of who reads them, as many as fit the second-level caches of two cores and not more than so
-#: many: what had to come from memory again took a tenth of the time of reading.
-_AHEAD_BYTES, _AHEAD = 1 << 22, 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +75,7 @@ class ChunkedFile:
         self.file = RandomFile(path)
         self.chunks: list[ChunkRef] = []
         self.counts: dict[int, int] = {}
-        self.damage: list[Damage] = []
+        self.damage = DamageNotes()
         self.bounds = ReadingBounds(self.file.size, path.name)
 
     def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
@@ -103,32 +97,27 @@ class ChunkedFile:
         refs = self.refs(wanted)
         self.bounds.take_bytes(sum(ref.size for ref in refs if ref.compression not in ("", "none")))
         found: Counter[int] = Counter()
-        largest = max((ref.size for ref in refs), default=1)
-        for chunk in ordered_map(self.load, refs, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
+        for chunk in ordered_map(self.load, refs):
             self._judge(chunk)
             for batch in chunk.located.by_channel(np.frombuffer(chunk.data, dtype=np.uint8)):
                 found[batch.key] += batch.start.shape[0]
                 if batch.key not in topics:
-                    self.note(f"messages on channel {batch.key}, which it does not define, were left out")
+                    self.damage.note(f"messages on channel {batch.key}, which it does not define, were left out")
                 elif batch.key in wanted:
                     yield batch
             if progress is not None:
                 progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
         for key in sorted(wanted & set(self.counts) & set(topics)):
             if self.counts[key] != found[key]:
-                self.note(f"{self.counted} {self.counts[key]} messages on {topics[key]}, {found[key]} were found")
+                self.damage.note(
+                    f"{self.counted} {self.counts[key]} messages on {topics[key]}, {found[key]} were found"
+                )
 
     def _judge(self, chunk: Chunk) -> None:
         """Note what is wrong with a chunk."""
         located = chunk.located
         if chunk.problem is not None:
             kept = f"{located.start.shape[0]} messages before the damage were read"
-            self.note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
+            self.damage.note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
         elif located.rest:
-            self.note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
-
-    def note(self, text: str) -> None:
-        """Note damage, each once."""
-        damage = Damage(text)
-        if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
-            self.damage.append(damage)
+            self.damage.note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")

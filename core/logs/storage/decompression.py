@@ -5,7 +5,6 @@ from __future__ import annotations
 import bz2
 import gzip
 import lzma
-import threading
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -29,8 +28,6 @@ DECOMPRESSION_ERRORS = (
     OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile
 )  # fmt: skip
 _ERRORS = (*DECOMPRESSION_ERRORS, ValueError, MemoryError)
-#: Of each thread: what keeps its memory from chunk to chunk.
-_OWN = threading.local()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +56,6 @@ class _Zstd:
         self._frame: Any = None
 
     def read1(self, size: int) -> bytes:
-
         while piece := self._file.read(_ZSTD_PIECE):
             parts = []
             while piece:
@@ -141,9 +137,7 @@ def _frame(kind: str, data: bytes, limit: int) -> tuple[bytes, bool]:
     if kind == "zstd":
         if zstandard.frame_content_size(data) > limit:
             raise ValueError(f"it claims more than {limit} bytes")
-        if not hasattr(_OWN, "zstd"):
-            _OWN.zstd = zstandard.ZstdDecompressor()
-        return _OWN.zstd.decompress(data, max_output_size=limit), True
+        return zstandard.ZstdDecompressor().decompress(data, max_output_size=limit), True
     stream = lz4.frame.LZ4FrameDecompressor() if kind == "lz4" else bz2.BZ2Decompressor()
     return bytes(stream.decompress(data, max_length=limit)), stream.eof
 

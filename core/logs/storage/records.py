@@ -16,6 +16,8 @@ ByteArray = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 #: Schemas larger than this are not read.
 MAX_SCHEMA_BYTES = 1 << 20
+#: Further places of damage are not listed.
+MAX_DAMAGE = 20
 NS_PER_S = 1_000_000_000
 
 
@@ -77,6 +79,16 @@ class Damage:
 
     text: str
     lost: bool = True
+
+
+class DamageNotes(list[Damage]):
+    """The damage of a file, each place once; beyond so many it is not listed."""
+
+    def note(self, text: str, *, lost: bool = True) -> None:
+        """Note a place."""
+        damage = Damage(text, lost)
+        if damage not in self and len(self) < MAX_DAMAGE:
+            self.append(damage)
 
 
 class MessageReader(Protocol):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from zlib_ng import zlib_ng
 
 from collaudit.core.logs.mcap.mcap_records import CHANNEL, MESSAGE, MESSAGE_HEAD, SCHEMA, McapIndex, record_places
-from collaudit.core.logs.mcap.mcap_scan import scan
-from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
+from collaudit.core.logs.mcap.mcap_scan import chunk_at, ranged_index, scan
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.message_places import Located, ascending, follow_each_other, gather
@@ -107,7 +107,7 @@ class McapFile(ChunkedFile):
         self.format = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
 
     def _indexed(self) -> McapIndex:
-        """By a walk over all of it; over one with holes by its summary, where that is usable."""
+        """By a walk over all of it; of one with holes by its summary, where that is usable."""
         ranged = None if self.file.partial is None else ranged_index(self.file)
         if ranged is None:
             self.file.expect([(0, self.file.size)])
@@ -121,14 +121,14 @@ class McapFile(ChunkedFile):
     def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
         """The chunks whose message indexes name one of the channels, and those that have none."""
         chunks = [ref for ref in self.chunks if not ref.index or any(number in wanted for number, _, _ in ref.index)]
-        self.file.expect([(ref.at, ref.extent) for ref in chunks if ref.extent])
+        self.file.expect([(ref.at, ref.data_at - ref.at + ref.data_size) for ref in chunks if ref.extent])
         return chunks
 
     def load(self, ref: ChunkRef) -> Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         if ref.extent:
-            found = looked_up(self.file, ref)
-            if found is None:
+            found = chunk_at(self.file, ref.at)
+            if found is None or replace(found, crc=0) != replace(ref, index=(), extent=0):
                 nothing = locate(b"", np.empty(0, np.int64))
                 return Chunk(ref, b"", nothing, "it is not what the summary says of it")
             ref = found

@@ -95,7 +95,16 @@ def metadata_values(path: Path) -> set[str]:
 
 @dataclass(slots=True)
 class McapIndex:
-    """What is known of a file."""
+    """What is known of a file.
+
+    Attributes:
+        schemas, channels: by number, as the mcap package has them.
+        chunks: in the order of the file or of its summary.
+        counts: channel to messages.
+        damage: what was wrong.
+        span_ns: first and last time of recording, None where nothing states it.
+        chunk_spans_ns: those of the chunks, one after the other.
+    """
 
     schemas: dict[int, Any] = field(default_factory=dict)
     channels: dict[int, Any] = field(default_factory=dict)
@@ -129,3 +138,42 @@ class McapIndex:
             claimed = self.counts.get(number, 0)
             out.append(Channel(number, one.topic, kind, one.message_encoding, schema.encoding, schema.data, claimed))
         return tuple(out)
+
+
+def read_summary(file: RandomFile) -> McapIndex | None:
+    """Channels, chunks and statistics as the summary states them, or None when there is no usable one.
+
+    What it says of a chunk is compared with the chunk when it is read, its counts with the messages that are found.
+
+    Args:
+        file: an MCAP file, its magic already seen.
+    """
+    data = summary_of(file)
+    index = McapIndex()
+    for op, at, length in record_places(data):
+        body = data[at + 9 : at + 9 + length]
+        if op in (SCHEMA, CHANNEL, STATISTICS):
+            index.record(op, body)
+        elif op == CHUNK_INDEX:
+            stated = parsed(op, body)
+            chunk = None if stated is None else _chunk(stated, file.size)
+            if chunk is None:
+                return None
+            index.chunks.append(chunk)
+            if chunk.index:  # a chunk without messages states zeros
+                index.chunk_spans_ns += [stated.message_start_time, stated.message_end_time]
+    usable = bool(index.channels) and bool(index.counts) and index.span_ns is not None and not index.damage
+    return index if usable else None
+
+
+def _chunk(stated: Any, file_size: int) -> ChunkRef | None:
+    """A chunk by its index record; the arrays of its message indexes are not located, only their channels."""
+    at, size = stated.chunk_start_offset, stated.compressed_size
+    data_at = at + 9 + 40 + len(stated.compression)
+    if data_at + size > file_size or not stated.compression.isascii():
+        return None
+    end = at + stated.chunk_length
+    whole = data_at + size == end and end + stated.message_index_length <= file_size
+    extent = stated.chunk_length + stated.message_index_length if whole else 0
+    held = tuple((number, 0, 0) for number in stated.message_index_offsets)
+    return ChunkRef(at, data_at, size, stated.uncompressed_size, stated.compression, held, extent=extent)

@@ -24,16 +24,37 @@ from collaudit.core.logs.mcap.mcap_records import (
     SCHEMA,
     STATISTICS,
     McapIndex,
+    read_summary,
 )
 from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.numeric.arrays import IntArray
 
 _WINDOW = 1 << 13
+#: Bytes of a chunk's record before its data, and more.
+_CHUNK_HEAD = 128
 _WIDE_WINDOW = 1 << 20
 #: Bytes from the start of a message record up to the end of its log time.
 LEAST_HEAD = 23
 _LENGTH = struct.Struct("<Q").unpack_from
+
+
+def ranged_index(file: RandomFile) -> McapIndex | None:
+    """What a walk over the file finds that steps from each chunk that the summary names to what follows it.
+
+    Args:
+        file: an MCAP file, its magic already seen.
+
+    Returns:
+        Chunks as the summary states them (``extent`` above 0), to be compared with the chunks as they lie in the file
+        when they are read. None where the file has no usable summary, or does not lie as its summary says.
+    """
+    summary = read_summary(file)
+    if summary is None or not summary.chunks or any(not chunk.extent for chunk in summary.chunks):
+        return None
+    index = Scan(file, {chunk.at: chunk for chunk in summary.chunks}).run()
+    jumped = sum(1 for chunk in index.chunks if chunk.extent)
+    return None if index.damage or jumped != len(summary.chunks) else index
 
 
 def scan(file: RandomFile) -> McapIndex:
@@ -46,6 +67,13 @@ def scan(file: RandomFile) -> McapIndex:
         Channels, chunks and loose messages up to the end or to the first damage.
     """
     return Scan(file).run()
+
+
+def chunk_at(file: RandomFile, pos: int) -> ChunkRef | None:
+    """The chunk that begins at a byte, as its own head states it; None where none does, or the file ends inside it."""
+    walk = Scan(file)
+    walk.width = _CHUNK_HEAD
+    return walk.index.chunks[0] if walk.step(pos) is not None and walk.index.chunks else None
 
 
 class Scan:

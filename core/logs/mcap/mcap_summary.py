@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_records import McapIndex
-from collaudit.core.logs.mcap.stated_index import read_summary
+from collaudit.core.logs.mcap.mcap_records import McapIndex, read_summary
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
@@ -52,7 +50,7 @@ def _first_chunks(index: McapIndex) -> McapIndex:
     for chunk in index.chunks:
         held = {number for number, _, _ in chunk.index}
         if held & left or not held:
-            chosen[chunk.at] = replace(chunk, index=(), extent=0)
+            chosen[chunk.at] = chunk
             left -= held
         if not left or len(chosen) > 16:
             break

@@ -29,7 +29,8 @@ class ChunkRef:
         index: (channel, byte, size) of each message index array.
         complete: False when the file ends inside it.
         crc: claimed CRC-32 of the decompressed records; 0 when there is none.
-        extent: bytes of the chunk and its message indexes as the file's summary states them; 0 where it was walked.
+        extent: bytes of the chunk and its message indexes as the file's summary states them, which of ``index`` says
+            the channels alone; 0 where it was walked.
         loose: offsets of the messages of a run outside chunks; None of a chunk.
     """
 

@@ -104,10 +104,6 @@ def _npz(head: bytes) -> bool:
     return first_member(head).endswith(".npy")
 
 
-def _matlab(head: bytes) -> bool:
-    return head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
-
-
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
@@ -125,7 +121,9 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("npz", "NumPy archive", "table", (".npz",), _npz, f"{_LOGS}.column_files.numpy_archive:open_npz"),
     LogFormat("npy", "NumPy array", "table", (".npy",), begins_with(b"\x93NUMPY"),
               f"{_LOGS}.column_files.numpy_archive:open_npy"),
-    LogFormat("mat", "MATLAB file", "table", (".mat",), _matlab, f"{_LOGS}.column_files.matlab_file:open_mat"),
+    LogFormat("mat", "MATLAB file", "table", (".mat",),
+              begins_with(b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"),
+              f"{_LOGS}.column_files.matlab_file:open_mat"),
     LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False,
               unpacks=True),
 )  # fmt: skip

@@ -23,7 +23,7 @@ from collaudit.core.logs.opening import (
 from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.logs.storage.partial_file import hash_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Progress
+from collaudit.core.numeric.stage_progress import Progress
 
 
 def read_log(

@@ -16,8 +16,9 @@ from collaudit.core.logs.storage.chunked_file import ChunkedFile
 from collaudit.core.logs.storage.file_head import compression_of, head_of, looks_like_text, workbook_in
 from collaudit.core.logs.storage.packed_file import inner_head
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.numeric.stage_progress import Progress, stage
 
 
 class JoinedRecording:
@@ -41,10 +42,10 @@ class JoinedRecording:
         done = 0
         for (path, reader), names in zip(self._readers, self._keys, strict=True):
             wanted = frozenset(inner for inner, key in names.items() if keys is None or key in keys)
-            inner = _shifted(progress, done, total)
-            for batch in reader.batches(wanted, inner) if wanted else ():
+            after = done + path.stat().st_size
+            for batch in reader.batches(wanted, stage(progress, done / total, after / total)) if wanted else ():
                 yield replace(batch, key=names[batch.key])
-            done += path.stat().st_size
+            done = after
 
     def close(self) -> None:
         """Release the files."""
@@ -70,12 +71,6 @@ def _joined(files: Sequence[Sequence[Channel]]) -> tuple[tuple[Channel, ...], tu
             names[channel.key] = joined.key
         keys.append(names)
     return tuple(out.values()), tuple(keys)
-
-
-def _shifted(progress: Progress | None, base: int, total: int) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda done, _: progress(base + done, total)
 
 
 def log_name(paths: Sequence[Path]) -> str:

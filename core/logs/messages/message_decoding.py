@@ -150,10 +150,6 @@ class ChannelDecoder:
         self.out.bounds.take_messages(count)
         places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
-        if not self.max_plans:
-            for index in range(count):
-                self._add_alone(batch.payload(index), batch.log_ns[index : index + 1], places[index : index + 1])
-            return
         for size, mine in _by_size(batch.length):
             self._equal_size(_Rows(rows_at(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
 

@@ -12,9 +12,10 @@ import numpy as np
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.message_places import Located
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Progress
+from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stage_progress import Progress
 
 
 @dataclass(frozen=True, slots=True)

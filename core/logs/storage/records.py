@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.numeric.stage_progress import Progress
 
 ByteArray = NDArray[np.uint8]
-Progress = Callable[[int, int], None]
 #: Schemas larger than this are not read.
 MAX_SCHEMA_BYTES = 1 << 20
 #: Further places of damage are not listed.

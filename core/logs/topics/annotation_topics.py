@@ -15,7 +15,7 @@ from collaudit.core.logs.messages.decoded_columns import Decoded, Group
 from collaudit.core.logs.signals.annotation_spans import phases_of, spans_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
-from collaudit.core.logs.topics.log_topics import Topic, described, read_by
+from collaudit.core.logs.topics.log_topics import Topic, described, named, read_by
 from collaudit.core.logs.topics.topic_series import Series, in_order
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
@@ -88,8 +88,7 @@ def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> Annotatio
         LogError: the log does not have the topic configured as the phase, or a topic has not the field.
     """
     chosen = [topic for topic in topics if _is_known(topic)]
-    held = {topic.name.strip("/") for topic in topics}
-    absent = [entry for entry in settings.label_topics if entry.partition(":")[0].strip("/") not in held]
+    absent = [entry for entry in settings.label_topics if named(topics, entry.partition(":")[0]) is None]
     for entry in (entry for entry in settings.label_topics if entry not in absent):
         topic = _configured(topics, entry, "label")
         chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
@@ -106,7 +105,7 @@ def _is_known(topic: Topic) -> bool:
 def _configured(topics: Sequence[Topic], entry: str, role: Role) -> Topic:
     """A topic read for one field."""
     name, _, path = entry.partition(":")
-    found = next((topic for topic in topics if topic.name.strip("/") == name.strip("/")), None)
+    found = named(topics, name)
     if found is None:
         raise LogError(
             f"the log has no topic {name}, which the configuration names as a {role}",

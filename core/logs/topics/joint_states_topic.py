@@ -8,7 +8,7 @@ from collaudit.core.errors import ConfigError, LogError, did_you_mean
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.storage.records import MessageReader
-from collaudit.core.logs.topics.log_topics import Topic, decode, described
+from collaudit.core.logs.topics.log_topics import Topic, decode, described, named
 
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
@@ -94,14 +94,14 @@ def _readable(topic: Topic) -> bool:
 
 
 def _configured(topics: Sequence[Topic], wanted: str, where: str) -> Topic:
-    for topic in topics:
-        if topic.name == wanted or topic.name.strip("/") == wanted.strip("/"):
-            if not _readable(topic):
-                why = topic.problem or f"messages of type {topic.type} are not joint states"
-                raise LogError(f"the topic {wanted} cannot be read as joint states: {why}", where=where)
-            return topic
-    hint = did_you_mean(wanted, [topic.name for topic in topics])
-    raise LogError(f"there is no topic {wanted}", where=where, found=described(topics), hint=hint)
+    topic = named(topics, wanted)
+    if topic is None:
+        hint = did_you_mean(wanted, [topic.name for topic in topics])
+        raise LogError(f"there is no topic {wanted}", where=where, found=described(topics), hint=hint)
+    if not _readable(topic):
+        why = topic.problem or f"messages of type {topic.type} are not joint states"
+        raise LogError(f"the topic {wanted} cannot be read as joint states: {why}", where=where)
+    return topic
 
 
 def _none(topics: Sequence[Topic], where: str) -> LogError:

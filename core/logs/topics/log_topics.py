@@ -13,7 +13,8 @@ from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import SchemaError, read_definitions
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
+from collaudit.core.logs.storage.records import Channel, MessageReader
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.vendors.message_profiles import PROFILES, Profile
 
 Definitions = Mapping[str, Any]
@@ -132,6 +133,11 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
             decoder.add(batch)
         if limit and all(topic.decoded.seen >= limit for topic in topics):
             return
+
+
+def named(topics: Sequence[Topic], name: str | None) -> Topic | None:
+    """The topic of a name, with or without slashes around it; None without."""
+    return next((topic for topic in topics if _same(topic.name, name)), None)
 
 
 def described(topics: Sequence[Topic], limit: int = 20) -> str:

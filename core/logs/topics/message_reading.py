@@ -21,7 +21,7 @@ from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import MessageReader, Progress, damage_findings
+from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.topics.annotation_topics import (
     AnnotationTopics,
     Times,
@@ -32,12 +32,13 @@ from collaudit.core.logs.topics.annotation_topics import (
     read_phases,
 )
 from collaudit.core.logs.topics.joint_states_topic import choose_joint_states, companions
-from collaudit.core.logs.topics.log_topics import Topic, decode, skipped_findings, topics_of
+from collaudit.core.logs.topics.log_topics import Topic, decode, named, skipped_findings, topics_of
 from collaudit.core.logs.topics.logged_wrench import read_wrench
 from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
 from collaudit.core.logs.topics.publishers import publishers_of
 from collaudit.core.logs.topics.topic_series import Series
 from collaudit.core.numeric.arrays import FloatArray, frozen
+from collaudit.core.numeric.stage_progress import Progress
 
 
 def read_message_log(
@@ -66,7 +67,7 @@ def read_message_log(
     try:
         topics = topics_of(reader, settings, bounds)
         joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
-        wrench = _wrench_topic(topics, settings.wrench)
+        wrench = named(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints)]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []
         annotated = annotation_topics(topics, settings)
@@ -152,12 +153,6 @@ def _annotations(annotated: AnnotationTopics, times: Times) -> tuple[list[Annota
         return annotations, [], findings
     phases, unreadable = read_phases(annotated.phase, times)
     return annotations, phases, [*findings, *unreadable]
-
-
-def _wrench_topic(topics: Sequence[Topic], wanted: str | None) -> Topic | None:
-    if wanted is None:
-        return None
-    return next((topic for topic in topics if topic.name.strip("/") == wanted.strip("/")), None)
 
 
 def _empty(topic: Topic, reader: MessageReader, where: str) -> LogError:

@@ -133,9 +133,8 @@ class McapFile(ChunkedFile):
                 return Chunk(ref, b"", nothing, "it is not what the summary says of it")
             ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self.bounds.chunk_bytes)
-        problem = unpacked.problem
-        data = unpacked.data
+        size = ref.size if ref.compression else len(raw)
+        data, problem = unpack(ref.compression, raw, size, self.bounds.chunk_bytes)
         if problem is None and ref.complete:
             if len(data) != ref.size:
                 problem = f"it holds {len(data)} bytes and claims {ref.size}"

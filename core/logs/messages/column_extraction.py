@@ -129,14 +129,10 @@ def _stamp(finder: _Finder, path: str) -> Runs | None:
         return None
     if len(stamp) != 2 or any(run.count != 1 or run.code[1] == "f" for run in stamp):
         return None
-    if abs(int(_first(stamp[0], finder.layout.data))) > _MOST_SECONDS:
+    (seconds,) = np.frombuffer(finder.layout.data, stamp[0].code, 1, stamp[0].offset).tolist()
+    if abs(seconds) > _MOST_SECONDS:
         raise LayoutError("its stamp is beyond all times")
     return stamp
-
-
-def _first(part: Numbers, data: bytes) -> np.generic:
-    number: np.generic = np.frombuffer(data, part.code, 1, part.offset)[0]
-    return number
 
 
 @dataclass(slots=True)

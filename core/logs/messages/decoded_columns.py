@@ -95,20 +95,19 @@ class Group:
                 self.columns[name] = Growing(values.shape[1] if values.ndim > 1 else 0, self.claimed)
             self.columns[name].add(values)
 
+    def look(self, name: str) -> NDArray[Any] | None:
+        """A column that stays in the group."""
+        column = self.columns.get(name)
+        return None if column is None else column.so_far()
+
     def take(self, name: str) -> NDArray[Any] | None:
         """The whole column, which the group gives away."""
         column = self.columns.pop(name, None)
         return None if column is None else column.so_far()
 
-    def look(self, name: str) -> NDArray[Any] | None:
-        """A copy of a column that stays in the group."""
-        column = self.columns.get(name)
-        return None if column is None else column.so_far().copy()
-
     def holds(self, name: str) -> bool:
         """Whether a column is there and any of its numbers is one."""
-        column = self.columns.get(name)
-        values = None if column is None else column.so_far()
+        values = self.look(name)
         return values is not None and bool(np.isfinite(values).any())
 
     @property
@@ -142,22 +141,17 @@ class Decoded:
         self.skipped += count
         self.problem = self.problem or problem
 
-    def group(self, key: GroupKey) -> Group:
-        """The group of a key, made when new."""
-        found = self.groups.get(key)
-        if found is None:
-            found = self.groups[key] = Group(key, claimed=self.claimed)
-            self.bounds.check_layouts(len(self.groups))
-        return found
-
     def add(self, key: GroupKey, columns: Mapping[str, Column]) -> None:
-        """Take in rows of a group.
+        """Take in rows of a group, which is made when new.
 
         Raises:
             LogError: they are more than is read of a log.
         """
         self.bounds.take_values(len(columns["log_ns"]), _OWN_COLUMNS + sum(count for _, count in key.present))
-        self.group(key).add(columns)
+        if key not in self.groups:
+            self.groups[key] = Group(key, claimed=self.claimed)
+            self.bounds.check_layouts(len(self.groups))
+        self.groups[key].add(columns)
 
 
 def all_names(tables: Iterable[Decoded]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ import numpy as np
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.layout import Layout, LayoutError, walk
-from collaudit.core.logs.messages.message_schema import parse_schema
+from collaudit.core.logs.messages.message_schema import SchemaError, parse_schema
 from collaudit.core.logs.messages.value_layout import value_layouts
 from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.file_reading import MAX_RATIO
@@ -26,6 +26,7 @@ from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import BoolArray, IntArray
 from collaudit.core.vendors.message_profiles import Profile
 
+_ENCODINGS = ("cdr", "ros1", "json", "protobuf")
 _MAGICS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
 #: So many bytes are unpacked at once.
 _AT_ONCE = 1 << 27
@@ -59,13 +60,13 @@ def unpacked(batch: Batch, kind: str) -> Iterator[tuple[Batch, list[str]]]:
     held, count = 0, batch.start.shape[0]
     for index in range(count):
         packed = batch.payload(index)
-        one = bounded(kind, packed, max(_FREE_BYTES, MAX_RATIO * len(packed)))
-        if one.problem is None:
+        data, problem = bounded(kind, packed, max(_FREE_BYTES, MAX_RATIO * len(packed)))
+        if problem is None:
             rows.append(index)
-            parts.append(one.data)
+            parts.append(data)
         else:
-            problems.append(f"it is compressed as {kind} and cannot be unpacked: {one.problem}")
-        held += len(one.data)
+            problems.append(f"it is compressed as {kind} and cannot be unpacked: {problem}")
+        held += len(data)
         if index == count - 1 or held >= _AT_ONCE:
             yield _joined(batch, rows, parts), problems
             rows, parts, problems, held = [], [], [], 0
@@ -126,8 +127,10 @@ class ChannelDecoder:
             extra: definitions of types that the log does not hold, by name.
 
         Raises:
-            SchemaError: the channel's definition cannot be understood.
+            SchemaError: the channel's encoding or definition is none that can be read.
         """
+        if channel.encoding not in _ENCODINGS:
+            raise SchemaError(f"messages encoded as {channel.encoding!r} are not read")
         if channel.encoding not in ("cdr", "ros1"):
             return cls(channel, profile, value_layouts(channel), out, max_plans=0)
         schema = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)

@@ -152,15 +152,11 @@ def _referred(field: FieldType) -> str | None:
 
 @lru_cache(maxsize=8)
 def _folder(folder: Path) -> dict[str, Any]:
-    if not folder.is_dir():
-        raise ConfigError("there is no such folder of message definitions", where=str(folder), hint="see --msg-path")
     files = sorted(folder.rglob("*.msg"))
     if not files:
-        raise ConfigError("the folder holds no .msg files", where=str(folder), expected="PACKAGE/msg/Type.msg")
-    found: dict[str, Any] = {}
-    for file in files:
-        found.update(_one(file))
-    return found
+        problem = "the folder holds no .msg files" if folder.is_dir() else "there is no such folder"
+        raise ConfigError(problem, where=str(folder), expected="PACKAGE/msg/Type.msg", hint="see --msg-path")
+    return {name: fields for file in files for name, fields in _one(file).items()}
 
 
 def _one(file: Path) -> dict[str, Any]:
@@ -185,7 +181,4 @@ def read_definitions(folders: Sequence[Path]) -> dict[str, Any]:
     Raises:
         ConfigError: a folder is missing or empty, or a file is no message definition.
     """
-    found: dict[str, Any] = {}
-    for folder in folders:
-        found.update(_folder(folder))
-    return found
+    return {name: fields for folder in folders for name, fields in _folder(folder).items()}

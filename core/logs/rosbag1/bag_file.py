@@ -226,11 +226,11 @@ class BagFile(ChunkedFile):
     def load(self, ref: ChunkRef) -> Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size, self.bounds.chunk_bytes)
+        data, problem = unpack(ref.compression, raw, ref.size, self.bounds.chunk_bytes)
         parts = [self.file.read(at, size) for _, at, size in ref.index]
         whole = b"".join(part[: len(part) // 12 * 12] for part in parts)
         offsets = np.frombuffer(whole, dtype="<u4").reshape(-1, 3)[:, 2].astype(np.int64)
-        return Chunk(ref, unpacked.data, locate_bag(unpacked.data, offsets), unpacked.problem)
+        return Chunk(ref, data, locate_bag(data, offsets), problem)
 
 
 #: How the table of formats opens a file.

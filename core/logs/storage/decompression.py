@@ -7,7 +7,6 @@ import gzip
 import lzma
 import zipfile
 import zlib
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Protocol, cast
@@ -28,14 +27,6 @@ DECOMPRESSION_ERRORS = (
     OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile
 )  # fmt: skip
 _ERRORS = (*DECOMPRESSION_ERRORS, ValueError, MemoryError)
-
-
-@dataclass(frozen=True, slots=True)
-class Unpacked:
-    """A chunk's bytes, and what was wrong with it (None when nothing was)."""
-
-    data: bytes
-    problem: str | None = None
 
 
 class Source(Protocol):
@@ -83,7 +74,7 @@ def decompressor(source: Path | BytesIO, method: str) -> Source:
     return _Zstd(source) if opened is None else cast(Source, opened(source, "rb"))
 
 
-def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Unpacked:
+def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> tuple[bytes, str | None]:
     """Decompress a chunk that claims to hold ``size`` bytes.
 
     Args:
@@ -93,27 +84,27 @@ def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Un
         most: bytes that it may become.
 
     Returns:
-        The bytes, as many as could be had, and the problem when they are not all.
+        The bytes, as many as could be had, and the problem when they are not all, else None.
     """
     if kind in ("", "none"):
-        return Unpacked(data, None if len(data) == size else f"it holds {len(data)} of {size} bytes")
+        return data, None if len(data) == size else f"it holds {len(data)} of {size} bytes"
     if kind not in _OF_CHUNKS:
-        return Unpacked(b"", f"its compression {kind[:20]!r} is not supported")
+        return b"", f"its compression {kind[:20]!r} is not supported"
     if not plausible_size(len(data), size, most):
-        return Unpacked(b"", f"it claims {size} bytes in {len(data)} compressed ones")
+        return b"", f"it claims {size} bytes in {len(data)} compressed ones"
     if size == 0:
-        return Unpacked(b"")
+        return b"", None
     try:
         out, _ = _frame(kind, data, size)
         if len(out) == size:
-            return Unpacked(out)
+            return out, None
     except _ERRORS:
         pass
     out = _salvage(kind, data, size)
-    return Unpacked(out, f"only {len(out)} of its {size} bytes could be decompressed")
+    return out, f"only {len(out)} of its {size} bytes could be decompressed"
 
 
-def bounded(kind: str, data: bytes, limit: int) -> Unpacked:
+def bounded(kind: str, data: bytes, limit: int) -> tuple[bytes, str | None]:
     """Decompress what need not say how large it is.
 
     Args:
@@ -122,13 +113,13 @@ def bounded(kind: str, data: bytes, limit: int) -> Unpacked:
         limit: bytes that it may become.
 
     Returns:
-        All of the bytes, or none and the problem.
+        All of the bytes and None, or none and the problem.
     """
     try:
         out, ended = _frame(kind, data, limit)
-        return Unpacked(out) if ended else Unpacked(b"", f"it ends early, or becomes more than {limit} bytes")
+        return (out, None) if ended else (b"", f"it ends early, or becomes more than {limit} bytes")
     except _ERRORS as error:
-        return Unpacked(b"", str(error) or type(error).__name__)
+        return b"", str(error) or type(error).__name__
 
 
 def _frame(kind: str, data: bytes, limit: int) -> tuple[bytes, bool]:

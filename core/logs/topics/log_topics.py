@@ -18,7 +18,6 @@ from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.vendors.message_profiles import PROFILES, Profile
 
 Definitions = Mapping[str, Any]
-ENCODINGS = ("cdr", "ros1", "json", "protobuf")
 #: Name of the profiles that the configuration makes.
 CONFIGURED = "configured"
 _BY_TYPE = {kind: profile for profile in PROFILES for kind in profile.types}
@@ -95,21 +94,14 @@ def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definit
     """A topic read by a profile, as much as all topics of the log together may hold."""
     topic = Topic(name, channels, profile, "", {}, Decoded(bounds=bounds), extra)
     for channel in channels:
-        _add_decoder(topic, channel, profile)
+        if channel.type not in profile.types:
+            topic.problem = f"messages of type {channel.type} on it are not read"
+            continue
+        try:
+            topic.decoders[channel.key] = ChannelDecoder.of(channel, profile, topic.decoded, extra)
+        except SchemaError as error:
+            topic.problem = str(error)
     return topic
-
-
-def _add_decoder(topic: Topic, channel: Channel, profile: Profile) -> None:
-    if channel.encoding not in ENCODINGS:
-        topic.problem = f"messages encoded as {channel.encoding!r} are not read"
-        return
-    if channel.type not in profile.types:
-        topic.problem = f"messages of type {channel.type} on it are not read"
-        return
-    try:
-        topic.decoders[channel.key] = ChannelDecoder.of(channel, profile, topic.decoded, topic.extra)
-    except SchemaError as error:
-        topic.problem = str(error)
 
 
 def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | None = None, limit: int = 0) -> None:

@@ -102,8 +102,7 @@ class McapIndex:
         chunks: in the order of the file or of its summary.
         counts: channel to messages.
         damage: what was wrong.
-        span_ns: first and last time of recording, None where nothing states it.
-        chunk_spans_ns: those of the chunks, one after the other.
+        stamps_ns: first and last time of recording, of the file and of its chunks, as its summary states them.
     """
 
     schemas: dict[int, Any] = field(default_factory=dict)
@@ -111,8 +110,7 @@ class McapIndex:
     chunks: list[ChunkRef] = field(default_factory=list)
     counts: dict[int, int] = field(default_factory=dict)
     damage: DamageNotes = field(default_factory=DamageNotes)
-    span_ns: tuple[int, int] | None = None
-    chunk_spans_ns: list[int] = field(default_factory=list)
+    stamps_ns: list[int] = field(default_factory=list)
 
     def record(self, op: int, body: bytes) -> None:
         """Take note of a schema, channel or statistics record; a malformed one is damage."""
@@ -120,7 +118,7 @@ class McapIndex:
         if found is None:
             self.damage.note(f"a record of kind {op} is malformed")
         elif op == STATISTICS:
-            self.span_ns = found.message_start_time, found.message_end_time
+            self.stamps_ns += [found.message_start_time, found.message_end_time]
             self.counts |= found.channel_message_counts
         else:
             (self.schemas if op == SCHEMA else self.channels).setdefault(found.id, found)
@@ -161,9 +159,8 @@ def read_summary(file: RandomFile) -> McapIndex | None:
                 return None
             index.chunks.append(chunk)
             if chunk.index:  # a chunk without messages states zeros
-                index.chunk_spans_ns += [stated.message_start_time, stated.message_end_time]
-    usable = bool(index.channels) and bool(index.counts) and index.span_ns is not None and not index.damage
-    return index if usable else None
+                index.stamps_ns += [stated.message_start_time, stated.message_end_time]
+    return index if index.channels and index.counts and not index.damage else None
 
 
 def _chunk(stated: Any, file_size: int) -> ChunkRef | None:

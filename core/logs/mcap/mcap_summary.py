@@ -26,7 +26,7 @@ def overview_of(path: Path) -> Overview | None:
     file = RandomFile(path)
     index = read_summary(file)
     file.close()
-    if index is None or index.span_ns is None:
+    if index is None:
         return None
     text = (
         f"Only the summary and the first chunk of each topic were read, of {len(index.chunks)} chunks: rates are means "
@@ -36,7 +36,7 @@ def overview_of(path: Path) -> Overview | None:
     if reader.index.lacks_schemas():
         reader.close()
         return None
-    stamps = np.array([*index.span_ns, *index.chunk_spans_ns], dtype=np.uint64).astype(np.int64)
+    stamps = np.array(index.stamps_ns, dtype=np.uint64).astype(np.int64)
     good, garbage = plausible_ns(stamps, path.name)
     if garbage:
         text += " Times that are none of this recording stand in the summary; the length leaves them out."
@@ -54,4 +54,4 @@ def _first_chunks(index: McapIndex) -> McapIndex:
             left -= held
         if not left or len(chosen) > 16:
             break
-    return McapIndex(index.schemas, index.channels, list(chosen.values()), span_ns=index.span_ns)
+    return McapIndex(index.schemas, index.channels, list(chosen.values()))

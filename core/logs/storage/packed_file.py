@@ -41,21 +41,18 @@ def _only_member(path: Path) -> Source:
 
     try:
         archive = zipfile.ZipFile(path)
-    except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError) as error:
-        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
-    names = [name for name in archive.namelist() if not name.endswith("/") and not _is_metadata(name)]
-    if len(names) != 1:
-        shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-        raise LogError(
-            "the archive does not hold exactly one log",
-            where=str(path),
-            found=f"{len(names)} files: {shown}" if names else "no files",
-            hint="unpack it and name the files or the folder",
-        )
-    try:
-        return cast(Source, archive.open(names[0]))
-    except (RuntimeError, NotImplementedError, zipfile.BadZipFile) as error:  # a password is asked
-        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
+        names = [name for name in archive.namelist() if not name.endswith("/") and not _is_metadata(name)]
+        if len(names) == 1:
+            return cast(Source, archive.open(names[0]))
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError, RuntimeError) as error:
+        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error  # also where a password is asked
+    shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+    raise LogError(
+        "the archive does not hold exactly one log",
+        where=str(path),
+        found=f"{len(names)} files: {shown}" if names else "no files",
+        hint="unpack it and name the files or the folder",
+    )
 
 
 def _is_metadata(name: str) -> bool:

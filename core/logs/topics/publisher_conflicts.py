@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -90,18 +90,19 @@ def alternation(columns: Mapping[str, FloatArray], names: tuple[str, ...], topic
     position = columns["position"]
     if position.shape[0] < _FEW:
         return []
-    apart = np.concatenate([_springs(position[part]) for part in _parts(position.shape[0])])
+    parts = _parts(position.shape[0])
+    apart = np.concatenate([_off_neighbours(position[part], SAME_POSITION)[1] for part in parts])
     if (apart.mean(axis=0) > SHARE).any():
         return [_finding(topic, names, apart)]
     for quantity in ("position", "effort"):
         values = columns.get(quantity)
         if values is None:
             continue
-        looked = [values[part] for part in _parts(values.shape[0])]
         floor = np.full(len(names), _SMALL_POSITION)
         if quantity == "effort":
-            floor = _EFFORT_SHARE * (_extreme(np.fmax, looked) - _extreme(np.fmin, looked))
-        turns = np.concatenate([_turns(part, floor) for part in looked])
+            looked = np.concatenate([values[part] for part in parts])
+            floor = _EFFORT_SHARE * (np.fmax.reduce(looked, axis=0) - np.fmin.reduce(looked, axis=0))
+        turns = np.concatenate([_turns(values[part], floor) for part in parts])
         if (turns.mean(axis=0) > _MOSTLY).any():
             return [_finding(topic, names, turns, quantity)]
     return []
@@ -114,24 +115,17 @@ def _parts(count: int) -> list[slice]:
     return [slice(start, start + _BLOCK) for start in np.linspace(0, count - _BLOCK, _BLOCKS).astype(np.int64).tolist()]
 
 
-def _extreme(of: np.ufunc, parts: Sequence[FloatArray]) -> FloatArray:
-    """(j,) the least or the largest value, those that are no number left out."""
-    return np.asarray(of.reduce([of.reduce(part, axis=0) for part in parts]), dtype=np.float64)
-
-
 def _turns(values: FloatArray, floor: FloatArray) -> BoolArray:
     """(n - 3, j) where a sample lies off its neighbours, the one before off the other way, and both far."""
-    moved = np.abs(values[2:] - values[:-2])
-    off = values[1:-1] - 0.5 * (values[2:] + values[:-2])
-    far = np.abs(off) > _MOTIONS * moved + floor
+    off, far = _off_neighbours(values, floor)
     return np.asarray(far[1:] & far[:-1] & ((off[1:] < 0) != (off[:-1] < 0)))
 
 
-def _springs(position: FloatArray) -> BoolArray:
-    """(n - 2, j) where a sample lies further from its neighbours than they move."""
-    moved = np.abs(position[2:] - position[:-2])
-    off = np.abs(position[1:-1] - 0.5 * (position[2:] + position[:-2]))
-    return np.asarray(off > _MOTIONS * moved + SAME_POSITION)
+def _off_neighbours(values: FloatArray, floor: float | FloatArray) -> tuple[FloatArray, BoolArray]:
+    """(n - 2, j) how far a sample lies from the middle of its neighbours, and whether further than they move."""
+    moved = np.abs(values[2:] - values[:-2])
+    off = values[1:-1] - 0.5 * (values[2:] + values[:-2])
+    return off, np.asarray(np.abs(off) > _MOTIONS * moved + floor)
 
 
 def _finding(topic: str, names: tuple[str, ...], apart: BoolArray, quantity: str = "position") -> Finding:

@@ -11,12 +11,12 @@ from typing import Literal
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_head import (
-    COMPRESSED_SUFFIXES,
     compression_at,
     compression_of,
     first_member,
     head_of,
     looks_like_text,
+    unpacked_name,
 )
 from collaudit.core.logs.storage.packed_file import inner_head, open_unpacked
 from collaudit.core.logs.storage.records import Damage, MessageReader, Overview
@@ -163,9 +163,7 @@ def is_bag_storage(path: Path) -> bool:
 
 def named_format(path: Path) -> LogFormat | None:
     """The format that a file's name states, compressed or not; None when it states none."""
-    name = path.name.lower()
-    for packed in COMPRESSED_SUFFIXES:
-        name = name.removesuffix(packed)
+    name = unpacked_name(path.name.lower())
     return next((known for known in FORMATS if name.endswith(known.suffixes)), None)
 
 

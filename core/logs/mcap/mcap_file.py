@@ -133,13 +133,9 @@ class McapFile(ChunkedFile):
                 return Chunk(ref, b"", nothing, "it is not what the summary says of it")
             ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
-        size = ref.size if ref.compression else len(raw)
-        data, problem = unpack(ref.compression, raw, size, self.bounds.chunk_bytes)
-        if problem is None and ref.complete:
-            if len(data) != ref.size:
-                problem = f"it holds {len(data)} bytes and claims {ref.size}"
-            elif ref.crc and zlib_ng.crc32(data) != ref.crc:
-                problem, data = "its check sum is wrong", b""
+        data, problem = unpack(ref.compression, raw, ref.size, self.bounds.chunk_bytes)
+        if problem is None and ref.crc and zlib_ng.crc32(data) != ref.crc:
+            problem, data = "its check sum is wrong", b""
         located = locate(data, self._indexed_offsets(ref) if ref.loose is None else ref.loose)
         return Chunk(ref, data, located, problem)
 

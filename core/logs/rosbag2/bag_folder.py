@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.file_head import unpacked_name
 from collaudit.core.logs.storage.records import Damage
 from collaudit.core.small_files import read_small
 
@@ -36,8 +37,8 @@ def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[
     found = sorted((file for file in path.iterdir() if file.is_file() and is_storage(file)), key=_natural)
     if there:
         absent = ", ".join(file.name for file in named if not file.is_file())
-        known = {_unpacked(file) for file in named}  # a packed file may have been unpacked beside itself
-        beside = ", ".join(file.name for file in found if _unpacked(file) not in known)
+        known = {unpacked_name(file.name) for file in named}  # a packed file may have been unpacked beside itself
+        beside = ", ".join(file.name for file in found if unpacked_name(file.name) not in known)
         damage = [Damage(f"the bag folder lacks files its metadata.yaml names: {absent}")] if absent else []
         damage += [Damage(f"its metadata.yaml does not name {beside}, and they were not read")] if beside else []
         return there, tuple(damage)
@@ -89,11 +90,6 @@ def _relative_paths(text: str) -> list[str]:
         elif inside and line and not line.startswith("#"):
             break
     return out
-
-
-def _unpacked(file: Path) -> str:
-    """The name without that of a compression."""
-    return file.stem if file.suffix.removeprefix(".") in PACKINGS else file.name
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

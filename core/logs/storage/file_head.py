@@ -16,7 +16,7 @@ _COMPRESSED = (
     (b"BZh", "bz2"),
 )  # fmt: skip
 #: What compressed files append to the name of the file within.
-COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".lz4", ".xz", ".bz2", ".zip")
+_COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".lz4", ".xz", ".bz2", ".zip")
 
 
 def head_of(path: Path, count: int = _HEAD) -> bytes:
@@ -60,6 +60,13 @@ def workbook_in(head: bytes) -> bool:
     return first_member(head).startswith(("[Content_Types].xml", "xl/", "_rels/", "docProps/")) or head.startswith(
         b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
     )
+
+
+def unpacked_name(name: str) -> str:
+    """A file's name without those of compressions."""
+    for suffix in _COMPRESSED_SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name
 
 
 def looks_like_text(head: bytes) -> bool:

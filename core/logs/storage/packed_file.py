@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, Source, decompressor
-from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES
+from collaudit.core.logs.storage.file_head import unpacked_name
 from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
 
 _HEAD = 4096
@@ -84,7 +84,7 @@ def open_unpacked(path: Path, method: str, opened: Callable[[Path], Reader]) -> 
     """
     folder = Path(tempfile.mkdtemp(prefix="collaudit-"))
     try:
-        inner = folder / _inner_name(path)
+        inner = folder / unpacked_name(path.name)
         damage = _unpack(path, method, inner)
         reader = opened(inner)
     except LogError as error:
@@ -95,13 +95,6 @@ def open_unpacked(path: Path, method: str, opened: Callable[[Path], Reader]) -> 
         raise
     weakref.finalize(reader, shutil.rmtree, folder, ignore_errors=True)
     return reader, damage
-
-
-def _inner_name(path: Path) -> str:
-    name = path.name
-    for suffix in COMPRESSED_SUFFIXES:
-        name = name.removesuffix(suffix)
-    return name
 
 
 def _unpack(path: Path, method: str, into: Path) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -58,11 +59,8 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
         return summary
     files = [file for path in paths for file in data_files(path)]
     bounds = ReadingBounds.of(files, log_name(paths), settings.limits)
-    reader = open_messages(paths, bounds)
-    try:
+    with closing(open_messages(paths, bounds)) as reader:
         return _describe_messages(paths, reader, settings, bounds)
-    finally:
-        reader.close()
 
 
 def _describe_messages(
@@ -129,11 +127,9 @@ def describe_by_overview(
     if overview is None:
         return None
     settings = settings or LogConfig()
-    try:
-        topics = topics_of(overview.reader, settings, ReadingBounds.of(paths, log_name(paths), settings.limits))
-        decode(overview.reader, [topic for topic in topics if topic.decoders])
-    finally:
-        overview.reader.close()
+    with closing(overview.reader) as reader:
+        topics = topics_of(reader, settings, ReadingBounds.of(paths, log_name(paths), settings.limits))
+        decode(reader, [topic for topic in topics if topic.decoders])
     first, last = overview.span_ns
     duration = (last - first) / 1e9 if last >= first else None
     infos = []

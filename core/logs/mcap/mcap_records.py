@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -79,18 +80,15 @@ def metadata_values(path: Path) -> set[str]:
     Args:
         path: an MCAP file.
     """
-    file = RandomFile(path)
-    try:
+    found: set[str] = set()
+    with closing(RandomFile(path)) as file:
         summary = summary_of(file)
-        found: set[str] = set()
         for op, at, length in record_places(summary):
             index = parsed(op, summary[at + 9 : at + 9 + length]) if op == METADATA_INDEX else None
             record = b"" if index is None else file.read(index.offset, min(index.length, MAX_SMALL))
             metadata = parsed(METADATA, record[9:]) if record[:1] == bytes([METADATA]) else None
             found |= set() if metadata is None else set(metadata.metadata.values())
-        return found
-    finally:
-        file.close()
+    return found
 
 
 @dataclass(slots=True)

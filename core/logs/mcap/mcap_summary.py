@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +24,8 @@ def overview_of(path: Path) -> Overview | None:
     Returns:
         None when the file has no usable summary, or schemas that stand in none of these chunks.
     """
-    file = RandomFile(path)
-    index = read_summary(file)
-    file.close()
+    with closing(RandomFile(path)) as file:
+        index = read_summary(file)
     if index is None:
         return None
     text = (

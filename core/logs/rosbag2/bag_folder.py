@@ -77,19 +77,10 @@ def _check_compression(metadata: str, folder: Path) -> None:
 
 def _relative_paths(text: str) -> list[str]:
     """The items under ``relative_file_paths:``, a plain YAML list in every version of rosbag2."""
-    flow = re.search(r"(?m)^[ \t]*relative_file_paths:\s*\[([^\]]*)\]", text)
-    if flow is not None:
-        return [name for item in flow[1].split(",") if (name := item.strip().strip("'\""))]
-    out: list[str] = []
-    inside = False
-    for line in map(str.strip, text.splitlines()):
-        if line.startswith("relative_file_paths:"):
-            inside = True
-        elif inside and line.startswith("- "):
-            out.append(line[2:].strip().strip("'\""))
-        elif inside and line and not line.startswith("#"):
-            break
-    return out
+    found = re.search(r"(?m)^[ \t]*relative_file_paths:\s*(\[[^\]]*\]|(?:(?:#|- ).*\s*)*)", text)
+    listed = "" if found is None else found[1]
+    items = listed.strip("[]").split(",") if listed.startswith("[") else re.findall(r"(?m)^\s*- (.*)", listed)
+    return [name for item in items if (name := item.strip().strip("'\""))]
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

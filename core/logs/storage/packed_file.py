@@ -102,8 +102,7 @@ def _unpack(path: Path, method: str, into: Path) -> str | None:
     limit = max(FREE_CHUNK_BYTES, MAX_RATIO * path.stat().st_size)
     limit = min(limit, shutil.disk_usage(into.parent).free)
     given = 0
-    source = opened_packed(path, method)
-    with into.open("wb") as out:
+    with into.open("wb") as out, closing(opened_packed(path, method)) as source:
         try:
             while piece := source.read1(_PIECE):
                 given += len(piece)
@@ -119,6 +118,4 @@ def _unpack(path: Path, method: str, into: Path) -> str | None:
             if not given:
                 raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
             return f"it cannot be decompressed beyond {given} bytes ({error})"
-        finally:
-            source.close()
     return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def read_message_log(
     Raises:
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
-    try:
+    with closing(reader):
         topics = topics_of(reader, settings, bounds)
         joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
         wrench = named(topics, settings.wrench)
@@ -77,8 +78,6 @@ def read_message_log(
             *skipped_findings(joints),
             *(skipped_findings(wrench) if wrench else ()),
         ]
-    finally:
-        reader.close()
     where = f"{name}, {joints.name}"
     if not joints.decoded.groups:
         raise _empty(joints, reader, where)

@@ -73,18 +73,20 @@ def _walked(data: bytes) -> tuple[IntArray, list[tuple[int, int, int]], int]:
     """What a chunk holds, record by record: offsets of messages, schemas and channels, and bytes that are no record."""
     found: list[int] = []
     others: list[tuple[int, int, int]] = []
-    last = foreign = 0
+    rest, foreign = len(data), 0
     for op, at, length in record_places(data):
         if op not in _OF_CHUNKS:
             foreign += 1
             if op == 0 or foreign > _MOST_FOREIGN:  # no record begins so: the rest is none, however long
                 break
-        last = at + 9 + length
-        if op == MESSAGE and length >= _LEAST:
+        if op == MESSAGE and length < _LEAST:
+            continue
+        rest -= 9 + length
+        if op == MESSAGE:
             found.append(at)
         elif op in (SCHEMA, CHANNEL) and len(others) < _MOST_OTHERS:
             others.append((op, at, length))
-    return np.array(found, dtype=np.int64), others, len(data) - last
+    return np.array(found, dtype=np.int64), others, rest
 
 
 class McapFile(ChunkedFile):

@@ -116,7 +116,6 @@ class ChannelDecoder:
     out: Decoded
     max_plans: int = MAX_PLANS
     _plans: dict[int, list[Plan]] = field(default_factory=dict)
-    _count: int = 0
 
     @classmethod
     def of(cls, channel: Channel, profile: Profile, out: Decoded, extra: Mapping[str, Any] = {}) -> ChannelDecoder:
@@ -174,8 +173,7 @@ class ChannelDecoder:
         while rows.places.shape[0]:
             new = self._add_alone(rows.data[0].tobytes(), rows.log_ns[:1], rows.places[:1])
             rows = rows.at(slice(1, None))
-            if new is not None and self._count < self.max_plans:
-                self._count += 1
+            if new is not None and sum(map(len, self._plans.values())) < self.max_plans:
                 kept.append(new)
                 rows = self._without_alike(rows, new)
 

@@ -56,8 +56,6 @@ class _Zstd:
                 piece = self._frame.unused_data
                 if self._frame.eof:
                     self._frame = None
-                else:
-                    break
             if data := b"".join(parts):
                 return data
         if self._frame is not None:

@@ -63,9 +63,7 @@ def rows_at(data: ByteArray, start: IntArray, width: int) -> ByteArray:
     Args:
         data, start, width: as of :func:`gather`.
     """
-    if start.shape[0] < 2 or width == 0:
-        return gather(data, start, width)
-    apart = int(start[1] - start[0])
+    apart = int(start[1] - start[0]) if start.shape[0] > 1 and width else 0
     if apart <= 0 or not (start[1:] - start[:-1] == apart).all():
         return gather(data, start, width)
     return np.ndarray(

@@ -11,7 +11,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.messages.decoded_columns import QUANTITIES, all_names
+from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
 from collaudit.core.logs.signals.clock_checks import compare_clocks
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
@@ -168,27 +168,21 @@ def _empty(topic: Topic, reader: MessageReader, where: str) -> LogError:
 def _columns(publishers: Sequence[Series], names: NameMap, clock: Clock, origin: int) -> dict[str, FloatArray]:
     """Quantity to (n, j) in the robot's order; other publishers are brought to the stamps of the first."""
     base = publishers[0]
-    if len(publishers) == 1:
-        picked = [base.names.index(log) for log in names.log]
-        if picked == list(range(len(base.names))):
-            return base.columns
-        return {quantity: base.columns.pop(quantity)[:, picked] for quantity in list(base.columns)}
+    if len(publishers) == 1 and base.names == names.log:
+        return base.columns
     at_s = seconds_since(base.stamps(clock), origin)
     out: dict[str, FloatArray] = {}
-    for quantity in QUANTITIES:
-        if not any(quantity in publisher.columns for publisher in publishers):
-            continue
-        values = np.full((at_s.shape[0], len(names.log)), np.nan)
-        for publisher in publishers:
-            if quantity not in publisher.columns:
-                continue
-            own = publisher.columns[quantity]
+    for publisher in publishers:
+        time_s = seconds_since(publisher.stamps(clock), origin)
+        places = [(index, publisher.names.index(log)) for index, log in enumerate(names.log) if log in publisher.names]
+        for quantity in list(publisher.columns):
+            own = publisher.columns.pop(quantity)
             if publisher is not base:
-                own = interpolate(at_s, seconds_since(publisher.stamps(clock), origin), own)
-            for index, log in enumerate(names.log):
-                if log in publisher.names:
-                    values[:, index] = own[:, publisher.names.index(log)]
-        out[quantity] = values
+                own = interpolate(at_s, time_s, own)
+            if quantity not in out:
+                out[quantity] = np.full((at_s.shape[0], len(names.log)), np.nan, order="F")
+            for index, place in places:
+                out[quantity][:, index] = own[:, place]
     return out
 
 

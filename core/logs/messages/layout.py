@@ -112,7 +112,7 @@ class _Walk:
             raise LayoutError(f"it has more than {MAX_LEAVES} fields")
         kind, content = field
         if kind == MESSAGE:
-            return {name: self.value(inner) for name, inner in self.schema.fields[content]}
+            return {name: self.value(inner) for name, inner in self.schema.fields(content)}
         if kind == PRIMITIVE:
             return self.text() if content[0] == "string" else self.run(content[0], 1)
         item, count = content

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -42,32 +42,48 @@ class Schema:
 
     Attributes:
         name: of the type.
-        fields: names and types of the fields of each type, in order.
-        least: bytes that a message of each type takes at least on the wire.
+        encoding: ``cdr`` or ``ros1``.
+        stated: definitions by type name, as rosbags parses them; what they lack is taken from ROS's own common types.
+        least: bytes that a message of each type takes at least on the wire, as far as they were asked for.
     """
 
     name: str
-    fields: Mapping[str, Sequence[tuple[str, FieldType]]]
-    least: dict[str, int]
+    encoding: str
+    stated: Mapping[str, Any]
+    least: dict[str, int] = field(default_factory=dict)
 
-    def smallest_size(self, field: FieldType, depth: int = 0) -> int:
+    def fields(self, name: str) -> Sequence[tuple[str, FieldType]]:
+        """Names and types of the fields of a type, in order.
+
+        Raises:
+            SchemaError: its definition is missing.
+        """
+        found = self.stated.get(name) or _store(self.encoding).get(name)
+        if found is None:
+            raise SchemaError(f"the definition of {name} is missing")
+        return found[1] or (() if self.encoding == "ros1" else _EMPTY)
+
+    def smallest_size(self, kind: FieldType, depth: int = 0) -> int:
         """A lower bound of the bytes a value takes on the wire, used to refuse impossible lengths.
 
         Raises:
-            SchemaError: a message is nested too deeply, as one that holds itself is.
+            SchemaError: a definition is missing, a field is of no type that is read, or a message is nested too deeply,
+                as one that holds itself is.
         """
-        kind, content = field
-        if kind == PRIMITIVE:
+        what, content = kind
+        if what == PRIMITIVE:
+            if content[0] != "string" and content[0] not in PRIMITIVES:
+                raise SchemaError(f"fields of type {content[0]} cannot be read")
             return 4 if content[0] == "string" else int(PRIMITIVES[content[0]][1])
-        if kind == MESSAGE:
+        if what == MESSAGE:
             if depth > _MAX_DEPTH:
                 raise SchemaError(f"{content} is nested more than {_MAX_DEPTH} deep")
             if content not in self.least:
-                self.least[content] = sum(self.smallest_size(inner, depth + 1) for _, inner in self.fields[content])
+                self.least[content] = sum(self.smallest_size(inner, depth + 1) for _, inner in self.fields(content))
             return self.least[content]
         item, count = content
         size = self.smallest_size(item, depth + 1)
-        return count * size if kind == ARRAY else 4
+        return count * size if what == ARRAY else 4
 
 
 def definitions_of(type_name: str, encoding: str, text: str) -> Mapping[str, Any]:
@@ -122,32 +138,9 @@ def parse_schema(
     types = dict(extra)
     if schema.strip():
         types.update(definitions_of(type_name, schema_encoding, schema.decode("utf-8", errors="replace")))
-    out: dict[str, Any] = {}
-    wanted = [type_name]
-    while wanted:
-        name = wanted.pop()
-        if name in out:
-            continue
-        found = types.get(name) or _store(message_encoding).get(name)
-        if found is None:
-            raise SchemaError(f"the definition of {name} is missing")
-        out[name] = found[1] if found[1] or message_encoding == "ros1" else _EMPTY
-        wanted += [inner for _, field in found[1] if (inner := _referred(field)) is not None]
-    parsed = Schema(type_name, out, {})
+    parsed = Schema(type_name, message_encoding, types)
     parsed.smallest_size((MESSAGE, type_name))
     return parsed
-
-
-def _referred(field: FieldType) -> str | None:
-    """The type of message that a field holds, None where it holds primitives."""
-    kind, content = field
-    while kind in (ARRAY, SEQUENCE):
-        kind, content = content[0]
-    if kind == MESSAGE:
-        return str(content)
-    if content[0] != "string" and content[0] not in PRIMITIVES:
-        raise SchemaError(f"fields of type {content[0]} cannot be read")
-    return None
 
 
 @lru_cache(maxsize=8)

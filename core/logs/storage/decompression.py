@@ -90,8 +90,6 @@ def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> tu
         return b"", f"its compression {kind[:20]!r} is not supported"
     if not plausible_size(len(data), size, most):
         return b"", f"it claims {size} bytes in {len(data)} compressed ones"
-    if size == 0:
-        return b"", None
     try:
         out, _ = _frame(kind, data, size)
         if len(out) == size:

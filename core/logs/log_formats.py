@@ -63,24 +63,22 @@ class LogFormat:
     def open_messages(self, path: Path) -> MessageReader:
         """Open a file of messages, compressed as a whole or not."""
         reader: Callable[[Path], MessageReader] = pkgutil.resolve_name(self.reader)
-        packed = compression_at(path)
-        if packed is None or self.unpacks:
-            return reader(path)
-        messages, damage = open_unpacked(path, packed, reader)
+        messages, damage = open_unpacked(path, self._packing(path), reader)
         messages.damage.extend([] if damage is None else [Damage(damage)])
         return messages
 
     def open_table(self, path: Path, settings: CsvConfig) -> TableReader:
         """Open a table, compressed as a whole or not."""
         reader: Callable[[Path, CsvConfig], TableReader] = pkgutil.resolve_name(self.reader)
-        packed = compression_at(path)
-        if packed is None or self.unpacks:
-            return reader(path, settings)
-        table, damage = open_unpacked(path, packed, lambda inner: reader(inner, settings))
+        table, damage = open_unpacked(path, self._packing(path), lambda inner: reader(inner, settings))
         if damage is not None:
             raise LogError(damage, where=str(path))
         table.path = path
         return table
+
+    def _packing(self, path: Path) -> str | None:
+        """How a file has to be unpacked before the reader opens it, None where it has not."""
+        return None if self.unpacks else compression_at(path)
 
     def overview_of(self, path: Path) -> Overview | None:
         """What the file's own summary says, None without a usable one."""

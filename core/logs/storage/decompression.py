@@ -7,9 +7,10 @@ import gzip
 import lzma
 import zipfile
 import zlib
-from io import BytesIO
+from collections.abc import Callable
+from io import BufferedIOBase, BytesIO
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import lz4.frame
 import zstandard
@@ -20,8 +21,6 @@ _STEP = 1 << 16
 #: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
 _ZSTD_PIECE = 1 << 11
 _OF_CHUNKS = ("zstd", "lz4", "bz2")
-#: What opens a file that is compressed with a method; zstd has a reader of its own here.
-_OPENED: dict[str, Any] = {"gzip": gzip.open, "xz": lzma.open, "lz4": lz4.frame.open, "bz2": bz2.open}
 #: What the decompressors raise on damaged files.
 DECOMPRESSION_ERRORS = (
     OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile
@@ -29,24 +28,15 @@ DECOMPRESSION_ERRORS = (
 _ERRORS = (*DECOMPRESSION_ERRORS, ValueError, MemoryError)
 
 
-class Source(Protocol):
-    """Decompressed bytes, one after the other."""
-
-    def read1(self, size: int) -> bytes:
-        """The next bytes that can be had at once; none at the end."""
-
-    def close(self) -> None:
-        """Release the file."""
-
-
-class _Zstd:
+class _Zstd(BufferedIOBase):
     """Frames of zstd one after the other; unlike the package's reader it tells a cut file from a whole one."""
 
     def __init__(self, source: Path | BytesIO) -> None:
         self._file = source.open("rb") if isinstance(source, Path) else source
         self._frame: Any = None
 
-    def read1(self, size: int) -> bytes:
+    def read1(self, size: int = -1, /) -> bytes:
+        """The next bytes that can be had at once; none at the end."""
         while piece := self._file.read(_ZSTD_PIECE):
             parts = []
             while piece:
@@ -63,13 +53,20 @@ class _Zstd:
         return b""
 
     def close(self) -> None:
+        """Release the file."""
         self._file.close()
+        super().close()
 
 
-def decompressor(source: Path | BytesIO, method: str) -> Source:
+#: What opens a file that is compressed with a method.
+_OPENED: dict[str, Callable[[Any, Any], Any]] = {
+    "gzip": gzip.open, "xz": lzma.open, "lz4": lz4.frame.open, "bz2": bz2.open, "zstd": lambda source, _: _Zstd(source),
+}  # fmt: skip
+
+
+def decompressor(source: Path | BytesIO, method: str) -> BufferedIOBase:
     """The decompressed bytes of a file: ``gzip``, ``xz``, ``lz4``, ``bz2`` or ``zstd``."""
-    opened = _OPENED.get(method)
-    return _Zstd(source) if opened is None else cast(Source, opened(source, "rb"))
+    return cast(BufferedIOBase, _OPENED[method](source, "rb"))
 
 
 def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> tuple[bytes, str | None]:

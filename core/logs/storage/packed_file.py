@@ -7,11 +7,12 @@ import tempfile
 import weakref
 from collections.abc import Callable
 from contextlib import closing, suppress
+from io import BufferedIOBase
 from pathlib import Path
 from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, Source, decompressor
+from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
 from collaudit.core.logs.storage.file_head import unpacked_name
 from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
 
@@ -23,7 +24,7 @@ _METADATA = ("__MACOSX/", ".DS_Store", "._")
 Reader = TypeVar("Reader")
 
 
-def opened_packed(path: Path, method: str) -> Source:
+def opened_packed(path: Path, method: str) -> BufferedIOBase:
     """The decompressed bytes of a file.
 
     Args:
@@ -36,14 +37,14 @@ def opened_packed(path: Path, method: str) -> Source:
     return _only_member(path) if method == "zip" else decompressor(path, method)
 
 
-def _only_member(path: Path) -> Source:
+def _only_member(path: Path) -> BufferedIOBase:
     import zipfile
 
     try:
         archive = zipfile.ZipFile(path)
         names = [name for name in archive.namelist() if not name.endswith("/") and not _is_metadata(name)]
         if len(names) == 1:
-            return cast(Source, archive.open(names[0]))
+            return cast(BufferedIOBase, archive.open(names[0]))
     except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError, RuntimeError) as error:
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error  # also where a password is asked
     shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
@@ -68,12 +69,12 @@ def inner_head(path: Path, method: str) -> bytes:
     return head[:_HEAD]
 
 
-def open_unpacked(path: Path, method: str, opened: Callable[[Path], Reader]) -> tuple[Reader, str | None]:
+def open_unpacked(path: Path, method: str | None, opened: Callable[[Path], Reader]) -> tuple[Reader, str | None]:
     """Open a reader on what a compressed file holds, in a temporary folder that goes with the reader.
 
     Args:
         path: the file.
-        method: how it is compressed.
+        method: how it is compressed; None where it is not.
         opened: opens the decompressed file.
 
     Returns:
@@ -82,6 +83,8 @@ def open_unpacked(path: Path, method: str, opened: Callable[[Path], Reader]) -> 
     Raises:
         LogError: it cannot be opened, or decompresses into more than its size allows or the disk holds.
     """
+    if method is None:
+        return opened(path), None
     folder = Path(tempfile.mkdtemp(prefix="collaudit-"))
     try:
         inner = folder / unpacked_name(path.name)

@@ -30,9 +30,9 @@ class ReadingBounds:
         """``file_bytes``: of all files of the log; ``where``: what messages call it."""
         self._limits = limits or LimitsConfig()
         self._where = where
-        stated = self._limits.memory_gb
-        followed = min(max(MEMORY_TIMES * file_bytes, LEAST_MEMORY), MOST_MEMORY)
-        self.memory_bytes = int(stated * 1e9) if stated is not None else followed
+        self.memory_bytes = min(max(MEMORY_TIMES * file_bytes, LEAST_MEMORY), MOST_MEMORY)
+        if self._limits.memory_gb is not None:
+            self.memory_bytes = int(self._limits.memory_gb * 1e9)
         self.decoded_bytes = int(max(self._limits.expansion * file_bytes, FREE_BYTES))
         self.chunk_bytes = int(self._limits.chunk_mb * 1e6)
         self._bytes = self._messages = self._values = 0

@@ -92,9 +92,7 @@ def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> Annotatio
     for entry in (entry for entry in settings.label_topics if entry not in absent):
         topic = _configured(topics, entry, "label")
         chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
-    phase = None
-    if settings.phase_topic is not None:
-        phase = _configured(topics, settings.phase_topic, "phase")
+    phase = None if settings.phase_topic is None else _configured(topics, settings.phase_topic, "phase")
     return AnnotationTopics(tuple(chosen), phase, tuple(absent))
 
 

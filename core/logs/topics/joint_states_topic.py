@@ -66,9 +66,7 @@ def choose_joint_states(
             expected=listed(robot or ()),
             hint="map the names under [log] joint_names",
         )
-    chosen = [topic for topic in candidates if scores[topic.name] == best]
-    if robot is None:
-        chosen = candidates
+    chosen = [topic for topic in candidates if robot is None or scores[topic.name] == best]
     if len(chosen) > 1:
         raise ConfigError(
             "several topics could be the joint states",

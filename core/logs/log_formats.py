@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Literal
 
 from collaudit.core.config.schema import CsvConfig
-from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_head import (
     compression_at,
     compression_of,
@@ -46,7 +45,6 @@ class LogFormat:
             has no usable summary; "" for formats that have none.
         by_content: whether the first bytes alone make a file of any name a log; any text may be a table, and is not.
         in_bag_folders: whether ROS 2 bag folders keep their messages in it.
-        unpacks: its reader takes compressed files as they are; others get what lies within as a temporary file.
     """
 
     name: str
@@ -58,27 +56,20 @@ class LogFormat:
     overview: str = ""
     by_content: bool = True
     in_bag_folders: bool = False
-    unpacks: bool = False
 
     def open_messages(self, path: Path) -> MessageReader:
         """Open a file of messages, compressed as a whole or not."""
         reader: Callable[[Path], MessageReader] = pkgutil.resolve_name(self.reader)
-        messages, damage = open_unpacked(path, self._packing(path), reader)
+        messages, damage = open_unpacked(path, compression_at(path), reader, table=False)
         messages.damage.extend([] if damage is None else [Damage(damage)])
         return messages
 
     def open_table(self, path: Path, settings: CsvConfig) -> TableReader:
         """Open a table, compressed as a whole or not."""
         reader: Callable[[Path, CsvConfig], TableReader] = pkgutil.resolve_name(self.reader)
-        table, damage = open_unpacked(path, self._packing(path), lambda inner: reader(inner, settings))
-        if damage is not None:
-            raise LogError(damage, where=str(path))
-        table.path = path
+        table, damage = open_unpacked(path, compression_at(path), lambda inner: reader(inner, settings), table=True)
+        table.path, table.damage = path, damage
         return table
-
-    def _packing(self, path: Path) -> str | None:
-        """How a file has to be unpacked before the reader opens it, None where it has not."""
-        return None if self.unpacks else compression_at(path)
 
     def overview_of(self, path: Path) -> Overview | None:
         """What the file's own summary says, None without a usable one."""
@@ -122,8 +113,7 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mat", "MATLAB file", "table", (".mat",),
               begins_with(b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"),
               f"{_LOGS}.column_files.matlab_file:open_mat"),
-    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False,
-              unpacks=True),
+    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
 )  # fmt: skip
 
 

@@ -55,7 +55,7 @@ from collaudit.core.logs.storage.table_reader import TableColumns
 class ToyTable:
     """One JSON object of columns after the magic."""
 
-    format, named, layout, stated, left_out = "toy-table", True, "columns of JSON", {}, ()
+    format, named, layout, stated, left_out, damage = "toy-table", True, "columns of JSON", {}, (), None
 
     def __init__(self, path, settings):
         self.path = path

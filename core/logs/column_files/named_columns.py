@@ -33,6 +33,8 @@ class NamedColumns:
         LogError: there are no columns, or no rows.
     """
 
+    damage: str | None = None
+
     def __init__(
         self,
         path: Path,

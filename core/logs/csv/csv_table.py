@@ -1,41 +1,44 @@
-"""Reading the columns of a CSV as numbers, with errors that name line and column."""
+"""Reading the columns of a CSV as numbers through Arrow, with errors that name line and column."""
 
 from __future__ import annotations
 
+import csv
+import io
+import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
+from pyarrow import csv as arrow_csv
+from pyarrow import enable_signal_handlers
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_parsing import parse, parse_rewritten
 from collaudit.core.logs.csv.csv_text import (
     BLANKS,
+    COMMENT,
     NULLS,
     Dialect,
     dialect_of,
     is_iso,
     is_number,
-    open_bytes,
-    read_head,
     rows_as_text,
-    split,
 )
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Rows whose cells are compared to tell whether tables were written from one recording.
 _FIRST_ROWS = 50
-_Parse = Callable[[Sequence[Any], dict[str, Any]], tuple[Any, str | None]]
+#: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
+_BLOCK = 3 << 18
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
-_PIECE = 1 << 20
 
 
 class CsvTable:
@@ -45,7 +48,8 @@ class CsvTable:
     left_out: tuple[str, ...] = ()
 
     def __init__(self, path: Path, settings: CsvConfig) -> None:
-        self.path = path
+        self.path = self._file = path
+        self.damage: str | None = None
         self.dialect = dialect_of(path, settings)
         self.names = self.dialect.names
         self.named = self.dialect.header
@@ -57,12 +61,14 @@ class CsvTable:
 
     def first_cells(self, column: int) -> tuple[str, ...]:
         """The cells of a column in the first rows, stripped."""
-        return tuple(row[column].strip() for row in self._first_rows if column < len(row))
+        return tuple(cells[column].strip() for cells in self._first_rows if column < len(cells))
 
     @cached_property
     def _first_rows(self) -> list[list[str]]:
-        lines = read_head(self.path).decode(self.dialect.encoding, errors="replace").splitlines()
-        return [split(line, self.dialect.delimiter) for line in lines[self.dialect.skip :][:_FIRST_ROWS]]
+        return [cells for _, cells in islice(self._rows(), _FIRST_ROWS)]
+
+    def _rows(self) -> Iterator[tuple[int, list[str]]]:
+        return rows_as_text(self._file, str(self.path), self.dialect)
 
     def read(self, groups: Mapping[str, Sequence[int]], time: int | None, texts: Sequence[int] = ()) -> TableColumns:
         """Read columns as numbers, and some as text.
@@ -75,148 +81,150 @@ class CsvTable:
         Raises:
             LogError: naming line and column, for a ragged row or a cell that is not a number.
         """
-
-        path, dialect = self.path, self.dialect
-        columns = [index for group in groups.values() for index in group]
-        wanted = sorted({*columns, *([time] if time is not None else []), *texts})
-        types: dict[str, Any] = {f"c{index}": pa.float64() for index in columns}
-        types |= {f"c{index}": pa.string() for index in texts}
+        numbers = {index for group in groups.values() for index in group}
+        types = {f"c{index}": pa.float64() for index in numbers} | {f"c{index}": pa.string() for index in texts}
+        wanted = sorted({*numbers, *([time] if time is not None else []), *texts})
         try:
-            table, damage = _typed(partial(parse, path, dialect), dialect, wanted, types, time)
-        except pa.ArrowInvalid as failure:
-            fault = _first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
+            table = self._typed(*self._source(), wanted, types, time)
+        except pa.ArrowInvalid:
+            checked = self._checked([index for index in wanted if index not in texts], numbers, time)
             try:
-                table, damage = _mended(path, dialect, wanted, types, time, fault)
-            except pa.ArrowInvalid:
-                unread = LogError("cannot be read as a table of numbers", where=str(path), found=str(failure)[:200])
-                raise (unread if fault is None else fault.error) from None
+                table = self._typed(*self._rewritten(checked), wanted, types, time)
+            except pa.ArrowInvalid as failure:
+                unread = "cannot be read as a table of numbers"
+                raise LogError(unread, where=str(self.path), found=str(failure)[:200]) from None
         stamps = table.column(f"c{time}") if time is not None else None
         words = {index: tuple(text or "" for text in table.column(f"c{index}").to_pylist()) for index in texts}
-        values = {group: _matrix(table, indices) for group, indices in groups.items()}
-        return TableColumns(values, stamps, words, damage)
+        return TableColumns({group: _matrix(table, indices) for group, indices in groups.items()}, stamps, words)
 
+    def _source(self) -> tuple[Any, Dialect]:
+        """What Arrow reads: the file, or its rows written anew where they are between runs of blanks or in UTF-16."""
+        if self.dialect.delimiter == " " or self.dialect.encoding == "utf-16":
+            return self._rewritten(self._rows())
+        return pa.OSFile(str(self._file)), self.dialect
 
-def _typed(
-    parse_as: _Parse, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None
-) -> tuple[Any, str | None]:
-    """The table by one way of parsing, with the first type that its stamps fit.
+    def _rewritten(self, rows: Iterable[tuple[int, list[str]]]) -> tuple[io.BytesIO, Dialect]:
+        """Rows between tabs, in UTF-8, without comments between them; of those between blanks cells keep quotes."""
+        out = io.StringIO()
+        if self.dialect.delimiter == " ":
+            out.writelines("\t".join(cells) + "\n" for _, cells in rows)
+        else:
+            csv.writer(out, delimiter="\t", lineterminator="\n").writerows(cells for _, cells in rows)
+        text = io.BytesIO(out.getvalue().encode("utf-8", "replace"))
+        return text, replace(self.dialect, skip=0, delimiter="\t", encoding="utf-8")
 
-    Raises:
-        ArrowInvalid: they fit none, or another cell or row is not as it should be.
-    """
+    def _typed(
+        self, source: Any, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any], time: int | None
+    ) -> Any:
+        """The table with the first type that its stamps fit.
 
-    kinds = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else []
-    for kind in kinds[:-1]:
-        with suppress(pa.ArrowInvalid):
-            return parse_as(wanted, types | {f"c{time}": kind})
-    return parse_as(wanted, types | {f"c{time}": kind for kind in kinds[-1:]})
+        Raises:
+            ArrowInvalid: they fit none, or another cell or row is not as it should be.
+        """
+        kinds = _time_types(next(iter(self.first_cells(time)), "")) if time is not None else []
+        with source:
+            for kind in kinds[:-1]:
+                with suppress(pa.ArrowInvalid):
+                    return _parsed(source, dialect, wanted, {**types, f"c{time}": kind})
+            return _parsed(source, dialect, wanted, {**types, **{f"c{time}": kind for kind in kinds[-1:]}})
 
+    def _checked(
+        self, numeric: Sequence[int], may_be_empty: set[int], time: int | None
+    ) -> Iterator[tuple[int, list[str]]]:
+        """The rows, without a last one that was cut.
 
-def _mended(
-    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: _Fault | None
-) -> tuple[Any, str | None]:
-    """The table without what is no row of it: comments with as many cells as it has columns, a last row cut short.
+        Args:
+            numeric: indices of the columns that must be numbers.
+            may_be_empty: those of them that may be empty.
+            time: index of the time column, which may hold ISO stamps; None without.
 
-    Raises:
-        ArrowInvalid: it cannot be read without them either.
-        LogError: the fault is another one.
-    """
-    if fault is not None and not fault.cut:
-        raise fault.error
-    rewritten = partial(parse_rewritten, path, dialect, stop=None if fault is None else fault.line)
-    table, damage = _typed(rewritten, dialect, wanted, types, time)
-    if fault is None:
-        return table, damage
-    return table, damage or f"its last row, line {fault.line}, ends in the middle and was left out"
+        Raises:
+            LogError: a row has too few or too many cells, or a cell is no number.
+        """
+        width, rows = len(self.names), self._rows()
+        for line, cells in rows:
+            held = [index for index in numeric if index < len(cells)]
+            bad = [k for k in held if not _fine(cells[k].strip(BLANKS), self.dialect, k in may_be_empty, k == time)]
+            if len(cells) == width and not bad:
+                yield line, cells
+                continue
+            where = f"{self.path}, line {line}"
+            if len(cells) != width:
+                message = "the row has another number of cells than the columns"
+                error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
+                cut = len(cells) < width and set(bad) <= {len(cells) - 1}
+            else:
+                name = self.names[bad[0]] if self.named else f"number {bad[0] + 1}"
+                message = f"the cell in column {name!r} is not a number"
+                error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
+                cut = bad == [width - 1]
+            if not cut or next(rows, None) is not None or not self._lacks_its_end():
+                raise error
+            self.damage = f"its last row, line {line}, ends in the middle and was left out"
 
-
-def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
-    """Columns one after the other in memory, strung together by Arrow in one go."""
-
-    pieces = [piece for index in indices for piece in table.column(f"c{index}").chunks]
-    values = numbers_of(pa.concat_arrays(pieces)) if pieces else np.empty(0)
-    return values.reshape((table.num_rows, len(indices)), order="F")
-
-
-def _time_types(first: str) -> list[Any]:
-
-    text = first.strip()
-    if is_iso(text):
-        zoned = re.search(r"(Z|[+-]\d{2}:?\d{2})$", text) is not None
-        return [pa.timestamp("ns", "UTC") if zoned else pa.timestamp("ns")]
-    if re.fullmatch(r"[+-]?\d+", text):
-        return [pa.int64(), pa.decimal128(37, 12), pa.float64()]
-    if re.fullmatch(r"\d{7,}[.,]\d+", text):
-        return [pa.decimal128(37, 12), pa.float64()]
-    return [pa.float64()]
+    def _lacks_its_end(self) -> bool:
+        """Whether the last line has no end; of UTF-16 that is not told."""
+        with self._file.open("rb") as stream:
+            stream.seek(-1, os.SEEK_END)
+            return stream.read() != b"\n" and self.dialect.encoding != "utf-16"
 
 
 #: How the table of formats opens a file.
 open_csv: Callable[[Path, CsvConfig], TableReader] = CsvTable
 
 
-@dataclass(frozen=True, slots=True)
-class _Fault:
-    """What is wrong with a row.
+def _parsed(source: Any, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any]) -> Any:
+    """Let Arrow read columns ``c{index}`` in this thread, with comments between the rows left out.
 
-    Attributes:
-        error: what to tell the user, with line and column.
-        line: number of the line, from 1.
-        cut: whether it is the file's last line, not ended, and only its end is wrong: the file was cut inside it.
-    """
-
-    error: LogError
-    line: int
-    cut: bool
-
-
-def _first_fault(
-    path: Path, dialect: Dialect, wanted: Sequence[int], numeric: Sequence[int], time: int | None
-) -> _Fault | None:
-    """Find the first row that has too few or too many cells, or a cell that is no number.
-
-    Args:
-        path: the file.
-        dialect: how it is written.
-        wanted: indices of the columns that must be numbers.
-        numeric: those of them that may be empty.
-        time: index of the time column, which may hold ISO stamps; None without.
+    Arrow's own threads go on after an error and can abort the process; its handler of Ctrl-C is a thread, too.
 
     Raises:
-        LogError: as of :func:`~collaudit.core.logs.csv.csv_text.rows_as_text`.
+        ArrowInvalid: a row or a cell is not as it should be.
     """
-    width = len(dialect.names)
-    may_be_empty = set(numeric)
-    with open_bytes(path) as raw:
-        rows = rows_as_text(path, raw, dialect)
-        for line, cells in rows:
-            where = f"{path}, line {line}"
-            held = [(k, cells[k].strip(BLANKS)) for k in wanted if k < len(cells)]
-            bad = [k for k, cell in held if not _fine(cell, k, dialect, may_be_empty, time)]
-            if len(cells) == width and not bad:
-                continue
-            last = next(rows, None) is None and _lacks_its_end(path, dialect)
-            if len(cells) != width:
-                message = "the row has another number of cells than the columns"
-                error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
-                return _Fault(error, line, last and len(cells) < width and not set(bad) - {len(cells) - 1})
-            name = dialect.names[bad[0]] if dialect.header else f"number {bad[0] + 1}"
-            message = f"the cell in column {name!r} is not a number"
-            error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
-            return _Fault(error, line, last and bad == [width - 1])
-    return None
+    enable_signal_handlers(False)
+    source.seek(0)
+    return arrow_csv.read_csv(
+        source,
+        read_options=arrow_csv.ReadOptions(
+            column_names=[f"c{index}" for index in range(len(dialect.names))],
+            skip_rows=dialect.skip,
+            block_size=_BLOCK,
+            encoding=dialect.encoding.removesuffix("-sig"),
+            use_threads=False,
+        ),
+        parse_options=arrow_csv.ParseOptions(delimiter=dialect.delimiter, invalid_row_handler=_comment_or_error),
+        convert_options=arrow_csv.ConvertOptions(
+            include_columns=[f"c{index}" for index in wanted],
+            column_types=dict(types),
+            decimal_point=dialect.decimal,
+            null_values=list(NULLS),
+        ),
+    )
 
 
-def _fine(cell: str, index: int, dialect: Dialect, may_be_empty: set[int], time: int | None) -> bool:
-    if cell in NULLS and index in may_be_empty:
-        return True
-    return is_number(cell, dialect.decimal) or (index == time and is_iso(cell))
+def _comment_or_error(row: Any) -> str:
+    text = str(row.text).strip()
+    return "skip" if not text or text.startswith(COMMENT) else "error"
 
 
-def _lacks_its_end(path: Path, dialect: Dialect) -> bool:
-    """Whether the last line has no end; of UTF-16 that is not told."""
-    end = b"\n"
-    with open_bytes(path) as stream:
-        while piece := stream.read(_PIECE):
-            end = piece[-1:]
-    return end != b"\n" and dialect.encoding != "utf-16"
+def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
+    """Columns one after the other in memory, strung together by Arrow in one go."""
+    pieces = [piece for index in indices for piece in table.column(f"c{index}").chunks]
+    values = numbers_of(pa.concat_arrays(pieces)) if pieces else np.empty(0)
+    return values.reshape((table.num_rows, len(indices)), order="F")
+
+
+def _time_types(first: str) -> list[Any]:
+    """Arrow's types that a column of stamps may be of, the one that loses least first."""
+    if is_iso(first):
+        zoned = re.search(r"(Z|[+-]\d{2}:?\d{2})$", first) is not None
+        return [pa.timestamp("ns", "UTC") if zoned else pa.timestamp("ns")]
+    if re.fullmatch(r"[+-]?\d+", first):
+        return [pa.int64(), pa.decimal128(37, 12), pa.float64()]
+    if re.fullmatch(r"\d{7,}[.,]\d+", first):
+        return [pa.decimal128(37, 12), pa.float64()]
+    return [pa.float64()]
+
+
+def _fine(cell: str, dialect: Dialect, may_be_empty: bool, may_be_iso: bool) -> bool:
+    return (may_be_empty and cell in NULLS) or is_number(cell, dialect.decimal) or (may_be_iso and is_iso(cell))

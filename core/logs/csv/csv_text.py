@@ -13,9 +13,7 @@ from typing import IO
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_stream import BoundedStream
-from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS
-from collaudit.core.logs.storage.file_head import compression_at
+from collaudit.core.logs.storage.file_head import head_of
 
 HEAD_BYTES = 1 << 18
 _SAMPLE_LINES = 64
@@ -38,7 +36,6 @@ class Dialect:
         header: whether there is a line of names.
         skip: lines before the first row of data.
         encoding: of the text.
-        first: cells of the first row of data.
     """
 
     names: tuple[str, ...]
@@ -47,29 +44,6 @@ class Dialect:
     header: bool
     skip: int
     encoding: str
-    first: tuple[str, ...]
-
-
-def open_bytes(path: Path) -> IO[bytes]:
-    """Open a file for reading, decompressed when its content says it is compressed.
-
-    Raises:
-        LogError: it cannot be opened.
-    """
-    method = compression_at(path)
-    try:
-        return path.open("rb") if method is None else io.BufferedReader(BoundedStream(path, method), 1 << 20)
-    except OSError as error:
-        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
-
-
-def read_head(path: Path, count: int = HEAD_BYTES) -> bytes:
-    """The first bytes of the text, decompressed."""
-    try:
-        with open_bytes(path) as stream:
-            return stream.read(count)
-    except DECOMPRESSION_ERRORS as error:
-        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
 
 
 def encoding_of(head: bytes) -> str:
@@ -125,7 +99,7 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     Raises:
         LogError: it has no rows of data.
     """
-    head = read_head(path)
+    head = head_of(path, HEAD_BYTES)
     encoding = encoding_of(head)
     text = head.decode(encoding, errors="replace")
     lines = list(io.StringIO(text, newline=None))
@@ -148,7 +122,7 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     cells = split(rows[1 if header else 0][1], delimiter)
     names = first_cells if header else _commented_names(lines[:start], delimiter, len(cells))
     return Dialect(_clean(names or [str(i + 1) for i in range(len(cells))]), delimiter, decimal,
-                   header or bool(names), start, encoding, tuple(cells))  # fmt: skip
+                   header or bool(names), start, encoding)  # fmt: skip
 
 
 def _clean(names: Sequence[str]) -> tuple[str, ...]:
@@ -201,45 +175,36 @@ def _decimal(sample: Sequence[str], delimiter: str) -> str:
     return "," if commas > points else "."
 
 
-def damage_of(raw: IO[bytes]) -> str | None:
-    """Where a stream opened by :func:`open_bytes` could not be decompressed to its end, once it was read so far."""
-    below = getattr(raw, "raw", None)
-    return below.damage if isinstance(below, BoundedStream) else None
-
-
-def rows_as_text(path: Path, raw: IO[bytes], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
-    """(number from 1 of its first line, cells) of the data rows; slow, for error messages and odd files.
+def rows_as_text(file: Path, where: str, dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
+    """(number from 1 of its first line, cells) of the data rows; slow, for the first of them and odd files.
 
     Args:
-        path: the file, for messages.
-        raw: the file, opened by :func:`open_bytes`.
+        file: the text.
+        where: what messages call it.
         dialect: how it is written.
 
     Raises:
-        LogError: what should be UTF-16 is not; it cannot be cut into cells; a table between blanks is damaged.
+        LogError: what should be UTF-16 is not; it cannot be cut into cells.
     """
     errors = "strict" if dialect.encoding == "utf-16" else "replace"
-    text = io.TextIOWrapper(raw, dialect.encoding, errors=errors, newline="")
     try:
-        yield from _between_blanks(path, raw, text, dialect) if dialect.delimiter == " " else _quoted(text, dialect)
+        with file.open(encoding=dialect.encoding, errors=errors, newline="") as text:
+            for _ in range(dialect.skip):
+                text.readline()
+            yield from _between_blanks(text, dialect) if dialect.delimiter == " " else _quoted(text, dialect)
     except csv.Error as error:
-        raise LogError(f"cannot be cut into cells: {error}", where=str(path)) from error
+        raise LogError(f"cannot be cut into cells: {error}", where=where) from error
     except UnicodeError as error:
-        raise LogError(f"begins as UTF-16 text and does not go on so: {error}", where=str(path)) from error
+        raise LogError(f"begins as UTF-16 text and does not go on so: {error}", where=where) from error
 
 
-def _between_blanks(path: Path, raw: IO[bytes], text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
-    for number, line in enumerate(text, 1):
-        if number > dialect.skip and line.strip() and not line.lstrip().startswith(COMMENT):
+def _between_blanks(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
+    for number, line in enumerate(text, dialect.skip + 1):
+        if line.strip() and not line.lstrip().startswith(COMMENT):
             yield number, line.split()
-    damage = damage_of(raw)
-    if damage is not None:
-        raise LogError(f"the compressed table is damaged: {damage}", where=str(path))
 
 
 def _quoted(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
-    for _ in range(dialect.skip):
-        text.readline()
     reader = csv.reader(text, delimiter=dialect.delimiter)
     before = 0  # a quote that is never closed takes the lines below into its cell
     for cells in reader:

@@ -1,4 +1,4 @@
-"""Files that are compressed as a whole: what lies within, as a stream or as a temporary file, bounded."""
+"""Files that are compressed as a whole: what lies within, as a temporary file, bounded."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
 from collaudit.core.logs.storage.file_head import unpacked_name
-from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
+from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, FREE_TABLE_BYTES, MAX_RATIO, TABLE_RATIO
 
 _HEAD = 4096
 _PIECE = 1 << 20
@@ -69,13 +69,16 @@ def inner_head(path: Path, method: str) -> bytes:
     return head[:_HEAD]
 
 
-def open_unpacked(path: Path, method: str | None, opened: Callable[[Path], Reader]) -> tuple[Reader, str | None]:
+def open_unpacked(
+    path: Path, method: str | None, opened: Callable[[Path], Reader], *, table: bool
+) -> tuple[Reader, str | None]:
     """Open a reader on what a compressed file holds, in a temporary folder that goes with the reader.
 
     Args:
         path: the file.
         method: how it is compressed; None where it is not.
         opened: opens the decompressed file.
+        table: it is a table, all of which will be in memory; where it is damaged, it ends with its last whole line.
 
     Returns:
         The reader, and where the file could not be decompressed to its end (None: it could).
@@ -88,7 +91,12 @@ def open_unpacked(path: Path, method: str | None, opened: Callable[[Path], Reade
     folder = Path(tempfile.mkdtemp(prefix="collaudit-"))
     try:
         inner = folder / unpacked_name(path.name)
-        damage = _unpack(path, method, inner)
+        size = path.stat().st_size
+        free, ratio = (FREE_TABLE_BYTES, TABLE_RATIO) if table else (FREE_CHUNK_BYTES, MAX_RATIO)
+        damage = _unpack(path, method, inner, max(free, ratio * size))
+        if table and damage is not None:
+            data = inner.read_bytes()
+            inner.write_bytes(data[: data.rfind(b"\n") + 1])
         reader = opened(inner)
     except LogError as error:
         shutil.rmtree(folder, ignore_errors=True)
@@ -100,9 +108,8 @@ def open_unpacked(path: Path, method: str | None, opened: Callable[[Path], Reade
     return reader, damage
 
 
-def _unpack(path: Path, method: str, into: Path) -> str | None:
-    """Decompress a file; what is wrong with it, once something of it was had."""
-    limit = max(FREE_CHUNK_BYTES, MAX_RATIO * path.stat().st_size)
+def _unpack(path: Path, method: str, into: Path, limit: int) -> str | None:
+    """Decompress a file into so many bytes at most; what is wrong with it, once something of it was had."""
     limit = min(limit, shutil.disk_usage(into.parent).free)
     given = 0
     with into.open("wb") as out, closing(opened_packed(path, method)) as source:

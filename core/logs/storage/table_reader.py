@@ -22,13 +22,11 @@ class TableColumns:
         stamps: the time column as an Arrow array of n integers, float64, decimals or timestamps, which keep
             nanoseconds since the epoch exactly; None without.
         texts: index of a column to n texts.
-        damage: where the file could not be read to its end, or None.
     """
 
     values: dict[str, FloatArray]
     stamps: Any
     texts: dict[int, tuple[str, ...]]
-    damage: str | None = None
 
 
 class TableReader(Protocol):
@@ -42,6 +40,7 @@ class TableReader(Protocol):
         layout: how it is written, in words, for ``inspect``.
         stated: keys of ``[log.csv]`` that let the file be read as it was recognised; empty where nothing is guessed.
         left_out: what the file holds besides and is no column, in words.
+        damage: where the file could not be read to its end, or None; known once columns were read.
     """
 
     path: Path
@@ -51,6 +50,7 @@ class TableReader(Protocol):
     layout: str
     stated: Mapping[str, str]
     left_out: tuple[str, ...]
+    damage: str | None
 
     def first_cells(self, column: int) -> tuple[str, ...]:
         """Some cells from the beginning of a column, as text: equal where tables were written from one recording."""

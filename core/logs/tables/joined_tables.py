@@ -93,8 +93,8 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         values = columns_read.values
         runs = values.pop(RUN, runs)
         texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
-        if columns_read.damage is not None:
-            findings += damage_findings([Damage(columns_read.damage)], file.reader.path.name)
+        if file.reader.damage is not None:
+            findings += damage_findings([Damage(file.reader.damage)], file.reader.path.name)
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += garbage_rows(own_time, file.reader.path.name)

@@ -13,7 +13,6 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK
 from collaudit.core.logs.tables.column_groups import (
     Choice,
-    Group,
     choose,
     is_measured,
     numbered_groups,
@@ -26,11 +25,10 @@ from collaudit.core.logs.tables.column_patterns import (
     bare,
     column_index,
     match_pattern,
-    without_unit,
 )
 from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
-from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS
+from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning
 
 #: What stands between a joint's name and the word.
 _BETWEEN = re.compile("[_./ ]")
@@ -72,7 +70,7 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
     if isinstance(pattern, str):
         if "{" in pattern:
             found = match_pattern(names, pattern)
-            return found if found is None else replace(found, unit=_unit_in(names, found))
+            return found if found is None else replace(found, meaning=_meaning_in(names, found))
         pattern = [pattern]
     indices = [column_index(names, key) for key in pattern]
     if all(index is None for index in indices):
@@ -83,19 +81,13 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
             f"[log.csv] {quantity} names columns that the file does not have: {listed(missing)}",
             found=listed(names, 40),
         )
-    joints = tuple(f"joint{number + 1}" for number in range(len(indices)))
-    return Found(joints, tuple(index for index in indices if index is not None), "")
+    return Found.numbered([index for index in indices if index is not None], "")
 
 
-def _unit_in(names: Sequence[str], found: Found) -> str:
-    """The unit that a pattern's own words spell or imply, or degrees where their source documents them; "" for none."""
-    groups = numbered_groups([without_unit(name) for name in names])
-    meaning = next((group.meaning for group in groups if group.columns == found.columns), None)
-    meaning = meaning or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern))
-    if meaning is None or meaning.unit in ("deg", "deg/s", "current"):
-        return meaning.unit if meaning is not None else ""
-    spelt = any(word in UNIT_WORDS for word in words_of(re.sub(r"\{\w+\}", MARK, found.pattern)))
-    return meaning.unit if spelt and meaning.unit in UNIT_WORDS.values() else ""
+def _meaning_in(names: Sequence[str], found: Found) -> Meaning:
+    """What a stated pattern's own words say, or what their source documents of them: its unit is used."""
+    known = next((group.meaning for group in numbered_groups(names) if group.columns == found.columns), None)
+    return known or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern)) or found.meaning
 
 
 def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assignment:
@@ -141,10 +133,10 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
 
 def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found], dict[str, Choice]]:
     """Quantities by the names of their columns, and what the vocabulary says of the numbered ones."""
-    free = [without_unit(name) if index != time else "" for index, name in enumerate(names)]
-    groups = numbered_groups(free)
+    every = [name if index != time else "" for index, name in enumerate(names)]
+    groups = numbered_groups(every)
     known = {column for group in groups for column in group.columns}
-    unnumbered = [name if index not in known and index != time else "" for index, name in enumerate(names)]
+    unnumbered = [name if index not in known else "" for index, name in enumerate(every)]
     first = choose(groups, "position")
     known_positions = first.taken or next(iter(first.open), None)
     joints = len(known_positions.columns) if known_positions is not None else None
@@ -153,10 +145,9 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
         choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
     found: dict[str, Found] = {}
-    every = [name if index != time else "" for index, name in enumerate(names)]
     for quantity, choice in choices.items():
         named = _guess_named(unnumbered, quantity)
-        numbered = _of_group(choice.taken) if choice.taken is not None else None
+        numbered = choice.taken
         if numbered is not None and named is not None and _mostly_named(named, numbered):
             # those with a number (wrist_1_joint) are named as well
             named = _guess_named(every, quantity) or named
@@ -166,18 +157,13 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
             found[quantity] = named
             unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
     used = {column for each in found.values() for column in each.columns}
-    choices = with_unknown(choices, ["" if index in used else name for index, name in enumerate(free)])
+    choices = with_unknown(choices, ["" if index in used else name for index, name in enumerate(every)])
     return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
 
 
 def _mostly_named(named: Found, numbered: Found) -> bool:
     """Whether as many joints have names without a number."""
     return sum(not re.search(r"\d", joint) for joint in named.joints) >= len(numbered.columns)
-
-
-def _of_group(group: Group) -> Found:
-    joints = tuple(f"joint{number + 1}" for number in range(len(group.columns)))
-    return Found(joints, group.columns, group.pattern, group.meaning.unit)
 
 
 def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
@@ -196,7 +182,7 @@ def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
     best: Found | None = None
     for pattern, meaning in sorted(known, key=lambda each: (preference(each[1]), len(each[0]), each[0])):
         matched = match_pattern(names, pattern)
-        found = None if matched is None else _of_joints(replace(matched, unit=meaning.unit))
+        found = None if matched is None else _of_joints(replace(matched, meaning=meaning))
         if found is not None and (best is None or len(found.columns) > len(best.columns)):
             best = found
     return best
@@ -217,4 +203,5 @@ def _of_joints(found: Found) -> Found | None:
     if len(paths) == 1 and (path := paths.pop()):
         found = replace(found, pattern=found.pattern.replace("{joint}", path + "/{joint}"))
         kept = [(joint.rpartition("/")[2], column) for joint, column in kept]
-    return Found(tuple(joint for joint, _ in kept), tuple(column for _, column in kept), found.pattern, found.unit)
+    joints, columns = zip(*kept, strict=True)
+    return replace(found, joints=joints, columns=columns)

@@ -26,7 +26,7 @@ def column_fault(names: Sequence[str], quantity: str, where: str, known: Mapping
     """
     bare = [without_unit(name) for name in names]
     fault = _broken_numbers(names, bare, quantity, known) or _several_arms(names, quantity)
-    fault = fault or _not_measured(bare, quantity, known)
+    fault = fault or _not_measured(names, quantity, known)
     if fault is not None:
         fault.where = where
     return fault
@@ -91,9 +91,9 @@ def _several_arms(names: Sequence[str], quantity: str) -> LogError | None:
     )
 
 
-def _not_measured(bare: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
+def _not_measured(names: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
     """Columns of the quantity, all of them desired, commanded, modelled or in a unit that is not converted."""
-    groups = [group for group in numbered_groups(bare) if not is_measured(group.meaning)]
+    groups = [group for group in numbered_groups(names) if not is_measured(group.meaning)]
     own = [group.said for group in groups if group.meaning.quantity == quantity]
     if not own:
         return None

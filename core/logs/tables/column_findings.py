@@ -46,8 +46,8 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
             stated = {unit_of(file.reader.names[column]) for column in found.columns}
             if len(stated) == 1 and (unit := stated.pop()) is not None:
                 out[quantity] = unit
-            elif found.unit:
-                out[quantity] = found.unit
+            elif found.meaning.unit:
+                out[quantity] = found.meaning.unit
     return out
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from collaudit.core.logs.signals.numbered_names import MARK, families
+from collaudit.core.logs.tables.column_patterns import Found, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
 from collaudit.core.vendors.column_words import (
     CONVERTED,
@@ -24,27 +25,6 @@ _QUANTITIES = frozenset(word for words in QUANTITY_WORDS.values() for word in wo
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
-    """Columns that differ in one number, which counts from 0 or 1.
-
-    Attributes:
-        pattern: the name with ``{i}`` or ``{i0}`` for the number.
-        columns: their indices, in the order of the number.
-        meaning: what they are.
-    """
-
-    pattern: str
-    columns: tuple[int, ...]
-    meaning: Meaning
-
-    @property
-    def said(self) -> str:
-        """The pattern with what speaks against it, or for it."""
-        unit = f" in {self.meaning.unit}" if self.meaning.unit not in CONVERTED else ""
-        return f"{self.pattern} ({self.meaning.role}{unit})"
-
-
-@dataclass(frozen=True, slots=True)
 class Choice:
     """The group taken for a quantity, or those between which the names do not decide.
 
@@ -55,19 +35,22 @@ class Choice:
             the gear; empty when decided.
     """
 
-    taken: Group | None
-    passed: tuple[Group, ...]
-    open: tuple[Group, ...] = ()
+    taken: Found | None
+    passed: tuple[Found, ...]
+    open: tuple[Found, ...] = ()
 
 
-def numbered_groups(names: Sequence[str]) -> list[Group]:
+def numbered_groups(names: Sequence[str]) -> list[Found]:
     """Groups of numbered columns that the vocabulary knows, measured or not.
 
     Args:
-        names: column names without units in brackets; "" for columns that are taken.
+        names: column names; "" for columns that are taken.
     """
-    known = [(family, meaning_of(family.stem)) for family in families(names) if family.counts]
-    return _as_doosan([Group(each.pattern, each.places, meaning) for each, meaning in known if meaning is not None])
+    bare = [without_unit(name) for name in names]
+    known = [(family, meaning_of(family.stem)) for family in families(bare) if family.counts]
+    return _as_doosan(
+        [Found.numbered(each.places, each.pattern, meaning) for each, meaning in known if meaning is not None]
+    )
 
 
 def word_dropped(stem: str) -> Iterator[tuple[str, Meaning]]:
@@ -89,8 +72,9 @@ def with_unknown(choices: Mapping[str, Choice], names: Sequence[str]) -> dict[st
         choices: by quantity.
         names: columns that are no signal; "" for those that are.
     """
-    known = [(each, next(word_dropped(each.stem), None)) for each in families(names) if each.counts]
-    groups = [Group(each.pattern, each.places, word[1]) for each, word in known if word is not None]
+    bare = [without_unit(name) for name in names]
+    known = [(each, next(word_dropped(each.stem), None)) for each in families(bare) if each.counts]
+    groups = [Found.numbered(each.places, each.pattern, word[1]) for each, word in known if word is not None]
     out = dict(choices)
     for quantity, choice in choices.items():
         if (taken := choice.taken) is None:
@@ -109,7 +93,7 @@ def _rival(taken: str, other: str) -> bool:
     return len(ours) == len(theirs) and len(apart) == 1 and apart[0] not in {*ROLE_OF, *_QUANTITIES}
 
 
-def _as_doosan(groups: list[Group]) -> list[Group]:
+def _as_doosan(groups: list[Found]) -> list[Found]:
     """Doosan's real-time state, told by columns that only it has beside ``actual_joint_position``."""
     letters = [re.sub(r"\{\w+\}|[^a-z{}]", "", group.pattern.lower()) for group in groups]
     if "actualjointposition" not in letters or not DOOSAN_ONLY.intersection(letters):
@@ -118,7 +102,7 @@ def _as_doosan(groups: list[Group]) -> list[Group]:
     return [replace(group, meaning=replace(group.meaning, **DOOSAN.get(name, {}))) for name, group in pairs]
 
 
-def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) -> Choice:
+def choose(groups: Sequence[Found], quantity: str, joints: int | None = None) -> Choice:
     """The measured columns among those of one quantity.
 
     Args:
@@ -132,12 +116,8 @@ def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) ->
         usable = [group for group in usable if len(group.columns) == joints]
     if not usable:
         return Choice(None, tuple(own))
-    rank = min(USABLE.index(group.meaning.role) for group in usable)
-    best = [group for group in usable if USABLE.index(group.meaning.role) == rank]
-    torques = [group for group in best if group.meaning.word not in CURRENTS]
-    best = torques or best
-    most = max(len(group.columns) for group in best)
-    best = [group for group in best if len(group.columns) == most]
+    least = min(map(_rank, usable))
+    best = [group for group in usable if _rank(group) == least]
     first = min(best, key=lambda group: preference(group.meaning))
     doubtful = [group for group in best if quantity == "effort" or group.meaning.word == first.meaning.word]
     if len(doubtful) > 1:
@@ -145,6 +125,11 @@ def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) ->
     rest = tuple(group for group in own if group is not first)
     asked = quantity == "position" and first.meaning.motor
     return Choice(None, rest, (first,)) if asked else Choice(first, rest)
+
+
+def _rank(group: Found) -> tuple[int, bool, int]:
+    """Measured before filtered, torques before currents, the largest group first."""
+    return USABLE.index(group.meaning.role), group.meaning.word in CURRENTS, -len(group.columns)
 
 
 def is_measured(meaning: Meaning) -> bool:

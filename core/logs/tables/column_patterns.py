@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from collaudit.core.errors import LogError
+from collaudit.core.vendors.column_words import CONVERTED, Meaning
 
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")
@@ -16,6 +17,9 @@ _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 #: A quantity of a message with a number: as paths, or as MATLAB and R rename them.
 _OF_MESSAGE = re.compile(r"([/.]|\b(x_)?(field|joint_states?)_)(position|velocity|effort)[\[._]?\{i", re.IGNORECASE)
+
+#: Of columns whose names say nothing.
+NO_MEANING = Meaning("", "plain", "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,22 +30,35 @@ class Found:
         joints: joint name of each column; "" where the configuration gives columns without names.
         columns: their indices.
         pattern: the pattern that found them, or "" for names and numbers.
-        unit: the unit that the names state, "" for none.
+        meaning: what their names say of them.
     """
 
     joints: tuple[str, ...]
     columns: tuple[int, ...]
     pattern: str
-    unit: str = ""
+    meaning: Meaning = NO_MEANING
+
+    @classmethod
+    def numbered(cls, columns: Sequence[int], pattern: str, meaning: Meaning = NO_MEANING) -> Found:
+        """Columns whose joints have no other names than their numbers."""
+        return cls(tuple(f"joint{k + 1}" for k in range(len(columns))), tuple(columns), pattern, meaning)
+
+    @property
+    def is_numbered(self) -> bool:
+        """Whether the joints are the numbers of columns, and no names."""
+        return self.joints == Found.numbered(self.columns, "").joints
+
+    @property
+    def said(self) -> str:
+        """The pattern with what speaks against it, or for it."""
+        unit = f" in {self.meaning.unit}" if self.meaning.unit not in CONVERTED else ""
+        return f"{self.pattern} ({self.meaning.role}{unit})"
 
 
 @lru_cache(maxsize=4096)
 def bare(name: str) -> str:
     """A column name without a list mark in front and a unit behind."""
-    text = name.strip()
-    while text[:1] in ("-", "*", "/") and len(text) > 1:
-        text = text[1:].lstrip()
-    return _UNIT.sub("", text)
+    return without_unit(name).lstrip("/")
 
 
 @lru_cache(maxsize=4096)
@@ -75,7 +92,7 @@ def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
     regex = _regex(pattern)
     first = 0 if "{i0}" in pattern else 1
     numbered = "{i" in pattern
-    hits: list[tuple[int, str, int]] = []
+    hits: list[tuple[int, str, int]] = []  # number or place, joint, place
     for index, name in enumerate(names):
         match = regex.fullmatch(name.strip()) or regex.fullmatch(bare(name))
         if match is None:
@@ -87,7 +104,7 @@ def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
                 raise LogError(
                     f"the columns of {pattern!r} count from 0", found=name.strip(), hint=f"write it {zero!r}"
                 )
-            hits.append((number, f"joint{number - first + 1}", index))
+            hits.append((number, "", index))
         else:
             hits.append((index, bare(match.group("joint")) if "{joint}" in pattern else "", index))
     if not hits:
@@ -96,7 +113,8 @@ def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
     order = [hit[0] for hit in hits]
     if numbered and order != list(range(first, first + len(order))):
         return None
-    return Found(tuple(hit[1] for hit in hits), tuple(hit[2] for hit in hits), pattern)
+    columns = tuple(hit[2] for hit in hits)
+    return Found.numbered(columns, pattern) if numbered else Found(tuple(hit[1] for hit in hits), columns, pattern)
 
 
 def column_index(names: Sequence[str], key: str | int) -> int | None:
@@ -119,9 +137,7 @@ def column_index(names: Sequence[str], key: str | int) -> int | None:
 @lru_cache(maxsize=4096)
 def without_unit(name: str) -> str:
     """A column name without a list mark in front and a unit behind, with its path and a number in brackets."""
-    text = name.strip()
-    while text[:1] in ("-", "*") and len(text) > 1:
-        text = text[1:].lstrip()
+    text = name.strip().lstrip("-* ")
     return text if unit_of(text) is None else _UNIT.sub("", text)
 
 
@@ -134,8 +150,3 @@ def stated_line(columns: Mapping[str, object]) -> str:
 def counts_message(pattern: str) -> bool:
     """Whether a pattern's numbers count the joints of a JointState, as exports of ROS messages do."""
     return _OF_MESSAGE.search(pattern) is not None
-
-
-def is_numbered(found: Found) -> bool:
-    """Whether the joints are the numbers of columns, and no names."""
-    return found.joints == tuple(f"joint{k + 1}" for k in range(len(found.joints)))

@@ -14,7 +14,7 @@ from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups
 from collaudit.core.logs.tables.column_patterns import QUANTITIES as _QUANTITIES
-from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
+from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
@@ -90,7 +90,7 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, 
         by = "by its name" if quantity in assignment.guessed else "as stated"
         out[index] = (_Guess(quantity, f"{by}, {pattern}" if pattern else by), joint)
     out |= {index: (_Guess("wrench", "as stated"), "") for index in assignment.wrench}
-    for group in numbered_groups([without_unit(name) for name in file.reader.names]):
+    for group in numbered_groups(file.reader.names):
         meaning = group.meaning
         measured = is_measured(meaning)
         text = "several groups may be the measured one" if measured else "not taken for a measurement"

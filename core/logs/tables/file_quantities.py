@@ -11,6 +11,7 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.numbered_names import families
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import Assignment, assign
 from collaudit.core.logs.tables.column_patterns import (
@@ -18,10 +19,9 @@ from collaudit.core.logs.tables.column_patterns import (
     QUANTITIES,
     Found,
     counts_message,
-    is_numbered,
     match_pattern,
 )
-from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS
+from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS, Meaning
 
 #: Names of files that hold the time of the others.
 _TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps"})
@@ -156,23 +156,15 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
     stated = quantity_of_file(reader.path.name)
     if stated is None:
         return None
-    names = [name for index, name in enumerate(reader.names) if name and index != assignment.time]
     quantity, word = stated
-    unit = "current" if word in CURRENTS else ""
+    meaning = Meaning(quantity, "plain", word, "current" if word in CURRENTS else "")
     file = f"*{word}*" if len(word) >= _SHORTEST else reader.path.name
+    columns = [index for index, name in enumerate(reader.names) if name and index != assignment.time]
     if not reader.named:
-        joints = tuple(f"joint{number}" for number in range(1, len(names) + 1))
-        columns = tuple(index for index in range(len(reader.names)) if index != assignment.time)
-        return quantity, Found(joints, columns, "" if assignment.time is not None else f"{file}:{{i}}", unit)
-    kinds = {re.sub(r"\d+", "#", name) for name in names}
-    if len(kinds) != 1 or (kind := kinds.pop()).count("#") != 1:
-        return None
-    for number in ("{i0}", "{i}"):
-        pattern = kind.replace("#", number)
-        found = match_pattern(reader.names, pattern)
-        if found is not None and len(found.columns) == len(names):
-            return quantity, replace(found, pattern=f"{file}:{pattern}", unit=unit)
-    return None
+        pattern = "" if assignment.time is not None else f"{file}:{{i}}"
+        return quantity, Found.numbered(columns, pattern, meaning)
+    whole = [family for family in families(reader.names) if family.counts and set(family.places) == set(columns)]
+    return (quantity, Found.numbered(whole[0].places, f"{file}:{whole[0].pattern}", meaning)) if whole else None
 
 
 def _with_named_joints(reader: TableReader, assignment: Assignment) -> Assignment:
@@ -184,7 +176,7 @@ def _with_named_joints(reader: TableReader, assignment: Assignment) -> Assignmen
     quantities = dict(assignment.quantities)
     for quantity in MOTION:
         found = quantities.get(quantity)
-        if found is not None and counts_message(found.pattern) and is_numbered(found):
+        if found is not None and counts_message(found.pattern) and found.is_numbered:
             joints = _joint_names_of(reader, found)
             if joints is not None:
                 quantities[quantity] = replace(found, joints=joints)

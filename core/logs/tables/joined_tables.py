@@ -18,7 +18,7 @@ from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables.column_checks import check_columns, left_out_findings
 from collaudit.core.logs.tables.column_faults import column_fault
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
-from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message, is_numbered
+from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
@@ -116,7 +116,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     findings += run_findings
     names, columns = _aligned(blocks, time_s.shape[0])
     motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
-    numbered = all(("{i" in found.pattern or not found.pattern) and is_numbered(found) for found in motion)
+    numbered = all(("{i" in found.pattern or not found.pattern) and found.is_numbered for found in motion)
     counted = any(counts_message(found.pattern) for found in motion)
     units = stated_units(files)
     return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts)

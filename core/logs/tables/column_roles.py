@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups
-from collaudit.core.logs.tables.column_patterns import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
@@ -35,11 +33,8 @@ _UNITS = {"deg": "deg", "rad": "rad", "degps": "deg/s", "radps": "rad/s", "rads"
           "ma": "mA", "s": "s", "ms": "ms", "us": "us", "ns": "ns", "sec": "s", "nsec": "ns"}  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class _Guess:
-    role: str
-    why: str
-    unit: str = ""
+#: What a column may be: role, evidence, joint, unit.
+_Guess = tuple[str, str, str, str]
 
 
 def describe_columns(files: Sequence[AssignedTable], settings: CsvConfig) -> tuple[ColumnInfo, ...]:
@@ -48,83 +43,71 @@ def describe_columns(files: Sequence[AssignedTable], settings: CsvConfig) -> tup
 
 
 def _of_file(file: AssignedTable, settings: CsvConfig) -> list[ColumnInfo]:
-    numeric, values = _numbers(file)
-    place = {index: k for k, index in enumerate(numeric)}
-    derived = _derivatives(values) if values is not None else {}
-    bases = frozenset(derived.values())
-    follows = {place_of: file.reader.names[numeric[base]] for place_of, base in derived.items()}
+    values = _numbers(file)
+    derived = _derivatives(values)
     known = _known(file, settings)
     out = []
     for index, name in enumerate(file.reader.names):
-        column = values[:, place[index]] if values is not None and index in place else None
-        finite = column[np.isfinite(column)] if column is not None else np.empty(0)
-        guess, joint = known.get(index, (None, ""))
-        if guess is None:
-            guess = _by_data(file, index, column, finite, follows.get(place.get(index, -1)))
-            if guess.role == "signal" and place.get(index) in bases:
-                guess = _Guess("position?", "another column goes as its derivative", _angle(finite))
+        column = values.get(index)
+        finite = np.empty(0) if column is None else column[np.isfinite(column)]
+        role, why, joint, unit = known.get(index) or _by_data(file, index, values, derived)
         out.append(
             ColumnInfo(
                 name=name,
-                unit=_stated_unit(name) or guess.unit or (_time_unit(finite) if guess.role == "time" else ""),
+                unit=_stated_unit(name) or unit or (_time_unit(finite) if role == "time" else ""),
                 min=float(finite.min()) if finite.size else None,
                 max=float(finite.max()) if finite.size else None,
                 changes=int(np.count_nonzero(np.diff(finite))) if column is not None else None,
-                role=guess.role,
+                role=role,
                 joint=joint,
-                why=guess.why,
+                why=why,
                 file=file.reader.path.name,
             )
         )
     return out
 
 
-def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, str]]:
-    """What the configuration or names say: index to role and joint."""
-    out: dict[int, tuple[_Guess, str]] = {}
-    assignment = file.assignment
-    taken = [(quantity, found.pattern, *each) for quantity, found in assignment.quantities.items()
-             for each in zip(found.joints, found.columns, strict=True)]  # fmt: skip
-    taken += [("time", "", "", assignment.time)] if assignment.time is not None else []
-    for quantity, pattern, joint, index in taken:
-        by = "by its name" if quantity in assignment.guessed else "as stated"
-        out[index] = (_Guess(quantity, f"{by}, {pattern}" if pattern else by), joint)
-    out |= {index: (_Guess("wrench", "as stated"), "") for index in assignment.wrench}
-    for group in numbered_groups(file.reader.names):
-        meaning = group.meaning
-        measured = is_measured(meaning)
+def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, _Guess]:
+    """What names or the configuration say of columns; what is taken or stated comes last and wins."""
+    out: dict[int, _Guess] = {}
+    names, assignment = file.reader.names, file.assignment
+    if file.reader.named:
+        labels = [index for index, name in enumerate(names) if is_label(name)]
+        out |= dict.fromkeys(labels, ("label?", "by its name; see [log.csv] labels", "", ""))
+    for group in numbered_groups(names):
+        measured, quantity = is_measured(group.meaning), group.meaning.quantity
         text = "several groups may be the measured one" if measured else "not taken for a measurement"
-        role = f"{meaning.quantity}?" if measured else f"{meaning.role} {meaning.quantity}"
-        for number, index in enumerate(group.columns, 1):
-            out.setdefault(index, (_Guess(role, f"by its name, {group.pattern}: {text}"), f"joint{number}"))
-    for index, name in enumerate(file.reader.names):
-        if file.reader.named and is_label(name):
-            out.setdefault(index, (_Guess("label?", "by its name; see [log.csv] labels"), ""))
-    offered = find_wrench(file.reader.names) if file.reader.named and settings.wrench is None else None
+        role = f"{quantity}?" if measured else f"{group.meaning.role} {quantity}"
+        why = f"by its name, {group.pattern}: {text}"
+        out |= {index: (role, why, f"joint{number}", "") for number, index in enumerate(group.columns, 1)}
+    offered = find_wrench(names) if file.reader.named and settings.wrench is None else None
     if offered is not None:
-        said = "estimated wrench" if offered.estimated else "wrench?"
-        for name in offered.names:
-            index = file.reader.names.index(name)
-            if out.get(index, (_Guess("", ""), ""))[0].role not in _QUANTITIES:
-                out[index] = (_Guess(said, "by its name; see [log.csv] wrench"), "")
-    stated = [(name, "label") for name in settings.labels] + [(settings.phase, "phase"), (settings.run, "run")]
-    for key, role in stated:
-        place = column_index(file.reader.names, key) if key is not None else None
+        role = "estimated wrench" if offered.estimated else "wrench?"
+        out |= {names.index(name): (role, "by its name; see [log.csv] wrench", "", "") for name in offered.names}
+    taken = [("time", "", "", assignment.time)] if assignment.time is not None else []
+    taken += [(quantity, found.pattern, *each) for quantity, found in assignment.quantities.items()
+              for each in zip(found.joints, found.columns, strict=True)]  # fmt: skip
+    for role, pattern, joint, index in taken:
+        by = "by its name" if role in assignment.guessed else "as stated"
+        out[index] = (role, f"{by}, {pattern}" if pattern else by, joint, "")
+    out |= dict.fromkeys(assignment.wrench, ("wrench", "as stated", "", ""))
+    for key, role in [*((name, "label") for name in settings.labels), (settings.phase, "phase"), (settings.run, "run")]:
+        place = column_index(names, key) if key is not None else None
         if place is not None:
-            out[place] = (_Guess(role, "as stated"), "")
+            out[place] = (role, "as stated", "", "")
     return out
 
 
-def _numbers(file: AssignedTable) -> tuple[list[int], FloatArray | None]:
-    """Columns that hold numbers, and the numbers; None where they cannot be read, or are too many."""
+def _numbers(file: AssignedTable) -> dict[int, FloatArray]:
+    """Columns of numbers by their index; none where they cannot be read, or are too many."""
     reader = file.reader
     numeric = [k for k in range(len(reader.names)) if _all_numbers(reader.first_cells(k))]
     if not numeric or reader.path.stat().st_size > _MOST_BYTES:
-        return numeric, None
+        return {}
     try:
-        return numeric, reader.read({"all": numeric}, None).values["all"]
+        return dict(zip(numeric, reader.read({"all": numeric}, None).values["all"].T, strict=True))
     except LogError:
-        return numeric, None
+        return {}
 
 
 def _all_numbers(cells: Iterable[str]) -> bool:
@@ -132,20 +115,20 @@ def _all_numbers(cells: Iterable[str]) -> bool:
     return bool(filled) and all(map(is_number, filled))
 
 
-def _by_data(
-    file: AssignedTable, index: int, column: FloatArray | None, finite: FloatArray, follows: str | None
-) -> _Guess:
+def _by_data(file: AssignedTable, index: int, values: Mapping[int, FloatArray], derived: Mapping[int, int]) -> _Guess:
     """What a column that nobody named may be."""
-    if column is None:
+    if index not in values:
         cells = [cell for cell in file.reader.first_cells(index) if cell]
         if {cell.lower() for cell in cells} <= {"true", "false"} and cells:
-            return _Guess("label?", "true and false")
-        return _Guess("text", f"begins with {cells[0][:20]!r}") if cells else _Guess("empty", "no values")
+            return "label?", "true and false", "", ""
+        return ("text", f"begins with {cells[0][:20]!r}", "", "") if cells else ("empty", "no values", "", "")
+    finite = values[index][np.isfinite(values[index])]
     if not finite.size:
-        return _Guess("empty", "no values")
+        return "empty", "no values", "", ""
     steps = np.diff(finite)
     middle = np.median(steps) if steps.size else 0.0
     few, again = (np.count_nonzero(which) * _STATE_ROWS <= finite.size for which in (steps, steps < 0))
+    base = file.reader.names[derived.get(index, 0)]
     shapes = (
         ("constant", "the same in every row", not steps.any()),
         ("counter", "grows by 1 with each row", (steps == 1).all()),
@@ -154,34 +137,37 @@ def _by_data(
         ("state or run?", "whole numbers that stand for many rows", few and (finite == np.round(finite)).all()),
         ("counter or time of runs?", "grows evenly and begins again",
          again and (steps[steps > 0] == steps.max(initial=0.0)).all()),
-        ("velocity?", f"goes as the derivative of {follows}", follows is not None),
+        ("velocity?", f"goes as the derivative of {base}", index in derived),
+        ("position?", "another column goes as its derivative", index in derived.values()),
+        ("signal", "", True),
     )  # fmt: skip
-    return next((_Guess(role, why) for role, why, holds in shapes if holds), _Guess("signal", ""))
+    role, why = next((role, why) for role, why, holds in shapes if holds)
+    return role, why, "", _angle(finite) if role == "position?" else ""
 
 
-def _derivatives(values: FloatArray) -> dict[int, int]:
+def _derivatives(values: Mapping[int, FloatArray]) -> dict[int, int]:
     """Column to the column whose derivative it goes as."""
-    rows = values[:_ROWS]
+    if not 1 < len(values) <= _MOST_RELATED:
+        return {}
+    rows = np.column_stack([column[:_ROWS] for column in values.values()])
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if rows.shape[0] < 10 * _SPAN or rows.shape[1] > _MOST_RELATED:
+    if rows.shape[0] < 10 * _SPAN:
         return {}
     change = rows[_SPAN:] - rows[:-_SPAN]
-    summed = np.cumsum(rows, axis=0)
-    mean = (summed[_SPAN:] - summed[:-_SPAN]) / _SPAN
-    alike = _unit(change).T @ _unit(mean)
+    with np.errstate(all="ignore"):  # of columns that stand still, or hold garbage
+        summed = np.cumsum(rows, axis=0)
+        alike = _unit(change).T @ _unit(summed[_SPAN:] - summed[:-_SPAN])
     np.fill_diagonal(alike, 0.0)
-    best, most = np.argmax(alike, axis=0), alike.max(axis=0)
-    as_base = [float(most[best == k].max(initial=0.0)) for k in range(most.shape[0])]
-    return {k: int(best[k]) for k in range(most.shape[0]) if most[k] > max(_ALIKE, as_base[k])}
+    least = np.maximum(_ALIKE, alike.max(axis=1))
+    places = list(values)
+    best = alike.argmax(axis=0).tolist()
+    return {places[k]: places[best[k]] for k in np.flatnonzero(alike.max(axis=0) > least).tolist()}
 
 
 def _unit(values: FloatArray) -> FloatArray:
     """Columns without their mean, of length 1; zero where they do not change."""
-    values = values / np.maximum(np.abs(values).max(axis=0), 1e-300)  # the square of a garbage value is no number
     centred = values - values.mean(axis=0)
-    length = np.sqrt((centred**2).sum(axis=0))
-    out: FloatArray = centred / np.where(length > 1e-12, length, np.inf)
-    return out
+    return np.asarray(np.nan_to_num(centred / np.linalg.norm(centred, axis=0)))
 
 
 def _angle(finite: FloatArray) -> str:

@@ -164,6 +164,7 @@ def test_whole_nanoseconds_are_judged_as_seconds_are(odd: list[int], spread: int
 def test_one_impossible_value_is_found_wherever_it_stands(at: int, order: Literal["C", "F"]) -> None:
     values = np.full((600_000, 3), np.nan, order=order)
     values[::2] = 1e9
-    assert not _beyond(values, 1e9)
+    assert _beyond(values) is None
     values[at, 2] = -1.1e9
-    assert _beyond(values, 1e9)
+    found = _beyond(values)
+    assert found is not None and np.argwhere(found).tolist() == [[at, 2]]

@@ -9,6 +9,7 @@ import numpy as np
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.runs import run_bounds
 
 #: Annotations that come and go more often than this are counted, not listed.
 LISTED = 100
@@ -18,15 +19,15 @@ MAX_PHASES = 100
 
 def spans_of(time_s: FloatArray, holds: BoolArray) -> list[tuple[float, float]]:
     """(first, last) stamp of each run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
-    return [(float(time_s[start]), float(time_s[stop - 1])) for start, stop in edges.reshape(-1, 2).tolist()]
+    starts, stops = run_bounds(holds)
+    return list(zip(time_s[starts].tolist(), time_s[stops - 1].tolist(), strict=True))
 
 
 def until_changed(time_s: FloatArray, holds: BoolArray, end_s: float) -> tuple[tuple[float, float], ...]:
     """(start, end) of each run of True, up to the stamp that ends it; the last lasts to the end of the log."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
+    starts, stops = run_bounds(holds)
     ends = np.append(time_s, max(end_s, float(time_s[-1])))
-    return tuple((float(time_s[a]), float(ends[b])) for a, b in edges.reshape(-1, 2).tolist())
+    return tuple(zip(time_s[starts].tolist(), ends[stops].tolist(), strict=True))
 
 
 def phases_of(

@@ -15,8 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, froze
 _FAR_S, _FAR_TIMES, _FEW = 1e6, 1e3, 0.1
 _SURELY_NEAR_NS = int(0.9 * _FAR_S * 1e9)
 #: No arm's values are larger, whatever their unit: rad or m (encoder counts too), rad/s, effort, N or N·m.
-_LARGEST = {"position_rad": 1e9, "velocity_rad_s": 1e9, "effort": 1e9}
-_LARGEST_FORCE = 1e9
+_LARGEST = 1e9
 _WORDS = {"position_rad": "position", "velocity_rad_s": "velocity", "effort": "effort"}
 
 
@@ -50,16 +49,13 @@ def garbage_ns(stamps_ns: IntArray) -> BoolArray | None:
 def plausible_ns(stamps_ns: IntArray, where: str) -> tuple[IntArray, list[Finding]]:
     """The stamps, ns, without garbage, and a finding where there is some."""
     far = garbage_ns(stamps_ns)
-    if far is None:
-        return stamps_ns, []
-    found = garbage_finding(int(np.count_nonzero(far)), far.size, int(np.argmax(far)) + 1, "message", where)
-    return stamps_ns[~far], [found]
+    return (stamps_ns, []) if far is None else (stamps_ns[~far], garbage_findings(far, "message", where))
 
 
-def garbage_rows(time_s: FloatArray, where: str) -> list[Finding]:
-    """A finding for the rows of a table whose stamps are infinite, which is how garbage is marked there."""
-    far = np.flatnonzero(np.isinf(time_s))
-    return [garbage_finding(far.size, time_s.size, int(far[0]) + 1, "row", where)] if far.size else []
+def garbage_findings(far: BoolArray, what: str, where: str) -> list[Finding]:
+    """A finding for the stamps (n,) that are garbage, if any are."""
+    count = int(np.count_nonzero(far))
+    return [garbage_finding(count, far.size, int(np.argmax(far)) + 1, what, where)] if count else []
 
 
 def garbage_finding(count: int, total: int, first: int, what: str, where: str) -> Finding:
@@ -88,26 +84,20 @@ def without_impossible(log: JointLog, what: str) -> JointLog:
     findings: list[Finding] = []
     changed: dict[str, FloatArray] = {}
     far = np.isinf(log.time_s)
-    for name, largest in _LARGEST.items():
+    for name, word in _WORDS.items():
         values: FloatArray | None = getattr(log, name)
-        if values is None or not _beyond(values, largest):
+        if values is None or (bad := _beyond(values)) is None:
             continue
-        bad: BoolArray = (np.abs(values) > largest) & np.isfinite(values)
         bad &= ~far[:, None]  # of rows that are left out anyway nothing is said
-        if not bad.any():
-            continue
-        changed[name] = _missing(values, bad)
         for j in np.flatnonzero(bad.any(axis=0)).tolist():
             joint = log.joint_names[j]
-            found = _finding(np.asarray(bad[:, j]), values[:, j], f"{_WORDS[name]} of joint '{joint}'", what)
+            found = _finding(bad[:, [j]], values[:, [j]], f"{word} of joint '{joint}'", what)
             findings.append(replace(found, joint=joint))
+        changed[name] = _missing(values, bad)
     wrench = log.wrench
-    if wrench is not None and _beyond(wrench.wrench, _LARGEST_FORCE):
-        bad = (np.abs(wrench.wrench) > _LARGEST_FORCE) & np.isfinite(wrench.wrench)
-        rows: BoolArray = np.asarray(bad.any(axis=1))
-        if rows.any():
-            findings.append(_finding(rows, wrench.wrench[bad], f"wrench of {wrench.topic}", what))
-            wrench = WrenchSeries(wrench.time_s, _missing(wrench.wrench, bad), wrench.topic)
+    if wrench is not None and (bad := _beyond(wrench.wrench)) is not None:
+        findings.append(_finding(bad, wrench.wrench, f"wrench of {wrench.topic}", what))
+        wrench = WrenchSeries(wrench.time_s, _missing(wrench.wrench, bad), wrench.topic)
     if findings:
         log = replace(log, wrench=wrench, findings=(*log.findings, *findings), **changed)  # type: ignore[arg-type]
     return _without_rows(log, far) if far.any() else log
@@ -121,9 +111,12 @@ def _without_rows(log: JointLog, far: BoolArray) -> JointLog:
     return replace(log.samples(~far), wrench=wrench)
 
 
-def _beyond(values: FloatArray, largest: float) -> bool:
-    """Whether any of the numbers (n, c) is larger."""
-    return any(bool((np.abs(column) > largest).any()) for column in values.T)
+def _beyond(values: FloatArray) -> BoolArray | None:
+    """Which of the numbers (n, c) no arm can have; None where there are none."""
+    if not any(bool((np.abs(column) > _LARGEST).any()) for column in values.T):
+        return None
+    bad: BoolArray = (np.abs(values) > _LARGEST) & np.isfinite(values)
+    return bad if bad.any() else None
 
 
 def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:
@@ -133,10 +126,9 @@ def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:
 
 
 def _finding(bad: BoolArray, values: FloatArray, signal: str, what: str) -> Finding:
-    first = int(np.argmax(bad))
-    worst = values[first] if values.size == bad.size else values[0]
+    rows = np.flatnonzero(bad.any(axis=1))
     text = (
-        f"{np.count_nonzero(bad)} values of the {signal} are beyond what an arm can have and count as missing; the "
-        f"first is {worst:.3g} in {what} {first + 1}."
+        f"{rows.size} values of the {signal} are beyond what an arm can have and count as missing; the "
+        f"first is {values[bad][0]:.3g} in {what} {rows[0] + 1}."
     )
     return Finding("log-nan", "warning", text)

@@ -72,30 +72,23 @@ def choose_clock(
         LogError: the header's stamps were asked for and cannot be used.
     """
     header, log = steadiness(stamp_ns), steadiness(log_ns)
-    if wanted == "log":
-        return "log", _clock_finding("log time, as configured", where)
-    if wanted == "header":
-        if not header.usable:
-            raise LogError(
-                f"the header's stamps were asked for and cannot be used: {header.why}",
-                where=where,
-                hint='set time = "log" or "auto" under [log]',
-            )
-        return "header", _clock_finding("the header's stamps, as configured", where)
-    if not header.usable:
-        return "log", _clock_finding(f"log time, because the header's stamp cannot be used: {header.why}", where)
-    spreads = f"5-95 % of its steps within {header.spread_s * 1e3:.3g} ms, log time {log.spread_s * 1e3:.3g} ms"
-    if not log.usable or header.spread_s <= log.spread_s:
-        return "header", _clock_finding(f"the header's stamps, the steadier clock ({spreads})", where)
-    return "log", _clock_finding(
-        f"log time, the steadier clock (5-95 % of its steps within {log.spread_s * 1e3:.3g} ms, "
-        f"header {header.spread_s * 1e3:.3g} ms)",
-        where,
-    )
-
-
-def _clock_finding(text: str, where: str) -> Finding:
-    return fact(f"Samples are timed by {text}.", where=where)
+    if wanted == "header" and not header.usable:
+        raise LogError(
+            f"the header's stamps were asked for and cannot be used: {header.why}",
+            where=where,
+            hint='set time = "log" or "auto" under [log]',
+        )
+    clock: Clock = "header" if header.usable and (not log.usable or header.spread_s <= log.spread_s) else "log"
+    why = f"because the header's stamp cannot be used: {header.why}"
+    if wanted != "auto":
+        clock, why = wanted, "as configured"
+    elif header.usable:
+        spreads = [("header", header.spread_s), ("log time", log.spread_s)]
+        own, other = spreads if clock == "header" else spreads[::-1]
+        within = f"5-95 % of its steps within {own[1] * 1e3:.3g} ms, {other[0]} {other[1] * 1e3:.3g} ms"
+        why = f"the steadier clock ({within})"
+    named = "the header's stamps" if clock == "header" else "log time"
+    return clock, fact(f"Samples are timed by {named}, {why}.", where=where)
 
 
 def start_of(first_ns: int) -> int | None:

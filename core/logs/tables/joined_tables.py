@@ -11,7 +11,7 @@ import numpy as np
 from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.signals.impossible_values import garbage_rows
+from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
@@ -97,7 +97,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
             findings += damage_findings([Damage(file.reader.damage)], file.reader.path.name)
         if time_s is None:
             time_s, start_ns = own_time, start
-            findings += garbage_rows(own_time, file.reader.path.name)
+            findings += garbage_findings(np.isinf(own_time), "row", file.reader.path.name)
             findings += time_findings(file, unit, own_time, start, settings)
         else:
             _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)

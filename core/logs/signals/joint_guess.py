@@ -138,10 +138,11 @@ def _shifted(names: Sequence[str], robot: Sequence[str]) -> JointGuess:
     """Some names are the robot's: fine, unless the others show that two numberings overlap."""
     extra = [name for name in names if name not in robot]
     missing = [name for name in robot if name not in names]
-    families = {_NUMBER.sub("\0", name) for name in names if name in robot and _NUMBER.search(name)}
-    if not any(_NUMBER.sub("\0", name) in families for name in extra):
-        return JointGuess()
-    if not any(_NUMBER.sub("\0", name) in families for name in missing):
+    ours, extras, others = (
+        {_NUMBER.sub("\0", name) for name in some if _NUMBER.search(name)}
+        for some in (set(names) & set(robot), extra, missing)
+    )
+    if not ours & extras or not ours & others:
         return JointGuess()
     ordered = _by_number(names)
     by_name = {name: name for name in names if name in robot}

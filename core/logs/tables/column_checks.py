@@ -20,32 +20,20 @@ def check_columns(files: Sequence[AssignedTable]) -> None:
     """
     for file in files:
         for quantity, patterns in file.assignment.open.items():
+            message = f"several groups of columns could be the measured {quantity}"
+            hint = f"say which: {_line(files, quantity, patterns[0])}"
             if len(patterns) == 1:
-                raise LogError(
-                    f"the only columns of joint {quantity}s are the motors' by their names",
-                    where=str(file.reader.path),
-                    found=patterns[0] + _passed_words(file.assignment),
-                    hint=f"say which side of the gear they are of: {motor_line(_line(files, quantity, patterns[0]))}",
-                )
-            raise LogError(
-                f"several groups of columns could be the measured {quantity}",
-                where=str(file.reader.path),
-                found=listed(patterns) + _passed_words(file.assignment),
-                hint=f"say which: {_line(files, quantity, patterns[0])}",
-            )
+                message = f"the only columns of joint {quantity}s are the motors' by their names"
+                hint = f"say which side of the gear they are of: {motor_line(_line(files, quantity, patterns[0]))}"
+            found = listed(patterns) + _passed_words(file.assignment)
+            raise LogError(message, where=str(file.reader.path), found=found, hint=hint)
     positions = [found for _, found in parts_of(files, "position")]
-    numbered = [found for found in positions if "{i" in found.pattern]
     joints = {joint for found in positions for joint in found.joints}
     for quantity in ("velocity", "effort"):
         parts = [found for _, found in parts_of(files, quantity)]
         own = {joint for found in parts for joint in found.joints}
-        if not positions or not own:
-            continue
-        same = all("{i" in found.pattern for found in parts) == bool(numbered)
-        mixed = any(not found.pattern for found in (*positions, *parts)) and not same
-        if own & joints and (own == joints or not (numbered or mixed)):
-            continue
-        if not same and all(not found.pattern for found in (*parts, *positions)):
+        numbered = any("{i" in found.pattern for found in (*positions, *parts))
+        if not positions or not own or own == joints or (own & joints and not numbered):
             continue
         where = " + ".join(str(file.reader.path) for file in files)
         raise LogError(

@@ -70,17 +70,9 @@ def unit_of(name: str) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _regex(pattern: str) -> re.Pattern[str]:
-    parts = re.split(r"(\{joint\}|\{i\}|\{i0\})", pattern)
-    groups = {"{joint}": "(?P<joint>.+?)", "{i}": r"(?P<i>\d+)", "{i0}": r"(?P<i>\d+)"}
-    seen: set[str] = set()
-    out = ""
-    for part in parts:
-        if part in groups and groups[part] not in seen:
-            out += groups[part]
-            seen.add(groups[part])
-        else:
-            out += re.escape(part)
-    return re.compile(out, re.IGNORECASE)
+    number = re.escape("{i}" if "{i}" in pattern else "{i0}")
+    text = re.escape(pattern).replace(number, r"(?P<i>\d+)", 1)
+    return re.compile(text.replace(re.escape("{joint}"), "(?P<joint>.+?)", 1), re.IGNORECASE)
 
 
 def match_pattern(names: Sequence[str], pattern: str) -> Found | None:

@@ -15,9 +15,10 @@ from collaudit.core.logs.tables.column_groups import is_measured, numbered_group
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.table_stamps import guess_time_unit
+from collaudit.core.logs.tables.table_stamps import UNIT_OF_WORD, guess_time_unit
 from collaudit.core.logs.tables.wrench_columns import find_wrench
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.vendors.column_words import UNIT_WORDS
 
 #: Columns of larger files are named only.
 _MOST_BYTES = 512 << 20
@@ -29,8 +30,7 @@ _MOST_RELATED = 1000
 _ALIKE = 0.97
 #: A number that stands still for so many rows in the mean is a state.
 _STATE_ROWS = 20
-_UNITS = {"deg": "deg", "rad": "rad", "degps": "deg/s", "radps": "rad/s", "rads": "rad/s", "nm": "N·m", "a": "A",
-          "ma": "mA", "s": "s", "ms": "ms", "us": "us", "ns": "ns", "sec": "s", "nsec": "ns"}  # fmt: skip
+_UNITS = {**UNIT_OF_WORD, **UNIT_WORDS}
 
 
 #: What a column may be: role, evidence, joint, unit.

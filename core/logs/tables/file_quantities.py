@@ -51,7 +51,8 @@ def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[
         try:
             out.append(AssignedTable(reader, _assigned(reader, settings, first)))
         except LogError as error:
-            raise LogError(error.message, where=str(reader.path), found=error.found, hint=error.hint) from error
+            error.where = str(reader.path)
+            raise
     return out
 
 

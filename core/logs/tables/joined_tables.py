@@ -228,23 +228,15 @@ def annotation_columns(settings: CsvConfig) -> tuple[str, ...]:
 
 
 def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:
-    where = f"{first} and {other}"
     if time_s.shape != own_s.shape:
-        raise LogError(
-            "the files do not share their time column",
-            where=where,
-            found=f"{time_s.shape[0]} and {own_s.shape[0]} rows",
-        )
-    alike = (time_s == own_s) | (np.isnan(time_s) & np.isnan(own_s))
-    with np.errstate(invalid="ignore"):
-        apart = ~(np.abs(time_s - own_s) <= SAME_TIME_S) & ~alike
-    if apart.any():
-        row = int(np.flatnonzero(apart)[0])
-        raise LogError(
-            "the files do not share their time column",
-            where=where,
-            found=f"row {row + 1}: {time_s[row]:.9g} s and {own_s[row]:.9g} s after the first row",
-        )
+        found = f"{time_s.shape[0]} and {own_s.shape[0]} rows"
+    else:
+        apart = np.flatnonzero(~np.isclose(time_s, own_s, rtol=0.0, atol=SAME_TIME_S, equal_nan=True))
+        if not apart.size:
+            return
+        row = apart[0]
+        found = f"row {row + 1}: {time_s[row]:.9g} s and {own_s[row]:.9g} s after the first row"
+    raise LogError("the files do not share their time column", where=f"{first} and {other}", found=found)
 
 
 def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...], dict[str, FloatArray]]:

@@ -87,7 +87,7 @@ def read_table_log(
         velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
         effort=frozen(columns["effort"]) if "effort" in columns else None,
         effort_unit=unit,
-        wrench=_wrench(table, settings, name),
+        wrench=None if table.wrench is None else WrenchSeries(frozen(time_s), frozen(table.wrench), name),
         source=LogSource(
             name=name,
             digest=digest,
@@ -106,12 +106,14 @@ def read_table_log(
 
 def _check_stated(table: JointTable, settings: CsvConfig, where: str) -> None:
     """Refuse a table without columns that the configuration names."""
-    for quantity in QUANTITIES:
-        pattern = getattr(settings, quantity)
-        if pattern is not None and quantity not in table.columns:
+    held = {quantity: quantity in table.columns for quantity in QUANTITIES}
+    held |= {"wrench": table.wrench is not None, "phase": settings.phase in table.texts}
+    for key, present in held.items():
+        stated = getattr(settings, key)
+        if stated is not None and not present:
             raise LogError(
-                f"the table has no columns {pattern!r}",
-                where=f"{where}, [log.csv] {quantity}",
+                f"the table has no columns {stated!r}",
+                where=f"{where}, [log.csv] {key}",
                 hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
             )
 
@@ -152,14 +154,6 @@ def _converted(quantity: str, named: str, where: str) -> str:
     return unit
 
 
-def _wrench(table: JointTable, settings: LogConfig, where: str) -> WrenchSeries | None:
-    if settings.csv.wrench is None:
-        return None
-    if table.wrench is None:
-        raise LogError("the table lacks the columns that [log.csv] wrench names", where=where)
-    return WrenchSeries(frozen(table.time_s), frozen(table.wrench), where)
-
-
 def _annotations(
     texts: Mapping[str, tuple[str, ...]], time_s: FloatArray, settings: CsvConfig, where: str
 ) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
@@ -170,16 +164,7 @@ def _annotations(
         time_s: (n,) stamps; rows whose stamp is not a number are left out.
         settings: which columns are annotations and which is the phase.
         where: the file, for findings.
-
-    Raises:
-        LogError: the table lacks the column that the configuration names as the phase.
     """
-    if settings.phase is not None and settings.phase not in texts:
-        raise LogError(
-            f"the table has no column {settings.phase}",
-            where=f"{where}, [log.csv] phase",
-            hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
-        )
     absent = [name for name in settings.labels if name not in texts]
     findings = absent_labels(absent, "[log.csv] labels", where)
     if not texts:
@@ -193,7 +178,7 @@ def _annotations(
             holds = np.array([_holds(text) for text in texts[name]], dtype=np.bool_)
             annotations.append(Annotation(name, where, tuple(spans_of(stamps, holds[good]))))
     phases: list[Annotation] = []
-    if settings.phase is not None and settings.phase in texts and good.size:
+    if settings.phase is not None and good.size:
         words = [texts[settings.phase][k].strip() for k in good.tolist()]
         phases, refused = phases_of(stamps, words, float(stamps[-1]), f"{where}, column {settings.phase}")
         findings += refused

@@ -48,16 +48,13 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
         stamps: the time column as Arrow read it.
         unit: ``auto``, ``s``, ``ms``, ``us``, ``ns`` or ``iso``.
     """
-
-    kind = stamps.type
-    if len(stamps) == 0:
-        return np.empty(0), None, "s"
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    if pa.types.is_timestamp(kind):
-        whole, unit, used = whole.cast(pa.int64()), "ns", "iso"
+    iso = pa.types.is_timestamp(stamps.type)
+    if iso:
+        whole, unit = whole.cast(pa.int64()), "ns"
     numbers = numbers_of(whole)
     scale, guessed, garbage = _scale(numbers, unit)
-    used = used if pa.types.is_timestamp(kind) else guessed
+    used = "iso" if iso else guessed
     known = np.flatnonzero(np.isfinite(numbers) & ~garbage)
     if not known.size:
         return np.full(numbers.shape, np.nan), None, used

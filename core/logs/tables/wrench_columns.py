@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 from collaudit.core.logs.signals.numbered_names import MARK, families
 
 _AXES = "xyz"
-_FORCE = frozenset({"f", "force", "forces", "kraft"})
-_TORQUE = frozenset({"m", "t", "torque", "torques", "moment", "moments", "tau"})
+_KINDS = dict.fromkeys(("f", "force", "forces", "kraft"), "force")
+_KINDS |= dict.fromkeys(("m", "t", "torque", "torques", "moment", "moments", "tau"), "torque")
 #: Words before six numbered columns that hold a wrench.
 _NUMBERED = re.compile(r"(wrench|ft|fts|forcetorque|tcpforce|tcpwrench|ftsensor|ftraw|fext|fexthatk)$")
 #: A wrench that was computed from joint torques or currents, so that it says nothing that they do not.
@@ -50,21 +49,17 @@ def _by_axes(names: Sequence[str]) -> Iterator[WrenchColumns]:
             yield WrenchColumns(tuple(name for name in six if name is not None), bool(_ESTIMATED.search(rest)))
 
 
-@lru_cache(maxsize=4096)
 def _kind_and_axis(name: str) -> tuple[str, str, str] | None:
     """What remains of a name without its kind and axis, the kind, the axis."""
-    words = re.findall(r"[a-z]+|\d+", re.sub(r"[\[(].*$", "", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)).lower())
-    for place, word in enumerate(words):
-        kind = "force" if word[:-1] in _FORCE else "torque" if word[:-1] in _TORQUE else ""
-        if kind and word[-1] in _AXES:
-            return "/".join(words[:place] + words[place + 1 :]), kind, word[-1]
+    text = re.sub(r"[\[(].*$", "", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)).lower()
+    text = re.sub(rf"(?<![a-z])({'|'.join(_KINDS)})([{_AXES}])(?![a-z])", r"\1_\2", text)  # fx is the force along x
+    words = re.findall(r"[a-z]+|\d+", text)
     axes = [place for place, word in enumerate(words) if word in _AXES]
-    kinds = [place for place, word in enumerate(words) if word in _FORCE or word in _TORQUE]
+    kinds = [place for place, word in enumerate(words) if word in _KINDS]
     if len(axes) != 1 or not kinds:
         return None
-    kind = "force" if words[kinds[-1]] in _FORCE else "torque"
     left = [word for place, word in enumerate(words) if place not in (axes[0], kinds[-1])]
-    return "/".join(left), kind, words[axes[0]]
+    return "/".join(left), _KINDS[words[kinds[-1]]], words[axes[0]]
 
 
 def _by_number(names: Sequence[str]) -> Iterator[WrenchColumns]:

@@ -19,7 +19,7 @@ from scipy.io import savemat
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_files.matlab_elements import check_elements
+from collaudit.core.logs.column_files.matlab_file import check_elements
 from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import expand_inputs, group_inputs
 from collaudit.core.logs.log_description import describe

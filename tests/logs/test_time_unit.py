@@ -12,7 +12,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.tables.table_stamps import SCALES
+from collaudit.core.logs.tables.time_columns import SCALES
 
 ROWS = 200
 TIME_S = 0.002 * np.arange(ROWS)

@@ -1,4 +1,4 @@
-"""Which clock is the time of a sample: the header's stamp or the time of recording."""
+"""Which clock is the time of a sample, the header's stamp or the time of recording, and how one runs by the other."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
+from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.numeric.stats import quantile_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 
 Clock = Literal["header", "log"]
 #: Stamps before this (1980) are not taken as times since the epoch.
@@ -19,6 +20,11 @@ EPOCH_FLOOR_NS = 315_532_800_000_000_000
 EPOCH_CEILING_NS = 7_258_118_400_000_000_000
 #: Percentiles of steps rest on this many of them at most, evenly taken.
 _SAMPLE = 50_000
+_FEW = 10
+#: Parts of the log at its beginning and end whose medians are compared: a few late messages do not move them.
+_PARTS = 10
+#: More than this share is worth a warning: speeds are wrong by as much.
+_WARNED_SHARE = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,3 +100,32 @@ def choose_clock(
 def start_of(first_ns: int) -> int | None:
     """An absolute start, or None when the clock does not count from the epoch."""
     return first_ns if EPOCH_FLOOR_NS <= first_ns < EPOCH_CEILING_NS else None
+
+
+def compare_clocks(
+    stamp_ns: IntArray | None, log_ns: IntArray, topic: str, *, least_s: float = 0.01, least_share: float = 100e-6
+) -> list[Finding]:
+    """A finding where the header's clock goes on otherwise than the recording's: it drifts, was set, or is simulated.
+
+    A jump of the clock that is used shows as a gap, or as a clock set back, too.
+
+    Args:
+        stamp_ns: (n,) header stamps, or None.
+        log_ns: (n,) times of recording, in order.
+        topic: for the findings.
+        least_s, least_share: what is stated of the time that one clock gained, s and share of the log's duration.
+    """
+    if stamp_ns is None or log_ns.shape[0] < _FEW or not steadiness(stamp_ns).usable:
+        return []
+    recorded = seconds_since(log_ns, int(log_ns[0]))
+    ahead = seconds_since(stamp_ns, int(stamp_ns[0])) - recorded
+    part = log_ns.shape[0] // _PARTS
+    gained = median_of(ahead[-part:]) - median_of(ahead[:part])
+    over = median_of(recorded[-part:]) - median_of(recorded[:part])
+    if over <= 0 or abs(gained) < least_s or abs(gained / over) < least_share:
+        return []
+    text = (
+        f"The header's clock gained {gained:+.4g} s on the recording's in {over:.4g} s ({gained / over * 1e6:+.3g} "
+        "ppm): one of them runs fast or slow, was set, or tells simulated time."
+    )
+    return [Finding("clock-drift", "warning" if abs(gained / over) > _WARNED_SHARE else "info", text, where=topic)]

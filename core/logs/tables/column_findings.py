@@ -9,9 +9,10 @@ import numpy as np
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding, fact
+from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.table_stamps import is_doubtful, named_unit
+from collaudit.core.logs.tables.time_columns import is_doubtful, named_unit
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Quantity to the units that are converted, and how column names spell them.
@@ -101,3 +102,11 @@ def guess_findings(file: AssignedTable) -> list[Finding]:
     said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
     text = f"Columns that are not the measured quantity by their names were passed over: {said}."
     return [guessed, fact(text, where=file.reader.path.name)]
+
+
+def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Finding]:
+    """Arrays of a file that are as long as signals and have another number of rows than the table."""
+    if not left_out:
+        return []
+    text = f"Arrays that do not have the table's {rows} rows were left out: {listed(left_out)}."
+    return [Finding("log-arrays-left-out", "warning", text, where=where)]

@@ -15,7 +15,7 @@ from collaudit.core.logs.tables.column_groups import is_measured, numbered_group
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.table_stamps import UNIT_OF_WORD, guess_time_unit
+from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit
 from collaudit.core.logs.tables.wrench_columns import find_wrench
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.vendors.column_words import UNIT_WORDS

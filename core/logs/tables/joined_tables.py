@@ -15,19 +15,15 @@ from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_checks import check_columns, left_out_findings
-from collaudit.core.logs.tables.column_faults import column_fault
-from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
+from collaudit.core.logs.tables.column_faults import check_columns, column_fault
+from collaudit.core.logs.tables.column_findings import guess_findings, left_out_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
-from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
+from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
 from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.table_stamps import named_unit, seconds_of
-from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps
+from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps, named_unit, seconds_of
 from collaudit.core.numeric.arrays import FloatArray
 
-#: Joint names and their (n, j) columns.
-Block = tuple[tuple[str, ...], FloatArray]
 #: Two files share their time column when their stamps agree within this.
 SAME_TIME_S = 1e-6
 #: The line to add for a table without a time column.
@@ -76,17 +72,18 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     Raises:
         LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
-    files = assign_columns(readers, settings.csv)
+    files = sorted(assign_columns(readers, settings.csv), key=lambda file: file.assignment.time is None)
     check_columns(files)
     _check_signals(files, settings.csv)
+    names = _joints_of(files)
     time_s: FloatArray | None = None
     start_ns: int | None = None
-    blocks: dict[str, list[Block]] = {quantity: [] for quantity in QUANTITIES}
+    columns: dict[str, FloatArray] = {}
     wrench: FloatArray | None = None
     findings: list[Finding] = []
     texts: dict[str, tuple[str, ...]] = {}
     runs: FloatArray | None = None
-    for file in sorted(files, key=lambda file: file.assignment.time is None):
+    for file in files:
         own_time, start, unit, columns_read = _read_one(file, settings)
         if time_s is not None and file.assignment.time is None and own_time.shape == time_s.shape:
             own_time = time_s
@@ -104,17 +101,13 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         wrench = values.pop("wrench", wrench)
         for quantity, block in values.items():
             joints = file.assignment.quantities[quantity].joints
-            twice = set(joints) & {name for names, _ in blocks[quantity] for name in names}
-            if twice:
-                raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.reader.path))
-            blocks[quantity].append((joints, block))
+            columns[quantity] = block if joints == names else _placed(block, joints, names, columns.get(quantity))
         findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
         findings += guess_findings(file)
     findings += _rows_matched(files) if settings.csv.row_period_s is None else []
     assert time_s is not None
     time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
     findings += run_findings
-    names, columns = _aligned(blocks, time_s.shape[0])
     motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
     numbered = all(("{i" in found.pattern or not found.pattern) and found.is_numbered for found in motion)
     counted = any(counts_message(found.pattern) for found in motion)
@@ -239,17 +232,24 @@ def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatA
     raise LogError("the files do not share their time column", where=f"{first} and {other}", found=found)
 
 
-def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
-    """One set of joint names for all quantities; a joint without a quantity gets NaN there."""
-    names = tuple(dict.fromkeys(name for quantity in MOTION for joints, _ in blocks[quantity] for name in joints))
-    columns = {}
-    for quantity, parts in blocks.items():
-        if len(parts) == 1 and parts[0][0] == names:
-            columns[quantity] = parts[0][1]
-        elif parts:
-            out = np.full((rows, len(names)), np.nan)
-            for joints, values in parts:
-                known = [k for k, name in enumerate(joints) if name in names]  # a sensor alone makes no joint
-                out[:, [names.index(joints[k]) for k in known]] = values[:, known]
-            columns[quantity] = out
-    return names, columns
+def _joints_of(files: Sequence[AssignedTable]) -> tuple[str, ...]:
+    """The joints of all files.
+
+    Raises:
+        LogError: two columns hold the same quantity of one joint.
+    """
+    for quantity in QUANTITIES:
+        joints = [joint for _, found in parts_of(files, quantity) for joint in found.joints]
+        twice = sorted({joint for joint in joints if joints.count(joint) > 1})
+        if twice:
+            where = " + ".join(str(file.reader.path) for file, _ in parts_of(files, quantity))
+            raise LogError(f"two columns hold the {quantity} of {listed(twice)}", where=where)
+    return tuple(dict.fromkeys(joint for key in MOTION for _, found in parts_of(files, key) for joint in found.joints))
+
+
+def _placed(values: FloatArray, joints: Sequence[str], names: Sequence[str], before: FloatArray | None) -> FloatArray:
+    """Columns of some joints among those of all, beside what other files hold; NaN where none does."""
+    out = np.full((values.shape[0], len(names)), np.nan) if before is None else before
+    known = [k for k, name in enumerate(joints) if name in names]  # a sensor alone makes no joint
+    out[:, [names.index(joints[k]) for k in known]] = values[:, known]
+    return out

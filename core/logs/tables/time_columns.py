@@ -1,4 +1,7 @@
-"""Which column of a table is its time, by its name; whole seconds and their nanoseconds may be two columns."""
+"""The time column of a table: which it is by its name, and its stamps as seconds.
+
+Whole seconds and the rest of each may be two columns.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 
+from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.storage.table_reader import numbers_of
 from collaudit.core.logs.tables.column_patterns import bare
-from collaudit.core.logs.tables.table_stamps import UNIT_OF_WORD
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: Common names, the usual first, compared without case, blanks and units.
 _NAMES = ("t", "time", "timestamp", "time_s", "t_s", "stamp", "time_sec", "secs", "seconds", "time_stamp",
@@ -22,13 +27,36 @@ _NAMES = ("t", "time", "timestamp", "time_s", "t_s", "stamp", "time_sec", "secs"
 _WORDS = frozenset({"t", "time", "timestamp", "stamp", "elapsed", "rosbagtimestamp"})
 #: Words in front of them that say nothing; ``x`` is what MATLAB puts before a name that begins with no letter.
 _FRONT = frozenset({"x", "field", "header", "state", "robot", "sim", "ros", "log", "record", "recv", "receive", "time"})
-_SECONDS = frozenset({"s", "sec", "secs", "second", "seconds"})
 #: Words of the rest of a second, and its nanoseconds.
 _REST = dict.fromkeys(("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds"), 1)
 _REST |= dict.fromkeys(("us", "usec", "usecs", "microsec", "microsecond", "microseconds"), 1000)
 #: Group of the column of the rest of a second beside the time column.
 FRACTION = "rest of a second"
 _NS = 1_000_000_000
+#: Units of a stamp in a second.
+SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+
+#: Last words of a time column's name, and the unit they state.
+UNIT_OF_WORD = {
+    word: unit
+    for unit, words in {
+        "s": "s sec secs second seconds",
+        "ms": "ms msec msecs millis millisecond milliseconds",
+        "us": "us µs μs usec usecs micros microsecond microseconds",
+        "ns": "ns nsec nsecs nanos nanosecond nanoseconds",
+    }.items()
+    for word in words.split()
+}
+
+#: Longer steps are doubtful where nothing but the size of the numbers says seconds: few arms are recorded so slowly,
+#: and milliseconds at 20 kHz step by as much.
+_SLOW_S = 0.04
+
+#: Since 2001 seconds since the epoch are a number of ten digits: no count of samples, no time since a start.
+_OUR_TIME_NS = 10**18
+
+#: Later stamps are no times since the epoch, but garbage.
+_MOST_NS = 9e18
 
 
 def guess_time(names: Sequence[str]) -> int | None:
@@ -48,16 +76,13 @@ def guess_time(names: Sequence[str]) -> int | None:
         rest = parts[:-1] if len(parts) > 1 and parts[-1] in UNIT_OF_WORD else parts
         if rest and rest[-1] in _WORDS and set(rest[:-1]) <= _FRONT:
             return index
-    stamps = (
-        k for k, parts in enumerate(words) if parts and parts[-1] in _SECONDS and fraction_of(names, k) is not None
-    )
-    return next(stamps, None)
+    return next((k for k, parts in enumerate(words) if parts and fraction_of(names, k) is not None), None)
 
 
 def fraction_of(names: Sequence[str], time: int) -> int | None:
     """Index of the column of nano- or microseconds that goes with one of whole seconds, by the rest of its name."""
     front = _words(names[time])
-    if not front or front[-1] not in _SECONDS:
+    if not front or UNIT_OF_WORD.get(front[-1]) != "s":
         return None
     for index, name in enumerate(names):
         words = _words(name)
@@ -74,8 +99,6 @@ def joined_stamps(stamps: Any, fraction: FloatArray, name: str) -> Any | None:
         fraction: (n, 1) the nano- or microseconds, less than a second; rows where either is missing become null.
         name: of its column.
     """
-    import pyarrow as pa
-
     if pa.types.is_timestamp(stamps.type):
         return None
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
@@ -90,3 +113,80 @@ def joined_stamps(stamps: Any, fraction: FloatArray, name: str) -> Any | None:
 
 def _words(name: str) -> list[str]:
     return [word for word in re.split(r"[^a-zµμ]+", bare(name).lower()) if word]
+
+
+def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
+    """Seconds from the first stamp that is a time, its absolute time in ns, None without, and the unit used.
+
+    Stamps that are no numbers become NaN, those that are no times of this recording infinite.
+
+    Args:
+        stamps: the time column as Arrow read it.
+        unit: ``auto``, ``s``, ``ms``, ``us``, ``ns`` or ``iso``.
+    """
+    whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
+    iso = pa.types.is_timestamp(stamps.type)
+    if iso:
+        whole, unit = whole.cast(pa.int64()), "ns"
+    numbers = numbers_of(whole)
+    scale, guessed, garbage = _scale(numbers, unit)
+    used = "iso" if iso else guessed
+    known = np.flatnonzero(np.isfinite(numbers) & ~garbage)
+    if not known.size:
+        return np.full(numbers.shape, np.nan), None, used
+    time_s, start = _seconds(whole, numbers, int(known[0]), scale)
+    if known.size < numbers.size:
+        time_s = np.where(garbage, np.inf, np.where(np.isfinite(numbers), time_s, np.nan))
+    return time_s, start, used
+
+
+def named_unit(name: str) -> str | None:
+    """The unit that the name of a time column ends in, such as ``time_ms`` or ``t [ns]``; None without."""
+    words = [word for word in re.split(r"[^a-zµμ]+", name.strip().lower()) if word]
+    return UNIT_OF_WORD.get(words[-1]) if len(words) > 1 else None
+
+
+def is_doubtful(time_s: FloatArray, start_ns: int | None) -> bool:
+    """Whether stamps that were taken as seconds by their size alone are rather milliseconds, or count samples.
+
+    Those of our time since the epoch are seconds.
+    """
+    if start_ns is not None and start_ns >= _OUR_TIME_NS:
+        return False
+    known = time_s[np.isfinite(time_s)]
+    return known.size > 1 and float(np.median(np.abs(np.diff(known)))) >= _SLOW_S
+
+
+def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:
+    """Units in a second, their name, and (n,) stamps that are no times of this recording, which have no say."""
+    sizes, guessed = np.abs(numbers[np.isfinite(numbers)]), unit in ("auto", "iso")
+    used = guess_time_unit(float(np.median(sizes)) if sizes.size else 0.0) if guessed else unit
+    with np.errstate(over="ignore"):
+        garbage = garbage_stamps(numbers if SCALES[used] == 1.0 else numbers / SCALES[used])
+    if guessed:
+        rest = np.abs(numbers[np.isfinite(numbers) & ~garbage]) if garbage.any() else sizes
+        used = guess_time_unit(float(rest.max()) if rest.size else 0.0)
+    return SCALES[used], used, garbage
+
+
+def _seconds(stamps: Any, numbers: FloatArray, first: int, scale: float) -> tuple[FloatArray, int | None]:
+    """Seconds from stamp number ``first``, and its absolute time in ns; integers and decimals lose nothing."""
+
+    kind, zero = stamps.type, stamps[first].as_py()
+    exact = abs(float(zero)) * 1e9 / scale < _MOST_NS
+    start = None if not exact else round(float(zero) * 1e9 / scale) if scale != 1e9 else int(zero)
+    if pa.types.is_integer(kind) and stamps.null_count == 0:
+        whole = np.asarray(stamps.to_numpy(zero_copy_only=False), dtype=np.int64)
+        return (whole - whole[first]).astype(np.float64) * int(1e9 / scale) / 1e9, start
+    if pa.types.is_decimal(kind) and stamps.null_count == 0:
+        shifted = pc.subtract(stamps, stamps[first])
+        return np.asarray(shifted.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64) / scale, start
+    return (numbers - numbers[first]) / scale, start
+
+
+def guess_time_unit(size: float) -> str:
+    """The unit of stamps as large as ``size``, taken as seconds since the epoch or as a short time in seconds."""
+    for unit, floor in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)):
+        if size >= floor:
+            return unit
+    return "s"

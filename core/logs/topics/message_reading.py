@@ -13,11 +13,10 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
-from collaudit.core.logs.signals.clock_checks import compare_clocks
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
 from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
-from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
+from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, compare_clocks, start_of, steadiness
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents

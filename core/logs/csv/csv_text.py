@@ -146,26 +146,27 @@ def _has_header(cells: Sequence[str], decimal: str) -> bool:
 
 
 def _delimiter(sample: Sequence[str]) -> str:
-    """The character that cuts all sample lines into the same number of cells, the most of them."""
-    best, score = ",", (0.0, 0)
+    """The character that cuts most sample lines into the same number of cells.
+
+    A comma may be the decimal mark: a semicolon, tab or bar that does as well, between numbers, comes before it. Blanks
+    come last.
+    """
+    best, most = "", 0.0
     for candidate in (",", ";", "\t", "|", " "):
         counts = [len(split(line, candidate)) for line in sample]
         usual = max(set(counts), key=counts.count)
         share = counts.count(usual) / len(counts)
-        if usual > 1 and (share > 0.5) and _better(candidate, share, usual, sample, score):
-            best, score = candidate, (share, usual)
-    return best
+        if usual < 2 or share <= 0.5:
+            continue
+        if not best or (candidate != " " and share >= most - 0.05 and _between_numbers(sample, candidate)):
+            best, most = candidate, share
+    return best or ","
 
 
-def _better(candidate: str, share: float, usual: int, sample: Sequence[str], score: tuple[float, int]) -> bool:
-    """Prefer a semicolon or tab over a comma that may be the decimal mark, and anything over spaces."""
-    if score == (0.0, 0):
-        return True
-    if candidate in (";", "\t", "|"):
-        cells = [cell for line in sample[1:] for cell in split(line, candidate)]
-        numeric = sum(is_number(cell) or is_number(cell, ",") for cell in cells if cell.strip())
-        return share >= score[0] - 0.05 and numeric >= 0.5 * max(sum(bool(c.strip()) for c in cells), 1)
-    return (share, usual) > score and score[1] < 2
+def _between_numbers(sample: Sequence[str], delimiter: str) -> bool:
+    """Whether half of the cells of data are numbers."""
+    cells = [cell for line in sample[1:] for cell in split(line, delimiter) if cell.strip()]
+    return sum(is_number(cell) or is_number(cell, ",") for cell in cells) >= 0.5 * max(len(cells), 1)
 
 
 def _decimal(sample: Sequence[str], delimiter: str) -> str:

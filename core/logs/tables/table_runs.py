@@ -26,30 +26,16 @@ _BREAK_PERIODS = 10
 
 
 def run_column(file: AssignedTable, settings: CsvConfig) -> int | None:
-    """The column that numbers the runs: the one stated, else one with a common name where no time column tells them.
-
-    Raises:
-        LogError: the one stated is not there, or holds no numbers.
-    """
+    """The column that numbers the runs: the one stated, else one with a common name where no time column tells them."""
     names = file.reader.names
     if settings.run is not None:
-        index = column_index(names, settings.run)
-        if index is None:
-            raise LogError(
-                f"[log.csv] run names a column that the file does not have: {settings.run}",
-                where=str(file.reader.path),
-                found=listed(names, 40),
-            )
-        return index
+        return column_index(names, settings.run)
     if settings.row_period_s is None or not file.reader.named:
         return None
     known = {bare(name).lower().replace(" ", "_"): index for index, name in reversed(list(enumerate(names)))}
     index = next((known[name] for name in _NAMES if name in known), None)
-    return index if index is not None and all(map(_whole, file.reader.first_cells(index))) else None
-
-
-def _whole(cell: str) -> bool:
-    return cell.lstrip("+-").isdigit()
+    cells = file.reader.first_cells(index) if index is not None else ()
+    return index if all(cell.lstrip("+-").isdigit() for cell in cells) else None
 
 
 def starts_of(runs: FloatArray) -> IntArray | None:
@@ -83,7 +69,7 @@ def split_runs(
         (n,) stamps, the same array where nothing was found, and what is to be said.
 
     Raises:
-        LogError: the column stated changes too often.
+        LogError: the column stated is not there, or changes too often.
     """
     where = file.reader.path.name
     straight, breaks = straighten_seconds(time_s)
@@ -95,7 +81,8 @@ def split_runs(
         findings += set_back_findings(breaks, 0, where)
     starts = starts_of(runs[:, 0]) if runs is not None else None
     if starts is None and settings.run is not None:
-        text = "the column that [log.csv] run names changes too often to number runs"
+        why = "the log does not have" if runs is None else "changes too often to number runs"
+        text = f"[log.csv] run names a column that {why}"
         raise LogError(text, where=str(file.reader.path), found=str(settings.run))
     if starts is None or not starts.shape[0]:
         return straight, findings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
@@ -50,12 +51,12 @@ def encoding_of(head: bytes) -> str:
     """The encoding of a text: by its byte order mark, else UTF-8, else Latin-1."""
     if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
-    if head[:3] == b"\xef\xbb\xbf":
+    if head.startswith(codecs.BOM_UTF8):
         return "utf-8-sig"
     try:
-        head[: max(len(head) - 4, 0)].decode("utf-8")
-    except UnicodeDecodeError as error:
-        return "utf-8" if error.start > len(head) - 8 else "latin-1"
+        codecs.getincrementaldecoder("utf-8")().decode(head)  # the last character may be cut
+    except UnicodeDecodeError:
+        return "latin-1"
     return "utf-8"
 
 

@@ -53,7 +53,7 @@ def contradictions(
     repeats = bool(min(np.count_nonzero(~fresh), np.count_nonzero(fresh)) >= _FEW)
 
     def shown(column: FloatArray) -> str | None:
-        return _two_courses(column if order is None else column[order], fresh, repeats)
+        return _two_courses(column[order], fresh, repeats)
 
     for what, values in (("position", position), ("effort", effort)):
         if values is None:
@@ -68,19 +68,18 @@ def contradictions(
     return []
 
 
-def _in_order(time_s: FloatArray) -> tuple[IntArray | None, BoolArray]:
-    """Samples in order of their stamps, None where all are; and which of them, so ordered, begin a new stamp."""
-    steps = np.diff(time_s)
+def _in_order(time_s: FloatArray) -> tuple[IntArray | slice, BoolArray]:
+    """Samples in order of their stamps, a slice where all are; and which of them, so ordered, begin a new stamp."""
+    steps = np.diff(time_s, prepend=-np.inf)
     if bool((steps >= 0).all()) and bool(np.isfinite(time_s[-1:]).all()):
-        return None, np.concatenate((np.ones(min(1, time_s.size), np.bool_), steps > 0))
+        return slice(None), steps > 0
     finite = np.flatnonzero(np.isfinite(time_s))
     course = np.concatenate(([0], np.cumsum(np.diff(time_s[finite]) < 0))) if finite.size else finite
     if course.size and course[-1] > _MOST_SET_BACK:
         course = np.zeros_like(course)
     sorting = np.lexsort((time_s[finite], course))
     order, course = finite[sorting], course[sorting]
-    later = (np.diff(time_s[order]) > 0) | (np.diff(course) > 0)
-    return order, np.concatenate((np.ones(min(1, order.size), np.bool_), later))
+    return order, (np.diff(time_s[order], prepend=-np.inf) > 0) | (np.diff(course, prepend=0) > 0)
 
 
 def _two_courses(values: FloatArray, fresh: BoolArray, repeats: bool) -> str | None:
@@ -122,14 +121,13 @@ def contradicting(time_s: FloatArray, values: FloatArray) -> BoolArray | None:
     order, fresh = _in_order(time_s)
     if bool(fresh.all()) or np.count_nonzero(fresh) < _FEW:
         return None
-    wrong = _off_course(values if order is None else values[order], fresh)
+    wrong = _off_course(values[order], fresh)
     if not wrong.any():
         return None
     stamps = np.zeros(int(np.count_nonzero(fresh)), dtype=np.bool_)
     stamps[(np.cumsum(fresh) - 1)[~fresh][wrong]] = True
-    rows = stamps[np.cumsum(fresh) - 1]
     out = np.zeros(time_s.size, dtype=np.bool_)
-    out[np.arange(time_s.size) if order is None else order] = rows
+    out[order] = stamps[np.cumsum(fresh) - 1]
     return out
 
 

@@ -35,7 +35,7 @@ def read_table_log(
     prismatic: Sequence[str],
     judged: Sequence[str],
     digest: Digest,
-    bounds: ReadingBounds | None = None,
+    bounds: ReadingBounds,
 ) -> JointLog:
     """Read one log from tables.
 
@@ -50,8 +50,7 @@ def read_table_log(
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
     table = join_tables(readers, settings)
-    if bounds is not None:
-        bounds.take_values(table.time_s.size, 1 + sum(values.shape[1] for values in table.columns.values()))
+    bounds.take_values(table.time_s.size, 1 + sum(values.shape[1] for values in table.columns.values()))
     _check_stated(table, settings.csv, name)
     names = list(table.names)
     kept = map_names(

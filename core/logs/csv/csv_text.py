@@ -60,11 +60,6 @@ def encoding_of(head: bytes) -> str:
     return "utf-8"
 
 
-def is_remark(cells: Sequence[str]) -> bool:
-    """Whether a line is a comment, or nothing but blanks."""
-    return not any(cells) or cells[0].lstrip().startswith(COMMENT) or (len(cells) == 1 and not cells[0].strip())
-
-
 def is_number(cell: str, decimal: str = ".") -> bool:
     """Whether a cell is a number (or not a number, said so)."""
     text = cell.strip(BLANKS)
@@ -210,6 +205,7 @@ def _quoted(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
     reader = csv.reader(text, delimiter=dialect.delimiter)
     before = 0  # a quote that is never closed takes the lines below into its cell
     for cells in reader:
-        if not is_remark(cells):
+        blank = not any(cells) or (len(cells) == 1 and not cells[0].strip())
+        if not blank and not cells[0].lstrip().startswith(COMMENT):
             yield dialect.skip + before + 1, cells
         before = reader.line_num

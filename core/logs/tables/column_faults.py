@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK, Family, families
-from collaudit.core.logs.tables.column_assignment import Assignment
 from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups, word_dropped
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
@@ -26,11 +25,17 @@ def check_columns(files: Sequence[AssignedTable]) -> None:
     for file in files:
         for quantity, patterns in file.assignment.open.items():
             message = f"several groups of columns could be the measured {quantity}"
-            hint = f"say which: {_line(files, quantity, patterns[0])}"
+            line = _line(files, quantity, patterns[0])
+            hint = f"say which: {line}"
             if len(patterns) == 1:
                 message = f"the only columns of joint {quantity}s are the motors' by their names"
-                hint = f"say which side of the gear they are of: {motor_line(_line(files, quantity, patterns[0]))}"
-            found = listed(patterns) + _passed_words(file.assignment)
+                hint = (
+                    f"say which side of the gear they are of: {line} where they are already angles of the joints; the "
+                    "same and [robot] reduction = [100.0, …] where they are the motors' own, with your number of motor "
+                    "turns per turn of each joint"
+                )
+            passed = [group for groups in file.assignment.passed_over.values() for group in groups]
+            found = listed(patterns) + (f"; passed over: {', '.join(passed)}" if passed else "")
             raise LogError(message, where=str(file.reader.path), found=found, hint=hint)
     positions = [found for _, found in parts_of(files, "position")]
     joints = {joint for found in positions for joint in found.joints}
@@ -50,26 +55,8 @@ def check_columns(files: Sequence[AssignedTable]) -> None:
         )
 
 
-def motor_line(line: str) -> str:
-    """The two answers to columns of the motors' side.
-
-    Args:
-        line: that names the columns.
-    """
-    return (
-        f"{line} where they are already angles of the joints; the same and [robot] reduction = [100.0, …] where they "
-        "are the motors' own, with your number of motor turns per turn of each joint"
-    )
-
-
 def _said(parts: Sequence[Found]) -> str:
     return ", ".join(f"{found.pattern or 'named columns'} ({len(found.columns)} columns)" for found in parts)
-
-
-def _passed_words(assignment: Assignment) -> str:
-    """What else was passed over, so that a refusal shows every group of columns."""
-    groups = [group for passed in assignment.passed_over.values() for group in passed]
-    return f"; passed over: {', '.join(groups)}" if groups else ""
 
 
 def _line(files: Sequence[AssignedTable], quantity: str, pattern: str) -> str:

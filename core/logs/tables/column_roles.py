@@ -51,10 +51,12 @@ def _of_file(file: AssignedTable, settings: CsvConfig) -> list[ColumnInfo]:
         column = values.get(index)
         finite = np.empty(0) if column is None else column[np.isfinite(column)]
         role, why, joint, unit = known.get(index) or _by_data(file, index, values, derived)
+        if role == "time":
+            unit = guess_time_unit(float(np.abs(finite).max())) + "?" if finite.size else "iso"
         out.append(
             ColumnInfo(
                 name=name,
-                unit=_stated_unit(name) or unit or (_time_unit(finite) if role == "time" else ""),
+                unit=_stated_unit(name) or unit,
                 min=float(finite.min()) if finite.size else None,
                 max=float(finite.max()) if finite.size else None,
                 changes=int(np.count_nonzero(np.diff(finite))) if column is not None else None,
@@ -142,7 +144,8 @@ def _by_data(file: AssignedTable, index: int, values: Mapping[int, FloatArray], 
         ("signal", "", True),
     )  # fmt: skip
     role, why = next((role, why) for role, why, holds in shapes if holds)
-    return role, why, "", _angle(finite) if role == "position?" else ""
+    angle = "rad?" if float(np.abs(finite).max()) <= 2 * np.pi else "deg?"
+    return role, why, "", angle if role == "position?" else ""
 
 
 def _derivatives(values: Mapping[int, FloatArray]) -> dict[int, int]:
@@ -168,14 +171,6 @@ def _unit(values: FloatArray) -> FloatArray:
     """Columns without their mean, of length 1; zero where they do not change."""
     centred = values - values.mean(axis=0)
     return np.asarray(np.nan_to_num(centred / np.linalg.norm(centred, axis=0)))
-
-
-def _angle(finite: FloatArray) -> str:
-    return "rad?" if finite.size and float(np.abs(finite).max()) <= 2 * np.pi else "deg?"
-
-
-def _time_unit(finite: FloatArray) -> str:
-    return guess_time_unit(float(np.abs(finite).max())) + "?" if finite.size else "iso"
 
 
 def _stated_unit(name: str) -> str:

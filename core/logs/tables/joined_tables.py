@@ -192,7 +192,7 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     run = run_column(file, settings.csv)
     if run is not None:
         groups[RUN] = (run,)
-    asked = (*annotation_columns(settings.csv), *mode_columns(file.reader.names))
+    asked = {*settings.csv.labels, settings.csv.phase, *mode_columns(file.reader.names)}
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
     columns = file.reader.read(groups, None if period_s is not None else assignment.time, texts)
     rows = len(next(iter(columns.values.values()))) if columns.stamps is None else len(columns.stamps)
@@ -213,11 +213,6 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
         said = named if named in ("ms", "us", "ns") else said
     time_s, start, unit = seconds_of(columns.stamps, said)
     return time_s, start, unit, columns
-
-
-def annotation_columns(settings: CsvConfig) -> tuple[str, ...]:
-    """The columns that the configuration names as annotations or as the phase."""
-    return (*settings.labels, *([settings.phase] if settings.phase is not None else []))
 
 
 def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:

@@ -39,7 +39,8 @@ def mode_annotations(
     """
     out = []
     for name in mode_columns(list(texts)):
-        values = np.array([_value(texts[name][row]) for row in rows.tolist()], dtype=object)
+        # whole numbers without their decimals
+        values = np.array([texts[name][row].strip().removesuffix(".0") for row in rows.tolist()], dtype=object)
         meaning = _meaning(name, set(values.tolist()))
         for state in dict.fromkeys(meaning.values()):
             holds = np.array([meaning.get(value) == state for value in values.tolist()], dtype=np.bool_)
@@ -55,12 +56,6 @@ def _meaning(name: str, values: set[str]) -> dict[str, str]:
     bare = {value: _letters(value).removeprefix("robotmode").removeprefix("k") for value in values}
     words = {value: MODE_WORDS[word] for value, word in bare.items() if word in MODE_WORDS}
     return {**{str(number): state for number, state in states.items()}, **words}
-
-
-def _value(text: str) -> str:
-    """The cell, whole numbers without their decimals."""
-    cell = text.strip()
-    return cell.removesuffix(".0")
 
 
 def _letters(text: str) -> str:

@@ -14,8 +14,10 @@ from pyarrow import feather
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
+from collaudit.core.logs.storage.file_head import head_of
 from collaudit.core.logs.storage.file_reading import plausible_table
 
+_PARQUET = b"PAR1"
 #: Bytes of a number, to tell how large columns become.
 _NUMBER = 8
 #: What the columns of collaudit's own ``signals.parquet`` hold.
@@ -27,87 +29,57 @@ _SIGNALS = {
 }
 
 
-def open_parquet(path: Path, settings: CsvConfig) -> NamedColumns:
-    """Open a Parquet file.
+def open_arrow(path: Path, settings: CsvConfig) -> NamedColumns:
+    """Open a Parquet or Feather file (version 2, which is an Arrow file).
 
     Raises:
         LogError: it cannot be read, or claims more rows than its size allows.
     """
-
+    title, read = ("Parquet", _parquet) if head_of(path, len(_PARQUET)) == _PARQUET else ("Feather", feather.read_table)
     try:
-        with pq.ParquetFile(path) as file:
-            rows, columns = int(file.metadata.num_rows), int(file.metadata.num_columns)
-            if not plausible_table(path.stat().st_size, rows * columns * _NUMBER):
-                raise LogError(
-                    "claims more rows than its size allows",
-                    where=str(path),
-                    found=f"{rows} rows of {columns} columns",
-                    hint="if the log is genuine, write it with fewer columns, or as CSV",
-                )
-            table = file.read()
-        table.validate(full=True)
-    except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
-        raise _unreadable("Parquet", path, error) from error
-    return _table(path, "parquet", "Parquet", table)
-
-
-def open_feather(path: Path, settings: CsvConfig) -> NamedColumns:
-    """Open a Feather file (version 2, which is an Arrow file).
-
-    Raises:
-        LogError: it cannot be read.
-    """
-
-    try:
-        table = feather.read_table(path)
+        table = read(path)
         table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
     except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
-        raise _unreadable("Feather", path, error) from error
-    return _table(path, "feather", "Feather", table)
-
-
-def _unreadable(title: str, path: Path, error: Exception) -> LogError:
-    return LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path))
-
-
-def _table(path: Path, kind: str, title: str, table: Any) -> NamedColumns:
-
+        raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
     while any(pa.types.is_struct(held) for held in table.schema.types):
         table = table.flatten()
     columns: dict[str, Any] = {}
     for name, column in zip(table.column_names, table.columns, strict=True):
-        if _is_list(column.type):
-            columns |= _of_lists(name, column)
-        else:
-            columns[_index_name(name, column.type)] = column
+        columns |= _of_lists(name, column) if _is_list(column.type) else {_index_name(name, column.type): column}
     try:
         own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
     except (ValueError, RecursionError):  # another program's
         own = None
     signals = isinstance(own, dict) and "time_s" in columns and any(n.startswith("measured_nm:") for n in columns)
-    return NamedColumns(path, kind, f"{title}, {len(columns)} columns", columns, _SIGNALS if signals else None)
+    return NamedColumns(path, title.lower(), title, columns, _SIGNALS if signals else None)
+
+
+def _parquet(path: Path) -> Any:
+    with pq.ParquetFile(path) as file:
+        rows, columns = int(file.metadata.num_rows), int(file.metadata.num_columns)
+        if not plausible_table(path.stat().st_size, rows * columns * _NUMBER):
+            raise LogError(
+                "claims more rows than its size allows",
+                where=str(path),
+                found=f"{rows} rows of {columns} columns",
+                hint="if the log is genuine, write it with fewer columns, or as CSV",
+            )
+        return file.read()
 
 
 def _index_name(name: str, kind: Any) -> str:
     """The time of a pandas index without a name of its own is called so."""
-
     times = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
     return "time" if times and name.startswith("__index_level_") else name
 
 
 def _is_list(kind: Any) -> bool:
-
     return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind))
 
 
 def _of_lists(name: str, column: Any) -> dict[str, Any]:
     """Columns ``name1``, ``name2`` … of lists that are all equally long; none where they are not."""
-
     widths = pc.unique(pc.list_value_length(column)).to_pylist()
-    if len(widths) != 1 or not widths[0]:
+    if len(widths) != 1:
         return {}
-    flat = pc.list_flatten(column)
-    flat = flat.combine_chunks() if isinstance(flat, pa.ChunkedArray) else flat
-    rows = len(column)
-    order = pa.array(range(0, rows * widths[0], widths[0]))
-    return {f"{name}{k + 1}": flat.take(pc.add(order, k)) for k in range(widths[0])}
+    return {f"{name}{k + 1}": pc.list_element(column, k) for k in range(widths[0] or 0)}

@@ -16,8 +16,8 @@ import numpy as np
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_files.array_columns import columns_of
 from collaudit.core.logs.column_files.named_columns import NamedColumns
+from collaudit.core.logs.column_files.numpy_file import columns_of
 from collaudit.core.logs.storage.file_head import head_of
 from collaudit.core.logs.storage.file_reading import plausible_table
 
@@ -50,7 +50,7 @@ def open_mat(path: Path, settings: CsvConfig) -> NamedColumns:
     except LogError as error:
         raise LogError(error.message, where=str(path), found=error.found, hint=_HINT) from error
     version = "7.3" if modern else "5"
-    return NamedColumns(path, f"mat-{version}", f"MATLAB {version}, {len(columns)} columns", columns, left_out=left_out)
+    return NamedColumns(path, f"mat-{version}", f"MATLAB {version}", columns, left_out=left_out)
 
 
 def _from_version_5(path: Path) -> Iterator[tuple[str, Any]]:

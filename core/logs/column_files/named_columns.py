@@ -23,7 +23,7 @@ class NamedColumns:
     Args:
         path: the file, for messages.
         kind: what results call the format.
-        layout: how it is written, in words.
+        title: of the format, in words.
         columns: name to an Arrow array of n values, all of one length.
         stated: keys of ``[log.csv]`` that the file itself states.
         left_out: arrays of the file that are no columns because of their length, each with its shape.
@@ -39,7 +39,7 @@ class NamedColumns:
         self,
         path: Path,
         kind: str,
-        layout: str,
+        title: str,
         columns: Mapping[str, Any],
         stated: Mapping[str, str] | None = None,
         left_out: tuple[str, ...] = (),
@@ -47,7 +47,7 @@ class NamedColumns:
     ) -> None:
         if not columns or not len(next(iter(columns.values()))):
             raise LogError("the file holds no rows of data", where=str(path), found=f"{len(columns)} columns")
-        self.path, self.format, self.layout = path, kind, layout
+        self.path, self.format, self.layout = path, kind, f"{title}, {len(columns)} columns"
         self.names = tuple(columns)
         self.stated: Mapping[str, str] = stated or {}
         self.left_out, self.named = left_out, named

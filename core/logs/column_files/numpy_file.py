@@ -1,18 +1,66 @@
-"""Named arrays as the columns of one table: what `.npz` and `.mat` files hold."""
+"""NumPy archives (.npz) and single arrays (.npy) as tables; arrays as columns, which `.mat` files hold, too."""
 
 from __future__ import annotations
 
+import zipfile
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
+from collaudit.core.logs.column_files.named_columns import NamedColumns
+from collaudit.core.logs.storage.file_head import head_of
+from collaudit.core.logs.storage.file_reading import plausible_table
 
+_ARCHIVE = b"PK"
 #: Fewer values in a row than these are no signal but a setting.
 _ROWS = 4
+
+
+def open_numpy(path: Path, settings: CsvConfig) -> NamedColumns:
+    """Open an archive of arrays, or one array: records, or a matrix whose columns are numbered from 1.
+
+    Of a matrix the rows are numbered where there are fewer of these. Pickled objects are never loaded.
+
+    Raises:
+        LogError: it cannot be read, decompresses into more than its size allows, or holds no columns.
+    """
+    kind, title = ("npz", "NumPy archive") if head_of(path, len(_ARCHIVE)) == _ARCHIVE else ("npy", "NumPy array")
+    try:
+        # mapped: a header may claim more than there is
+        arrays = _archived(path) if kind == "npz" else _fields("", np.load(path, mmap_mode="r", allow_pickle=False))
+    except LogError:
+        raise
+    except Exception as error:  # NumPy, zipfile and zlib raise what the damage happens to cause
+        raise LogError(f"cannot be read as a {title}: {str(error)[:200]}", where=str(path)) from error
+    columns, left_out = columns_of(arrays, path)
+    return NamedColumns(path, kind, title, columns, left_out=left_out, named="" not in arrays)
+
+
+def _archived(path: Path) -> dict[str, Any]:
+    with zipfile.ZipFile(path) as archive:
+        claimed = sum(item.file_size for item in archive.infolist())
+    if not plausible_table(path.stat().st_size, claimed):
+        raise LogError("decompresses into more than its size allows", where=str(path), found=f"{claimed} bytes")
+    arrays: dict[str, Any] = {}
+    with np.load(path, allow_pickle=False) as loaded:
+        for name in loaded.files:
+            with suppress(ValueError):  # objects: loading them may run any code
+                arrays |= _fields(name, loaded[name])
+    return arrays
+
+
+def _fields(name: str, array: Any) -> dict[str, Any]:
+    """An array, or the arrays of its fields."""
+    if array.dtype.names is None:
+        return {name: array}
+    return {f"{name}.{field}".lstrip("."): array[field] for field in array.dtype.names}
 
 
 def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -29,8 +77,6 @@ def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], t
     Raises:
         LogError: no array has rows.
     """
-    import pyarrow as pa
-
     kept = {name: np.squeeze(value) for name, value in arrays.items() if np.asarray(value).dtype.kind in "fiubUSM"}
     kept = _without_common(kept)
     rows = _rows({name: value for name, value in kept.items() if value.ndim in (1, 2)}, path)

@@ -45,10 +45,9 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
             out.setdefault("time", unit)
         for quantity, found in file.assignment.quantities.items():
             stated = {unit_of(file.reader.names[column]) for column in found.columns}
-            if len(stated) == 1 and (unit := stated.pop()) is not None:
+            unit = (stated.pop() if len(stated) == 1 else None) or found.meaning.unit
+            if unit:
                 out[quantity] = unit
-            elif found.meaning.unit:
-                out[quantity] = found.meaning.unit
     return out
 
 
@@ -67,10 +66,8 @@ def time_findings(
     if settings.units.time != "auto" or unit in ("iso", "rows") or file.assignment.time is None:
         return []
     name, where = file.reader.names[file.assignment.time], file.reader.path.name
-    if named_unit(name) == unit:
-        text = f"The unit of the time column was taken as {unit}, by its name {name!r}."
-        return [Finding("log-units-guessed", "info", text, where=where)]
-    if unit == "s" and is_doubtful(time_s, start_ns):
+    named = named_unit(name) == unit
+    if not named and unit == "s" and is_doubtful(time_s, start_ns):
         step = float(np.median(np.abs(np.diff(time_s[np.isfinite(time_s)]))))
         text = (
             f"The steps of the time column {name!r} are {step:.9g}, and its unit is stated nowhere: if these are no "
@@ -78,7 +75,8 @@ def time_findings(
             "rows, state [log.csv] rate_hz instead."
         )
         return [Finding("log-unit-suspect", "error", text, where=where)]
-    text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
+    by = f"its name {name!r}" if named else "the size of its numbers"
+    text = f"The unit of the time column was taken as {unit}, by {by}."
     return [Finding("log-units-guessed", "info", text, where=where)]
 
 

@@ -82,31 +82,21 @@ def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
         LogError: the pattern counts from 1 and the columns from 0.
     """
     regex = _regex(pattern)
+    matches = (
+        (index, regex.fullmatch(name.strip()) or regex.fullmatch(bare(name))) for index, name in enumerate(names)
+    )
+    hits = [(index, match) for index, match in matches if match is not None]
+    if "{i" not in pattern:
+        joints = tuple(bare(match["joint"]) if "{joint}" in pattern else "" for _, match in hits)
+        return Found(joints, tuple(index for index, _ in hits), pattern) if hits else None
     first = 0 if "{i0}" in pattern else 1
-    numbered = "{i" in pattern
-    hits: list[tuple[int, str, int]] = []  # number or place, joint, place
-    for index, name in enumerate(names):
-        match = regex.fullmatch(name.strip()) or regex.fullmatch(bare(name))
-        if match is None:
-            continue
-        if numbered:
-            number = int(match.group("i"))
-            if number < first:
-                zero = pattern.replace("{i}", "{i0}")
-                raise LogError(
-                    f"the columns of {pattern!r} count from 0", found=name.strip(), hint=f"write it {zero!r}"
-                )
-            hits.append((number, "", index))
-        else:
-            hits.append((index, bare(match.group("joint")) if "{joint}" in pattern else "", index))
-    if not hits:
-        return None
-    hits.sort()
-    order = [hit[0] for hit in hits]
-    if numbered and order != list(range(first, first + len(order))):
-        return None
-    columns = tuple(hit[2] for hit in hits)
-    return Found.numbered(columns, pattern) if numbered else Found(tuple(hit[1] for hit in hits), columns, pattern)
+    numbered = sorted((int(match["i"]), index) for index, match in hits)
+    if numbered and numbered[0][0] < first:
+        zero = pattern.replace("{i}", "{i0}")
+        found = names[numbered[0][1]].strip()
+        raise LogError(f"the columns of {pattern!r} count from 0", found=found, hint=f"write it {zero!r}")
+    follow = all(number == place for place, (number, _) in enumerate(numbered, first))
+    return Found.numbered([index for _, index in numbered], pattern) if numbered and follow else None
 
 
 def column_index(names: Sequence[str], key: str | int) -> int | None:

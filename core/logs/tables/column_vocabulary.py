@@ -58,9 +58,8 @@ def meaning_of(stem: str) -> Meaning | None:
     words = [word for part in segments for word in words_of(part)]
     plain = [word.replace(MARK, "") for word in words]
     letters = "".join(word for word, whole in zip(plain, words, strict=True) if not _axis(word, whole))
-    for known, meaning in KNOWN.items():
-        if letters.removeprefix("field").removeprefix("state") == known:
-            return meaning
+    if (known := KNOWN.get(letters.removeprefix("field").removeprefix("state"))) is not None:
+        return known
     last = set(words_of(segments[-1])) if segments else set()
     if last and all(word.replace(MARK, "") in JOINT_WORDS or word == "a" + MARK for word in last):
         last = set(words_of(segments[-2])) if len(segments) > 1 else last

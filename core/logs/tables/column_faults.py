@@ -67,29 +67,32 @@ def _line(files: Sequence[AssignedTable], quantity: str, pattern: str) -> str:
     return stated_line({**known, quantity: pattern})
 
 
-def column_fault(names: Sequence[str], quantity: str, where: str, known: Mapping[str, str]) -> LogError | None:
-    """The error that says why a quantity has no columns; None where the names show no reason.
+def refuse_by_names(files: Sequence[AssignedTable], quantity: str) -> None:
+    """Say why a quantity has no columns, where their names show it.
 
     Args:
-        names: the columns; "" for those that are taken.
+        files: the tables.
         quantity: position or effort.
-        where: the file, for the message.
-        known: quantity to pattern of what was recognised, which a stated line switches off and must be stated, too.
+
+    Raises:
+        LogError: with the cause and the line to add.
     """
-    bare = [without_unit(name) for name in names]
-    fault = _broken_numbers(names, bare, quantity, known) or _several_arms(names, quantity)
-    fault = fault or _not_measured(names, quantity, known)
-    if fault is not None:
-        fault.where = where
-    return fault
+    known = {key: found.pattern for file in files for key, found in file.assignment.quantities.items()}
+    for file in (file for file in files if file.reader.named):
+        taken = {index for found in file.assignment.quantities.values() for index in found.columns}
+        taken.add(-1 if file.assignment.time is None else file.assignment.time)
+        free = ["" if index in taken else name for index, name in enumerate(file.reader.names)]
+        fault = _broken_numbers(free, quantity, known) or _several_arms(free, quantity)
+        fault = fault or _not_measured(free, quantity, known)
+        if fault is not None:
+            fault.where = str(file.reader.path)
+            raise fault
 
 
-def _broken_numbers(
-    names: Sequence[str], bare: Sequence[str], quantity: str, known: Mapping[str, str]
-) -> LogError | None:
+def _broken_numbers(names: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
     """Numbered columns with a number twice, with one missing, or that begin with another than 0 or 1."""
     measured: dict[str, list[Family]] = {}
-    for family in families(bare):
+    for family in families([without_unit(name) for name in names]):
         meaning = meaning_of(family.stem)
         if meaning is not None and meaning.role in USABLE and len(family.places) >= _FEWEST:
             measured.setdefault(meaning.quantity, []).append(family)

@@ -6,6 +6,7 @@ import fnmatch
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
@@ -129,16 +130,12 @@ def _of_this_file(reader: TableReader, settings: CsvConfig) -> dict[str, ColumnP
     return {key: _without_file(pattern, reader.path.name) for key, pattern in patterns.items() if pattern is not None}
 
 
-def _without_file(pattern: ColumnPattern | int, file: str) -> ColumnPattern | int:
-    if isinstance(pattern, str):
-        return _strip(pattern, file)
+def _without_file(pattern: Any, file: str) -> Any:
+    """Patterns without the name of the file in front; those of another file stay, and match no column."""
+    if isinstance(pattern, list):
+        return [_without_file(item, file) for item in pattern]
     if isinstance(pattern, int):
         return pattern
-    return [_strip(item, file) for item in pattern if isinstance(item, str)] or pattern
-
-
-def _strip(pattern: str, file: str) -> str:
-    """A pattern without the name of the file in front; of another file it stays, and matches no column."""
     name, colon, rest = pattern.partition(":")
     return rest if colon and (name == file or fnmatch.fnmatchcase(file, name)) else pattern
 

@@ -15,7 +15,7 @@ from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_faults import check_columns, column_fault
+from collaudit.core.logs.tables.column_faults import check_columns, refuse_by_names
 from collaudit.core.logs.tables.column_findings import guess_findings, left_out_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
@@ -129,7 +129,7 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     guessed = all(getattr(settings, quantity) is None for quantity in QUANTITIES)
     for quantity in ("position", "effort"):
         if quantity not in held and guessed:
-            _refuse_by_names(files, quantity)
+            refuse_by_names(files, quantity)
     if "position" not in held:
         kinds = f" (taken as {' and '.join(sorted(held))})" if held else ""
         short = [array for file in files for array in file.reader.left_out]
@@ -159,23 +159,6 @@ def _rows_matched(files: Sequence[AssignedTable]) -> list[Finding]:
     timed = next(file.reader.path.name for file in files if file.assignment.time is not None)
     text = f"{listed(timeless)} hold no time: their rows, which are as many, were taken to be those of {timed}."
     return [Finding("log-columns-guessed", "warning", text, where=timed)]
-
-
-def _refuse_by_names(files: Sequence[AssignedTable], quantity: str) -> None:
-    """Say why a quantity has no columns, where their names show it."""
-    known = {key: found.pattern for file in files for key, found in file.assignment.quantities.items()}
-    for file in files:
-        if file.reader.named:
-            fault = column_fault(_free(file), quantity, str(file.reader.path), known)
-            if fault is not None:
-                raise fault
-
-
-def _free(file: AssignedTable) -> list[str]:
-    """Names of the columns that are no signal yet; "" for the others."""
-    taken = {index for found in file.assignment.quantities.values() for index in found.columns}
-    taken |= {file.assignment.time} if file.assignment.time is not None else set()
-    return ["" if index in taken else name for index, name in enumerate(file.reader.names)]
 
 
 def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns]:

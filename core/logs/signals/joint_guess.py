@@ -57,8 +57,7 @@ def guess_joints(
     """
     if len(judged) == len(names) < len(robot) and set(judged) <= set(robot):
         robot = judged
-    strangers = [name for name in names if name not in robot]
-    if not numbered and len(strangers) < len(names):
+    if not numbered and not set(names).isdisjoint(robot):
         return _shifted(names, robot)
     by_words = _by_words(names, robot) if not numbered else {}
     ordered = list(names) if numbered else _by_number(names)
@@ -70,17 +69,17 @@ def guess_joints(
     if ordered is None:
         return _in_order(names, arm)
     by_order = dict(zip(ordered, arm, strict=True))
-    if by_words and by_words != by_order:
-        return _open("the numbers of the log's joints and their names say different things", by_order, by_words)
-    own = _by_number(arm)
-    if own is not None and own != list(arm):
-        other = dict(zip(ordered, own, strict=True))
-        return _open("the robot's joints are numbered otherwise than they follow each other", by_order, other)
-    alphabetical = sorted(arm, key=_natural)
-    if message_order and alphabetical != list(arm):
-        other = dict(zip(ordered, alphabetical, strict=True))
-        problem = "the columns count the joints of a message, and publishers sort them by the robot or by the alphabet"
-        return _open(problem, by_order, other, "the order of the alphabet")
+    by_number = dict(zip(ordered, _by_number(arm) or arm, strict=True))
+    by_alphabet = dict(zip(ordered, sorted(arm, key=_natural), strict=True)) if message_order else by_order
+    rivals = (
+        (by_words or by_order, "their names", "the numbers of the log's joints and their names say different things"),
+        (by_number, "their names", "the robot's joints are numbered otherwise than they follow each other"),
+        (by_alphabet, "the order of the alphabet",
+         "the columns count the joints of a message, and publishers sort them by the robot or by the alphabet"),
+    )  # fmt: skip
+    for other, why, problem in rivals:
+        if other != by_order:
+            return _open(problem, by_order, other, why)
     return JointGuess(by_order, "same place in the order of joints")
 
 

@@ -82,24 +82,23 @@ def time_findings(
 
 def guess_findings(file: AssignedTable) -> list[Finding]:
     """Which columns were recognised by their names, or by the file's, and which were passed over for them."""
-    assignment = file.assignment
-    recognised = []
-    for quantity in assignment.guessed:
-        if quantity == "time":
-            recognised.append(f"time = {file.reader.names[assignment.time or 0]!r}")
-        else:
-            found = assignment.quantities[quantity]
-            pattern = found.pattern or ", ".join(file.reader.names[k] for k in found.columns)
-            recognised.append(f"{quantity} = {pattern!r} ({len(found.columns)} columns)")
-    if not any(quantity in assignment.quantities for quantity in assignment.guessed):
+    assignment, names, where = file.assignment, file.reader.names, file.reader.path.name
+    taken = {quantity: found for quantity, found in assignment.quantities.items() if quantity in assignment.guessed}
+    if not taken:
         return []
-    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(recognised)}."
-    guessed = Finding("log-columns-guessed", "warning", text, where=file.reader.path.name)
-    if not assignment.passed_over:
-        return [guessed]
-    said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
-    text = f"Columns that are not the measured quantity by their names were passed over: {said}."
-    return [guessed, fact(text, where=file.reader.path.name)]
+    said = []
+    for quantity, found in taken.items():
+        pattern = found.pattern or ", ".join(names[k] for k in found.columns)
+        said.append(f"{quantity} = {pattern!r} ({len(found.columns)} columns)")
+    if "time" in assignment.guessed:
+        said.append(f"time = {names[assignment.time or 0]!r}")
+    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(said)}."
+    findings = [Finding("log-columns-guessed", "warning", text, where=where)]
+    if assignment.passed_over:
+        passed = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
+        text = f"Columns that are not the measured quantity by their names were passed over: {passed}."
+        findings.append(fact(text, where=where))
+    return findings
 
 
 def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Finding]:

@@ -76,8 +76,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     check_columns(files)
     _check_signals(files, settings.csv)
     names = _joints_of(files)
-    time_s: FloatArray | None = None
-    start_ns: int | None = None
+    time_s, start_ns = np.empty(0), None
     columns: dict[str, FloatArray] = {}
     wrench: FloatArray | None = None
     findings: list[Finding] = []
@@ -85,19 +84,17 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     runs: FloatArray | None = None
     for file in files:
         own_time, start, unit, columns_read = _read_one(file, settings)
-        if time_s is not None and file.assignment.time is None and own_time.shape == time_s.shape:
-            own_time = time_s
         values = columns_read.values
         runs = values.pop(RUN, runs)
         texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
         if file.reader.damage is not None:
             findings += damage_findings([Damage(file.reader.damage)], file.reader.path.name)
-        if time_s is None:
+        if file is files[0]:
             time_s, start_ns = own_time, start
             findings += garbage_findings(np.isinf(own_time), "row", file.reader.path.name)
             findings += time_findings(file, unit, own_time, start, settings)
         else:
-            _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)
+            _check_same_time(files[0].reader.path, time_s, file, own_time)
         wrench = values.pop("wrench", wrench)
         for quantity, block in values.items():
             joints = file.assignment.quantities[quantity].joints
@@ -105,7 +102,6 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
         findings += guess_findings(file)
     findings += _rows_matched(files) if settings.csv.row_period_s is None else []
-    assert time_s is not None
     time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
     findings += run_findings
     motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
@@ -168,13 +164,9 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     """
     assignment, period_s = file.assignment, settings.csv.row_period_s
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
-    if assignment.fraction is not None and period_s is None:
-        groups[FRACTION] = (assignment.fraction,)
-    if assignment.wrench:
-        groups["wrench"] = assignment.wrench
-    run = run_column(file, settings.csv)
-    if run is not None:
-        groups[RUN] = (run,)
+    alone = {RUN: run_column(file, settings.csv), FRACTION: assignment.fraction if period_s is None else None}
+    groups |= {name: (index,) for name, index in alone.items() if index is not None}
+    groups |= {"wrench": assignment.wrench} if assignment.wrench else {}
     asked = {*settings.csv.labels, settings.csv.phase, *mode_columns(file.reader.names)}
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
     columns = file.reader.read(groups, None if period_s is not None else assignment.time, texts)
@@ -198,16 +190,17 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     return time_s, start, unit, columns
 
 
-def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:
+def _check_same_time(first: Path, time_s: FloatArray, file: AssignedTable, own_s: FloatArray) -> None:
+    """Refuse a further file whose rows are not those of the first; one without a time must have as many."""
     if time_s.shape != own_s.shape:
         found = f"{time_s.shape[0]} and {own_s.shape[0]} rows"
     else:
         apart = np.flatnonzero(~np.isclose(time_s, own_s, rtol=0.0, atol=SAME_TIME_S, equal_nan=True))
-        if not apart.size:
+        if not apart.size or file.assignment.time is None:
             return
         row = apart[0]
         found = f"row {row + 1}: {time_s[row]:.9g} s and {own_s[row]:.9g} s after the first row"
-    raise LogError("the files do not share their time column", where=f"{first} and {other}", found=found)
+    raise LogError("the files do not share their time column", where=f"{first} and {file.reader.path}", found=found)
 
 
 def _joints_of(files: Sequence[AssignedTable]) -> tuple[str, ...]:

@@ -41,7 +41,6 @@ class Profile:
         temperature: path of (j,) numbers, °C, where the type has them.
         joint_torque: path of (j,) torques behind the gears, N·m, beside the drives' effort.
         effort_unit: unit of the effort by the type's definition.
-        effort_gravity: whether the effort contains the arm's own weight; None where the type does not say.
         wrench: path of the six numbers, force then torque.
         annotations: name to path of numbers that are not zero while it holds (a controller's own alarms).
         family: name of a set of types that each hold one quantity on sibling topics; "" for none.
@@ -57,7 +56,6 @@ class Profile:
     velocity: str | None = None
     effort: str | None = None
     effort_unit: Literal["Nm", "A"] = "Nm"
-    effort_gravity: bool | None = None
     wrench: str | None = None
     temperature: str | None = None
     joint_torque: str | None = None
@@ -156,7 +154,6 @@ PROFILES: tuple[Profile, ...] = (
         position="q",
         velocity="dq",
         effort="tau_J|tau_j",
-        effort_gravity=True,
         annotations=_FRANKA_ALARMS,
     ),
     Profile(
@@ -167,7 +164,6 @@ PROFILES: tuple[Profile, ...] = (
         position="measured_joint_state.position",
         velocity="measured_joint_state.velocity",
         effort="measured_joint_state.effort",
-        effort_gravity=True,
         annotations=(
             ("contact", "collision_indicators.is_joint_contact"),
             ("collision", "collision_indicators.is_joint_collision"),
@@ -184,7 +180,6 @@ PROFILES: tuple[Profile, ...] = (
         velocity="qd_actual",
         effort="i_actual",
         effort_unit="A",
-        effort_gravity=True,
     ),
     Profile(
         name="lbr-state",
@@ -194,7 +189,6 @@ PROFILES: tuple[Profile, ...] = (
         fixed_names=("lbr_A{i}",),
         position="measured_joint_position",
         effort="measured_torque",
-        effort_gravity=True,
     ),
     Profile(
         name="iiwa-position",

@@ -101,21 +101,17 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
     Raises:
         LogError: the configuration names columns the file does not have.
     """
-    stated = {quantity: getattr(settings, quantity) for quantity in QUANTITIES}
-    quantities: dict[str, Found] = {}
-    guessed: list[str] = []
-    for quantity, pattern in stated.items():
-        if pattern is not None and (found := _configured(names, pattern, quantity)) is not None:
-            quantities[quantity] = found
+    time = guess_time(names) if settings.time is None and header else None
+    guessed = ["time"] if time is not None else []
+    if settings.time is not None:
+        time = column_index(names, settings.time)
+    stated = {quantity: pattern for quantity in QUANTITIES if (pattern := getattr(settings, quantity)) is not None}
+    configured = {quantity: _configured(names, pattern, quantity) for quantity, pattern in stated.items()}
+    quantities = {quantity: found for quantity, found in configured.items() if found is not None}
     choices: dict[str, Choice] = {}
-    if header and all(pattern is None for pattern in stated.values()):
-        quantities, choices = recognise(names, guess_time(names))
-        guessed += list(quantities)
-    time = column_index(names, settings.time) if settings.time is not None else None
-    if settings.time is None and header:
-        time = guess_time(names)
-        if time is not None:
-            guessed.append("time")
+    if header and not stated:
+        quantities, choices = recognise(names, time)
+        guessed = [*quantities, *guessed]
     wrench = [column_index(names, key) for key in settings.wrench or ()]
     six = tuple(index for index in wrench if index is not None)
     passed = {q: tuple(group.said for group in choice.passed) for q, choice in choices.items() if choice.passed}

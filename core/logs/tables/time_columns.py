@@ -175,13 +175,10 @@ def _seconds(stamps: Any, numbers: FloatArray, first: int, scale: float) -> tupl
     kind, zero = stamps.type, stamps[first].as_py()
     exact = abs(float(zero)) * 1e9 / scale < _MOST_NS
     start = None if not exact else round(float(zero) * 1e9 / scale) if scale != 1e9 else int(zero)
-    if pa.types.is_integer(kind) and stamps.null_count == 0:
-        whole = np.asarray(stamps.to_numpy(zero_copy_only=False), dtype=np.int64)
-        return (whole - whole[first]).astype(np.float64) * int(1e9 / scale) / 1e9, start
-    if pa.types.is_decimal(kind) and stamps.null_count == 0:
-        shifted = pc.subtract(stamps, stamps[first])
-        return np.asarray(shifted.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64) / scale, start
-    return (numbers - numbers[first]) / scale, start
+    if stamps.null_count or pa.types.is_floating(kind):
+        return (numbers - numbers[first]) / scale, start
+    whole = stamps.cast(pa.int64(), safe=False) if pa.types.is_integer(kind) else stamps
+    return numbers_of(pc.subtract(whole, whole[first])) / scale, start
 
 
 def guess_time_unit(size: float) -> str:

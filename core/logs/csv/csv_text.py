@@ -106,9 +106,8 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     if not rows:
         raise LogError("the file holds no rows of data", where=str(path), found=f"{len(lines)} lines")
     sample = [line for _, line in rows]
-    delimiter = settings.delimiter if settings.delimiter != "auto" else _delimiter(sample)
-    if delimiter == "\\t":
-        delimiter = "\t"
+    stated = settings.delimiter.replace("\\t", "\t")
+    delimiter = stated if stated != "auto" else _delimiter(sample)
     decimal = settings.decimal if settings.decimal != "auto" else _decimal(sample, delimiter)
     first_cells = split(sample[0], delimiter)
     header = _has_header(first_cells, decimal) if settings.header == "auto" else settings.header

@@ -87,11 +87,10 @@ def _used(
     if all(log == model for log, model in guess.mapping.items()):
         return ()
     order = ", ".join(guess.mapping.values())
-    if columns:
-        text = f"Numbered columns were taken as the robot's joints in its order: {order}."
-        return (Finding("log-columns-guessed", "info", text, where=where),)
-    text = f"The log numbers its joints; they were taken as the robot's in its order: {order}."
-    return (Finding("log-columns-guessed", "warning", text, where=where),)
+    said = "Numbered columns were taken as the robot's joints in its order"
+    if not columns:
+        said = "The log numbers its joints; they were taken as the robot's in its order"
+    return (Finding("log-columns-guessed", "info" if columns else "warning", f"{said}: {order}.", where=where),)
 
 
 def _joints_hint(guess: JointGuess) -> str:

@@ -248,3 +248,15 @@ def test_joints_with_names_of_which_some_have_a_number(form: str) -> None:
 def test_theta_of_a_joint_is_no_motor(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,theta1,theta2,tau1,tau2")
     assert read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"]).position_rad[0].tolist() == [1, 2]
+
+
+def test_a_number_in_brackets_is_no_unit() -> None:
+    """Numbers that begin with 2 are of no whole arm, and these columns are not all of the joint ``js``."""
+    found, _ = recognise(["t", "/js/tau[2]", "/js/tau[3]"], 0)
+    assert not found
+
+
+def test_two_columns_of_one_joint_are_refused(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,left_q,left_q,left_tau")
+    with pytest.raises(LogError, match="two columns hold the position of left"):
+        read_log((path,), LogConfig.of(RAW), robot_joints=["left"])

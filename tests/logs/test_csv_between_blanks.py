@@ -55,3 +55,26 @@ def test_a_packed_table_between_blanks(tmp_path: Path) -> None:
     log = read(path)
     assert isinstance(log, JointLog)
     np.testing.assert_array_equal(log.position_rad[:, 0], numbers[:, 1])
+
+
+def test_decimal_commas_between_blanks(tmp_path: Path) -> None:
+    rows = [f"{k / 100:.2f} {k / 7:.6f} {k / 3:.6f}" for k in range(30)]
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join(rows) + "\n")
+    points = read(path)
+    path.write_text("\n".join(rows).replace(".", ",") + "\n")
+    csv = {"time": "1", "position": "2", "effort": "3", "delimiter": " "}
+    commas = read_log((path,), LogConfig.of({"csv": csv}), robot_joints=None)
+    assert isinstance(points, JointLog)
+    np.testing.assert_array_equal(points.position_rad, commas.position_rad)
+
+
+def test_a_packed_table_between_blanks_that_is_cut_is_partial(tmp_path: Path) -> None:
+    numbers = np.column_stack([np.arange(20_000) / 100, np.random.default_rng(1).normal(size=(20_000, 2))])
+    np.savetxt(tmp_path / "whole.txt.gz", numbers)
+    path = tmp_path / "log.txt.gz"
+    path.write_bytes((tmp_path / "whole.txt.gz").read_bytes()[:-100_000])
+    log = read(path)
+    assert isinstance(log, JointLog)
+    assert "log-partial" in {finding.code for finding in log.findings}
+    np.testing.assert_array_equal(log.position_rad[:, 0], numbers[: log.time_s.size, 1])

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.config_table import ConfigTable
-from collaudit.core.config.describe import all_keys
 from collaudit.core.config.toml_lines import KeyPath, key_lines
 from collaudit.core.small_files import read_small
 
@@ -17,37 +16,39 @@ _MARK = "# GUESS:"
 
 def given_keys(loaded: LoadedConfig, folder: Path, paths: Mapping[str, str]) -> Iterator[tuple[str, object]]:
     """Dotted keys that a file or a flag set, with their values; files as they were given where that finds them."""
-    for key in all_keys():
-        if key.shape == "table":
-            continue
-        holder: object = loaded.config
-        for name in key.path[:-1]:
-            holder = getattr(holder, name, None)
-        if isinstance(holder, ConfigTable) and key.path[-1] in holder.given:
-            value = getattr(holder, key.path[-1])
-            if key.dotted in paths and isinstance(value, Path):
-                yield key.dotted, _placed(Path(paths[key.dotted]), Path(), folder)
-            else:
-                yield key.dotted, _plain(value, loaded.base_dir, folder)
+    for key, value in _given(loaded.config):
+        if key in paths:
+            yield key, _placed(Path(paths[key]), folder)
+        else:
+            yield key, _plain(loaded.urdf_path if key == "robot.urdf" else value, folder)
 
 
-def _placed(path: Path, base_dir: Path, folder: Path) -> str:
-    """A path from ``base_dir`` as a file in ``folder`` writes it: unchanged wherever that finds the same file."""
-    found = base_dir / path
-    if path.is_absolute() or found.resolve() == (folder / path).resolve():
+def _given(table: ConfigTable, front: str = "") -> Iterator[tuple[str, object]]:
+    """Keys of a table and of the tables in it, those that were given."""
+    for name in table.__struct_fields__:
+        value = getattr(table, name)
+        if isinstance(value, ConfigTable):
+            yield from _given(value, f"{front}{name}.")
+        elif name in table.given:
+            yield f"{front}{name}", value
+
+
+def _placed(path: Path, folder: Path) -> str:
+    """A path as a file in ``folder`` writes it: unchanged wherever that finds the same file."""
+    if path.is_absolute() or path.resolve() == (folder / path).resolve():
         return str(path)
-    return os.path.relpath(found, folder)
+    return os.path.relpath(path, folder)
 
 
-def _plain(value: object, base_dir: Path, folder: Path) -> object:
+def _plain(value: object, folder: Path) -> object:
     if isinstance(value, ConfigTable):
-        return value.plain_given()
+        return {name: _plain(inner, folder) for name, inner in _given(value)}
     if isinstance(value, Path):
-        return _placed(value, base_dir, folder)
+        return _placed(value, folder)
     if isinstance(value, list | tuple):
-        return [_plain(inner, base_dir, folder) for inner in value]
+        return [_plain(inner, folder) for inner in value]
     if isinstance(value, dict):
-        return {key: _plain(inner, base_dir, folder) for key, inner in value.items()}
+        return {key: _plain(inner, folder) for key, inner in value.items()}
     return value
 
 

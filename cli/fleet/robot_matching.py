@@ -26,8 +26,7 @@ def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
     if fleet.file is None:
         return dict(fleet.robots)
     there = load_config(fleet.file).config
-    strangers = there.given - {"fleet", "friction", "log"}
-    strangers |= {name for name in ("friction", "log") if getattr(there, name).given}
+    strangers = there.given - {"fleet"}
     if strangers or there.fleet.file is not None:
         raise ConfigError(
             "a fleet file holds [fleet.robots.NAME] tables and nothing else",

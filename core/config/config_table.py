@@ -6,7 +6,7 @@ Annotations of the tables are objects (no ``from __future__ import annotations``
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Self
 
@@ -49,13 +49,18 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """A table of the configuration: unknown keys are errors, and it remembers which keys were given."""
 
     @classmethod
-    def of(cls, data: Mapping[str, Any]) -> Self:
+    def of(cls, data: Mapping[str, Any], base_dir: Path = Path()) -> Self:
         """The table of decoded TOML.
+
+        Args:
+            data: its keys and values.
+            base_dir: folder that files start from; a ``Path`` in the table is found from the working folder, a
+                ``PurePath`` stays as it is written.
 
         Raises:
             msgspec.ValidationError: it does not fit; the first problem.
         """
-        table = msgspec.convert(data, cls, dec_hook=_path)
+        table = msgspec.convert(data, cls, dec_hook=partial(_path, base_dir))
         beyond = _out_of_range(data)
         if beyond is not None:
             raise msgspec.ValidationError(f"Expected a finite number - at `${beyond}`")
@@ -78,12 +83,8 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     def plain(self) -> dict[str, Any]:
         """The table as dictionaries, lists, text and numbers."""
-        values: dict[str, Any] = plain_values(self)
+        values: dict[str, Any] = msgspec.to_builtins(self, enc_hook=_builtin)
         return values
-
-    def plain_given(self) -> dict[str, Any]:
-        """As :meth:`plain`, of the keys that were given."""
-        return {name: _plain_given(getattr(self, name)) for name in self.__struct_fields__ if name in self.given}
 
     def check_kinds(self, *keys: str) -> None:
         """See that no list of these keys mixes text with numbers, or numbers with lists.
@@ -104,11 +105,6 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """With the keys that were given, which msgspec's own way leaves out."""
         values = tuple(getattr(self, name) for name in self.__struct_fields__)
         return _rebuilt, (type(self), values, self.__dict__.get("given"))
-
-
-def plain_values(value: object) -> Any:
-    """Tables, mappings and lists as dictionaries, lists, text and numbers."""
-    return msgspec.to_builtins(value, enc_hook=_builtin)
 
 
 def toml_values(value: Any) -> Any:
@@ -155,23 +151,9 @@ def _note_given(value: object, data: object) -> None:
             _note_given(item, inner)
 
 
-def _plain_given(value: object) -> Any:
-    if isinstance(value, ConfigTable):
-        return value.plain_given()
-    if isinstance(value, dict):
-        return {name: _plain_given(inner) for name, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain_given(inner) for inner in value]
-    return plain_values(value)
-
-
 def _builtin(value: object) -> str | float:
     """What msgspec leaves to us: file names, and numbers of NumPy."""
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, float):
-        return float(value)
-    raise TypeError(f"{type(value).__name__} has no place in a configuration")
+    return float(value) if isinstance(value, float) else str(value)
 
 
 @cache  # msgspec reads the annotations of the class each time it is asked
@@ -187,8 +169,8 @@ def _kind(item: object) -> type:
     return float if isinstance(item, int | float) else type(item)
 
 
-def _path(kind: type, value: object) -> Path:
+def _path(base_dir: Path, kind: type, value: object) -> PurePath:
     """File names, which msgspec leaves to us; it adds the place to the error."""
-    if kind is Path and isinstance(value, str | Path):
-        return Path(value)
+    if isinstance(value, str | PurePath):
+        return base_dir / value if kind is Path else PurePath(value)
     raise TypeError(f"Expected a file name, got {type(value).__name__}")

@@ -7,7 +7,7 @@ import types
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
@@ -22,6 +22,7 @@ _PLAIN = {
     str: "text",
     bool: "true or false",
     Path: "a file name",
+    PurePath: "a file name",
     date: "a date",
     float: "a number",
     int: "a whole number",

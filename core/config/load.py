@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from collaudit.core.config.config_table import toml_values
-from collaudit.core.config.schema import Config, FleetRobot
+from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_parsing import parse_toml
 from collaudit.core.errors import ConfigError
@@ -32,7 +32,7 @@ class LoadedConfig:
 
     Attributes:
         config: the validated configuration, flags applied.
-        base_dir: folder that relative paths in it start from.
+        base_dir: folder that the robot's description starts from; all other files are found from the working folder.
         sha256: hash of the effective configuration, defaults included; file paths enter as file names.
         path: the file, or None when there was none.
     """
@@ -87,36 +87,16 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
         _remove(data, rival)
     for dotted, value in changes.items():
         _override(data, dotted, value)
+    base_dir = path.parent if path else Path()
     try:
-        config = Config.of(data)
+        config = Config.of(data, base_dir)
     except msgspec.ValidationError as error:
         from collaudit.core.config.problems import Places, schema_problem
         from collaudit.core.config.toml_lines import key_lines
 
         places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
         raise schema_problem(error, data, places) from None
-    base_dir = path.parent if path else Path()
-    return LoadedConfig(_placed(config, base_dir), base_dir, config_sha256(config), path)
-
-
-def _placed(config: Config, base_dir: Path) -> Config:
-    """The configuration with its files and folders as they are found from the working folder."""
-    friction, log = config.friction, config.log
-    if friction.file is not None:
-        friction = friction.changed({"file": base_dir / friction.file})
-    if log.msg_path:
-        log = log.changed({"msg_path": [base_dir / folder for folder in log.msg_path]})
-    placed = config.changed({"friction": friction, "log": log})
-    if "fleet" in config.given:
-        file = None if config.fleet.file is None else base_dir / config.fleet.file
-        robots = {name: _placed_robot(robot, base_dir) for name, robot in config.fleet.robots.items()}
-        placed = placed.changed({"fleet": config.fleet.changed({"file": file, "robots": robots})})
-    return placed
-
-
-def _placed_robot(robot: FleetRobot, base_dir: Path) -> FleetRobot:
-    names = {"config": robot.config, "urdf": robot.urdf, "friction": robot.friction}
-    return robot.changed({name: base_dir / path for name, path in names.items() if path is not None})
+    return LoadedConfig(config, base_dir, config_sha256(config), path)
 
 
 def config_sha256(config: Config) -> str:

@@ -1,6 +1,6 @@
 """The configuration as frozen msgspec structs: every key, its unit, its default and what it means."""
 
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Annotated, Literal
 
 import msgspec
@@ -73,7 +73,7 @@ class ToolConfig(ConfigTable, frozen=True, kw_only=True):
 class RobotConfig(ConfigTable, frozen=True, kw_only=True):
     """The rigid-body model."""
 
-    urdf: Annotated[Path | None, about("URDF file, relative to this configuration; meshes are not needed.")] = None
+    urdf: Annotated[PurePath | None, about("URDF file, relative to this configuration; meshes are not needed.")] = None
     dh_convention: Annotated[
         Literal["standard", "modified"] | None, about("Convention of the `[[robot.dh]]` rows.")
     ] = None

@@ -1,6 +1,6 @@
 """[log]: topics, columns, units, names of a log."""
 
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Annotated, Literal
 
 from msgspec import Meta
@@ -38,7 +38,7 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     delimiter: Annotated[str, about("`auto`, or the character between cells.")] = "auto"
     decimal: Annotated[Literal["auto", ".", ","], about("Decimal mark.")] = "auto"
     header: Annotated[bool | Literal["auto"], about("Whether the first line holds column names.")] = "auto"
-    also: Annotated[list[Path], about("Further files with other quantities and the same time column.")] = []
+    also: Annotated[list[PurePath], about("Further files with other quantities and the same time column.")] = []
     labels: Annotated[
         list[str], about("Columns that are neither 0, false nor empty while a flag or a mark of a true event holds.")
     ] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import date, time
-from pathlib import Path
+from pathlib import PurePath
 
 
 def to_toml(value: object) -> str:
@@ -13,7 +13,7 @@ def to_toml(value: object) -> str:
     Raises:
         ValueError: TOML has no such value.
     """
-    if isinstance(value, str | Path):
+    if isinstance(value, str | PurePath):
         return f'"{_escaped(str(value))}"'
     if isinstance(value, bool):
         return str(value).lower()

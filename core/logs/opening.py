@@ -195,7 +195,7 @@ def misnamed(path: Path, error: LogError) -> LogError:
 def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
     """The further files of the configuration, beside the log when relative."""
     out = []
-    for extra in settings.also:
+    for extra in map(Path, settings.also):
         path = extra if extra.is_absolute() or extra.is_file() else paths[0].parent / extra
         if not path.is_file():
             raise LogError(f"the file {extra} of [log.csv] also does not exist", where=str(paths[0]))

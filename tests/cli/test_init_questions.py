@@ -100,6 +100,23 @@ def test_paths_stay_as_given(folder: Path, collaudit) -> None:
     assert tomllib.loads(Path("other/d.toml").read_text())["robot"]["urdf"] == "../arm.urdf"
 
 
+def test_paths_of_a_configuration_are_found_from_the_new_one(folder: Path, collaudit) -> None:  # type: ignore[no-untyped-def]
+    for name in ("sub/types", "other"):
+        Path(name).mkdir(parents=True)
+    urdf(Path("sub/arm.urdf"), ["a", "b"])
+    log(Path("x.csv"), "t,q1,q2,tau1,tau2")
+    log(Path("more.csv"), "t,w")
+    Path("sub/c.toml").write_text(
+        '[robot]\nurdf = "arm.urdf"\n[log]\nmsg_path = ["types"]\n[log.csv]\nalso = ["more.csv"]\n'
+        '[fleet.robots.r]\npaths = ["*"]\nconfig = "r.toml"\n'
+    )
+    collaudit("init", "x.csv", "-c", "sub/c.toml", "-o", "other/d.toml")
+    made = tomllib.loads(Path("other/d.toml").read_text())
+    assert made["robot"]["urdf"] == "../sub/arm.urdf"
+    assert (made["log"]["msg_path"], made["log"]["csv"]["also"]) == (["../sub/types"], ["more.csv"])
+    assert made["fleet"]["robots"]["r"]["config"] == "../sub/r.toml"
+
+
 def test_the_folder_s_configuration_is_used_and_said(folder: Path, collaudit) -> None:
     log(Path("x.csv"), "t,q1,q2,q3,tau1,tau2,tau3")
     assert collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "collaudit.toml").code in (0, 3)

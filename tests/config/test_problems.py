@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from collaudit.core.config import parse_config
-from collaudit.core.config.config_table import plain_values
 from collaudit.core.config.schema import Config, CsvConfig, PhasesConfig, RobotConfig, UnitsConfig
 from collaudit.core.errors import ConfigError
 
@@ -73,10 +72,6 @@ def test_what_was_given_is_remembered() -> None:
     assert changed.given == {"log", "robot", "detect"}
     assert (changed.detect.n, changed.detect.given, changed.log.units.given) == (4, {"n"}, {"effort"})
     assert config.detect.n is None, "the first stays as it was"
-    assert config.plain_given() == {
-        "log": {"units": {"effort": "Nm"}},
-        "robot": {"dh": [{"d": 1.0}], "dh_convention": "standard"},
-    }
 
 
 def test_what_is_made_in_code_was_given_where_it_differs() -> None:
@@ -115,5 +110,3 @@ def test_numbers_of_numpy_are_numbers_from_code() -> None:
     with pytest.raises(ConfigError) as caught:
         parse_config("", None, {"robot.urdf": b"x"})
     assert "found:    b'x'" in caught.value.render()
-    with pytest.raises(TypeError, match="no place in a configuration"):
-        plain_values({"a": object()})

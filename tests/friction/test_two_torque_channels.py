@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from arms import dh_robot, dh_row
+from given_values import given_values
 from origins import log_source
 from three_joints import sines
 
@@ -95,7 +96,7 @@ def test_a_table_states_its_second_torque(tmp_path: Path) -> None:
     columns = np.column_stack([m["t"], m["q"], m["v"], m["effort"], m["link"]])
     heads = ["t", *(f"{k}{i}" for k in ("q", "dq", "i_nm", "tau_sensor") for i in (1, 2))]
     np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header=",".join(heads), comments="", fmt="%.7g")
-    robot = config_of(1.5).robot.plain_given()
+    robot = given_values(config_of(1.5).robot)
     rows = "".join(
         "[[robot.dh]]\n" + "".join(f"{k} = {list(v) if isinstance(v, tuple) else v}\n" for k, v in row.items())
         for row in robot["dh"]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import dh_robot, dh_row
+from given_values import given_values
 from origins import NOBODY, log_source
 
 from collaudit.core.audit import audit_log
@@ -255,7 +256,7 @@ def heated_log(first_c: float, rise_c: float) -> JointLog:
 @pytest.fixture(scope="module")
 def warmed() -> tuple[Config, FrictionFile]:
     fixed = {"friction_level": "fixed", "gamma_nm": 4.0, "watch": list(NAMES)}
-    keys = {**settings().plain_given(), "fit": {"motion": "any"}, "detect": fixed}
+    keys = {**given_values(settings()), "fit": {"motion": "any"}, "detect": fixed}
     config = Config.of(keys)
     return config, fit_logs([prepared(heated_log(25.0, 10.0), config)], config, NOBODY)
 

@@ -14,6 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from given_values import given_values
 from pyarrow import feather
 from scipy.io import savemat
 
@@ -110,7 +111,7 @@ def test_the_same_numbers_are_the_same_log(writer: Any, tmp_path: Path) -> None:
     guess = guess_csv_columns((path,))
     assert guess is not None
     assert (guess.csv.time, guess.csv.position, guess.csv.effort) == ("t", "q{i}", "tau{i}")
-    again = read(path, csv=guess.csv.plain_given())
+    again = read(path, csv=given_values(guess.csv))
     np.testing.assert_array_equal(again.effort, log.effort)
 
 

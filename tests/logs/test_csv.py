@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import zstandard
+from given_values import given_values
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
@@ -262,7 +263,7 @@ def test_a_guess_can_be_written_down_and_read_without_guessing(tmp_path: Path) -
     config, joints = guess.csv, guess.joints
     assert joints == ("joint1", "joint2")
     assert (config.position, config.effort, config.delimiter, config.decimal) == ("q{i}", "tau{i}", ";", ",")
-    log = read(path, {**NM, "csv": config.plain_given()})
+    log = read(path, {**NM, "csv": given_values(config)})
     check(log)
     assert log.findings == ()
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 from collaudit.core.api import Progress
-from collaudit.core.data.audit_result import Audit, FrictionFile
-from collaudit.fixtures.compare import CurveCheck, EventCheck, check_events, check_friction, read_truth
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.fixtures.compare import PushCheck, check_events, check_friction, read_truth
 from collaudit.fixtures.simulation import SimulatedFiles, simulate_to
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 
@@ -20,41 +21,27 @@ _RUNS = {"A": "polish-const", "B": "polish-sine"}
 
 
 @dataclass(frozen=True, slots=True)
-class DemoRun:
-    """A polishing run: its name in the paper, its audit, and what the truth says to it."""
-
-    name: str
-    audit: Audit
-    events: EventCheck
-
-    @property
-    def right(self) -> bool:
-        """All pushes found and nothing else."""
-        return not self.events.false_alarms and all(push.found is not None for push in self.events.pushes)
-
-
-@dataclass(frozen=True, slots=True)
 class Demo:
-    """What the demonstration found.
+    """What the demonstration found beside what is true.
 
     Attributes:
-        friction: as identified.
-        true_parameters: joint to parameter to true value.
-        curves: fitted curves against the true ones.
-        runs: both polishing runs.
+        friction: every parameter.
+        pushes: of both polishing runs.
+        residual: of each polishing run, away from collisions.
         report: the page.
     """
 
-    friction: FrictionFile
-    true_parameters: dict[str, dict[str, float]]
-    curves: tuple[CurveCheck, ...]
-    runs: tuple[DemoRun, ...]
+    friction: list[TruthRow]
+    pushes: list[PushRow]
+    residual: list[LevelRow]
     report: Path
 
     @property
     def right(self) -> bool:
         """All pushes found, no false alarm."""
-        return all(run.right for run in self.runs)
+        return all(push.joint is not None for push in self.pushes) and not any(
+            run.false_alarms for run in self.residual
+        )
 
 
 def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
@@ -93,46 +80,37 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     write_friction(out / "friction.json", friction)
     truth = read_truth(files["friction"].truth)
     progress(1, steps)
-    runs = []
+    audits, pushes, levels = [], [], []
     for name in _RUNS:
         overrides = {"friction.file": str((out / "friction.json").absolute()), "detect.watch": [WATCHED]}
         audit, used = audit_files(files[name].log, load_config(files[name].config, overrides))
         write_run(out / f"run-{name}", audit, used)
-        runs.append(DemoRun(name, audit, check_events(audit, read_truth(files[name].truth))))
-        progress(len(runs) + 1, steps)
+        events = check_events(audit, read_truth(files[name].truth))
+        audits.append(audit)
+        pushes += [_push_row(name, push) for push in events.pushes]
+        clean_nm = audit.result.residual[WATCHED].clean_mean_abs_nm
+        levels.append(LevelRow(name, WATCHED, clean_nm, len(events.false_alarms)))
+        progress(len(audits) + 1, steps)
     report = out / "report.html"
-    write_html(report, [run.audit for run in runs])
+    write_html(report, audits)
     progress(steps, steps)
-    true = {joint: facts["parameters"] for joint, facts in truth["friction"].items()}
-    return Demo(friction, true, check_friction(friction.joints, truth), tuple(runs), report)
+    return Demo(_truth_rows(friction, truth), pushes, levels, report)
 
 
-def parameter_checks(demo: Demo) -> list[TruthRow]:
+def _truth_rows(friction: FrictionFile, truth: Mapping[str, Any]) -> list[TruthRow]:
     """Every friction parameter beside its truth."""
-    checks = []
-    for curve in demo.curves:
-        fit = demo.friction.joints[curve.joint]
-        for name, true in demo.true_parameters[curve.joint].items():
+    rows = []
+    for curve in check_friction(friction.joints, truth):
+        fit = friction.joints[curve.joint]
+        for name, true in truth["friction"][curve.joint]["parameters"].items():
             bounds, inside = fit.ci95.get(name) or (), curve.inside.get(name)
-            checks.append(TruthRow(curve.joint, name, true, fit.parameters.get(name), bounds, inside))
-    return checks
+            rows.append(TruthRow(curve.joint, name, true, fit.parameters.get(name), bounds, inside))
+    return rows
 
 
-def push_checks(runs: Sequence[DemoRun]) -> list[PushRow]:
-    """Every push beside its alarm."""
-    checks = []
-    for run in runs:
-        for push in run.events.pushes:
-            alarm = push.found
-            delay = None if push.delay_s is None or push.lag_s is None else push.delay_s + push.lag_s
-            joint, peak = (None, None) if alarm is None else (alarm.joint, alarm.peak_nm)
-            checks.append(PushRow(run.name, push.link, push.onset_s, joint, push.delay_s, delay, peak))
-    return checks
-
-
-def level_checks(runs: Sequence[DemoRun]) -> list[LevelRow]:
-    """The residual of every run away from collisions."""
-    return [
-        LevelRow(run.name, WATCHED, run.audit.result.residual[WATCHED].clean_mean_abs_nm, len(run.events.false_alarms))
-        for run in runs
-    ]
+def _push_row(run: str, push: PushCheck) -> PushRow:
+    """A push beside its alarm."""
+    alarm = push.found
+    delay = None if push.delay_s is None or push.lag_s is None else push.delay_s + push.lag_s
+    joint, peak = (None, None) if alarm is None else (alarm.joint, alarm.peak_nm)
+    return PushRow(run, push.link, push.onset_s, joint, push.delay_s, delay, peak)

@@ -34,7 +34,7 @@ def command(output: Path, seed: int, as_json: bool) -> int:
 
     Exit code 0 when every push was found and nothing else; 1 otherwise.
     """
-    from collaudit.cli.demonstration import evaluate, level_checks, parameter_checks, push_checks, simulate_all
+    from collaudit.cli.demonstration import evaluate, simulate_all
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.terminal.demo_text import demo_text
@@ -46,12 +46,11 @@ def command(output: Path, seed: int, as_json: bool) -> int:
     files = simulate_all(output, seed)
     with progress("auditing") as report:
         demo = evaluate(files, output, report)
-    checks = parameter_checks(demo), push_checks(demo.runs), level_checks(demo.runs)
     if as_json:
-        names = ("friction", "pushes", "residual")
         content = {"schema": DEMO_SCHEMA, "report": str(demo.report), "right": demo.right}
-        say_json(json_text({**content, **dict(zip(names, checks, strict=True))}, indent=2))
+        rows = {"friction": demo.friction, "pushes": demo.pushes, "residual": demo.residual}
+        say_json(json_text({**content, **rows}, indent=2))
     else:
-        say(demo_text(*checks, terminal_width()), nl=False)
+        say(demo_text(demo.friction, demo.pushes, demo.residual, terminal_width()), nl=False)
         say(f"Report: {demo.report}")
     return EXIT_PASS if demo.right else EXIT_FAIL

@@ -56,8 +56,8 @@ class Provenance:
     logs: dict[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class FrictionFile:
+@dataclass(frozen=True, slots=True, repr=False)
+class FrictionFile(shown.Showing):
     """``friction.json``.
 
     ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
@@ -98,9 +98,6 @@ class FrictionFile:
             for name, fit in self.joints.items()
         ]
         return f"Friction of {len(self.joints)} joints, from {', '.join(self.provenance.logs) or 'no log'}", rows
-
-    __repr__ = shown.text
-    _repr_html_ = shown.html
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,8 +308,8 @@ class PolicyLimits:
     min_coverage: float
 
 
-@dataclass(frozen=True, slots=True)
-class AuditResult:
+@dataclass(frozen=True, slots=True, repr=False)
+class AuditResult(shown.Showing):
     """``audit.json``: everything one audit of one log found.
 
     Attributes:
@@ -370,12 +367,9 @@ class AuditResult:
         title = f"{verdict}: {log.name}, {log.duration_s:.4g} s, recorded {log.start or 'at an unknown time'}"
         return title, [(term, value) for term, value in rows if value]
 
-    __repr__ = shown.text
-    _repr_html_ = shown.html
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Audit:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Audit(shown.Showing):
     """One audited log: the result, the sample-by-sample evidence behind it, and the study of its rule where one is."""
 
     result: AuditResult
@@ -385,6 +379,3 @@ class Audit:
     def outline(self) -> shown.Shown:
         """As its result."""
         return self.result.outline()
-
-    __repr__ = shown.text
-    _repr_html_ = shown.html

@@ -84,8 +84,8 @@ class Annotation:
     joint: str | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JointLog:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class JointLog(shown.Showing):
     """Joint signals as recorded, in SI units, columns in ``joint_names`` order.
 
     Units, signs and torque constants from the configuration are already applied; stamps are as
@@ -149,6 +149,3 @@ class JointLog:
             ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"{self.source.name} ({self.source.format}), {span_s:.4g} s", [row for row in rows if row[1]]
-
-    __repr__ = shown.text
-    _repr_html_ = shown.html

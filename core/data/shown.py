@@ -1,15 +1,10 @@
-"""How results show themselves at a prompt and in a notebook: a title and a few rows, never all of their numbers.
-
-A class with a method ``outline`` takes :func:`text` as its ``__repr__`` and :func:`html` as its ``_repr_html_``, which
-IPython asks for.
-"""
+"""How results show themselves at a prompt and in a notebook: a title and a few rows, never all of their numbers."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Protocol
 
 #: Columns of a screen, letters of one row's value, and rows: more would not fit a screen of 24 lines.
 _WIDTH, _LONGEST, _ROWS = 100, 280, 12
@@ -18,32 +13,34 @@ _WIDTH, _LONGEST, _ROWS = 100, 280, 12
 Shown = tuple[str, Sequence[tuple[str, str]]]
 
 
-class Showing(Protocol):
-    """What says in short what it is."""
+class Showing:
+    """A result that says in short what it is, at a prompt and to IPython, which asks for HTML."""
+
+    __slots__ = ()
 
     def outline(self) -> Shown:
         """Title, and terms with values."""
+        raise NotImplementedError
 
+    def __repr__(self) -> str:
+        """A screen of text at most."""
+        title, rows = self.outline()
+        wide = max((len(term) for term, _ in rows), default=0)
+        lines = [textwrap.shorten(title, _WIDTH, placeholder=" …")]
+        for term, value in rows[:_ROWS]:
+            kept = textwrap.shorten(value, _LONGEST, placeholder=" …")
+            head, under = f"  {term:{wide}}  ", " " * (wide + 4)
+            lines += textwrap.wrap(kept, _WIDTH, initial_indent=head, subsequent_indent=under)
+        return "\n".join(lines[:24])
 
-def text(self: Showing) -> str:
-    """A screen of text at most."""
-    title, rows = self.outline()
-    wide = max((len(term) for term, _ in rows), default=0)
-    lines = [textwrap.shorten(title, _WIDTH, placeholder=" …")]
-    for term, value in rows[:_ROWS]:
-        kept = textwrap.shorten(value, _LONGEST, placeholder=" …")
-        lines += textwrap.wrap(kept, _WIDTH, initial_indent=f"  {term:{wide}}  ", subsequent_indent=" " * (wide + 4))
-    return "\n".join(lines[:24])
-
-
-def html(self: Showing) -> str:
-    """The same as a table, with every text escaped."""
-    title, rows = self.outline()
-    cells = "".join(
-        f'<tr><th style="text-align:left">{escape(term)}</th><td style="text-align:left">{escape(value)}</td></tr>'
-        for term, value in rows
-    )
-    return f"<strong>{escape(title)}</strong><table>{cells}</table>"
+    def _repr_html_(self) -> str:
+        """The same as a table, with every text escaped."""
+        title, rows = self.outline()
+        cells = "".join(
+            f'<tr><th style="text-align:left">{escape(term)}</th><td style="text-align:left">{escape(value)}</td></tr>'
+            for term, value in rows
+        )
+        return f"<strong>{escape(title)}</strong><table>{cells}</table>"
 
 
 def first(values: Iterable[str], count: int = 3) -> str:

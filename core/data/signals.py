@@ -66,8 +66,8 @@ _TEXT = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Signals:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Signals(shown.Showing):
     """Time series of one audit, on the uniform time base.
 
     Attributes:
@@ -103,6 +103,3 @@ class Signals:
         shares = np.mean(self.state == State.JUDGED, axis=0)
         rows = [(name, f"judged {100 * s:.3g} %") for name, s in zip(self.joint_names, shares, strict=True)]
         return f"Signals of {len(self.joint_names)} joints, {len(self.time_s)} samples", rows
-
-    __repr__ = shown.text
-    _repr_html_ = shown.html

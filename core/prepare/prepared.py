@@ -47,8 +47,8 @@ class ConditionedLog:
     load_nm: FloatArray | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Prepared:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Prepared(shown.Showing):
     """One log, ready to be fitted or judged.
 
     Attributes:
@@ -174,9 +174,6 @@ class Prepared:
             ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"Prepared log, {len(time_s)} samples from {time_s[0]:.4g} to {time_s[-1]:.4g} s", rows
-
-    __repr__ = shown.text
-    _repr_html_ = shown.html
 
 
 def _segments_in(spans: Sequence[Span], segments: Sequence[Span]) -> list[Span]:

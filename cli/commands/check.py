@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 import click
@@ -43,9 +44,9 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 
 def _check(path: Path) -> None:
     from collaudit.cli.fleet.log_settings import LogSettings
-    from collaudit.cli.fleet.night_policy import NightPolicy
     from collaudit.cli.fleet.robot_matching import fleet_robots
     from collaudit.core.config import load_config
+    from collaudit.core.policy.waiver_use import WaiverBook
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)
@@ -56,5 +57,5 @@ def _check(path: Path) -> None:
             raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))
         if settings.friction_path is not None:
             read_friction(settings.friction_path)
-    expired = NightPolicy(loaded.config.policy, None).decide((), ()).file.findings
-    print_findings([finding for finding in expired if finding.severity == "warning"], err=True)
+    waivers = WaiverBook(loaded.config.policy.waivers, datetime.now(UTC).date()).findings()
+    print_findings([finding for finding in waivers if finding.severity == "warning"], err=True)

@@ -5,19 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from collaudit.cli.fleet.name_patterns import matches
 from collaudit.core.config import LoadedConfig, config_sha256, load_config
 from collaudit.core.config.schema import FleetConfig, FleetRobot, PolicyConfig
 from collaudit.core.errors import ConfigError
+from collaudit.core.policy.name_patterns import concerns
 
-_OVERRIDDEN = (
-    "max_collisions",
-    "max_near_misses_per_hour",
-    "max_residual_rms_nm",
-    "max_friction_change",
-    "min_observable_s",
-    "max_fit_age_days",
-)
+#: Keys of an override that are no limits: which logs it means, and what is merged.
+_OF_OVERRIDE = {"robots", "logs", "levels", "findings"}
 
 
 class LogSettings:
@@ -66,13 +60,10 @@ def policy_of(policy: PolicyConfig, place: str, robot: str | None) -> PolicyConf
     changes: dict[str, object] = {"overrides": [], "waivers": []}
     levels, findings = dict(policy.levels), dict(policy.findings)
     for override in policy.overrides:
-        if override.robots and (robot is None or not matches(robot, override.robots)):
-            continue
-        if override.logs and not matches(place, override.logs):
-            continue
-        changes |= {name: value for name in _OVERRIDDEN if (value := getattr(override, name)) is not None}
-        levels |= override.levels
-        findings |= override.findings
+        if concerns(override, place, robot):
+            changes |= {name: getattr(override, name) for name in override.given - _OF_OVERRIDE}
+            levels |= override.levels
+            findings |= override.findings
     return policy.changed({**changes, "levels": levels, "findings": findings})
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from collaudit.cli.batch.audit_one import Outcome
 from collaudit.cli.batch.log_jobs import LogJob
-from collaudit.cli.fleet.name_patterns import matches
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
@@ -98,7 +97,7 @@ class NightPolicy:
         return replace(entry, verdict=decision.verdict, reasons=decision.reasons, new_contacts=count)
 
     def _fresh(self) -> WaiverBook:
-        return WaiverBook(self._policy.waivers, self._as_of, matches)
+        return WaiverBook(self._policy.waivers, self._as_of)
 
     def _decision(self, job: LogJob, outcome: Outcome, night: NightOfRobot) -> LogDecision:
         entry, place = outcome.entry, job.url or job.files[0].as_posix()

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
 from itertools import combinations
 
-from collaudit.cli.fleet.name_patterns import matches
 from collaudit.cli.fleet.stated_serials import stated_serials
 from collaudit.core.api import LogFiles, describe
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.logs.log_summary import LogSummary
+from collaudit.core.policy.name_patterns import matches
 
 
 def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:

@@ -8,45 +8,68 @@ from msgspec import Meta
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, about
 from collaudit.core.findings import CODES
 
-#: Keys that only the decision over finished audits reads: no result of a single log depends on them.
-OF_DECISION = (
-    "max_residual_rms_nm",
-    "max_friction_change",
-    "min_observable_s",
-    "max_fit_age_days",
-    "levels",
-    "findings",
-    "overrides",
-    "waivers",
-)
 Level = Literal["off", "warn", "error"]
 #: Rules of the policy that have a level; findings have one by their code.
 RuleName = Literal["contacts", "near_misses", "residual", "friction_change", "observable_time", "fit_age"]
 
 
-def _check_codes(levels: dict[str, Level]) -> None:
-    for code in levels:
-        if code not in CODES:
-            raise KeyedError("findings", f"{code!r} is no finding's code: docs/findings.md lists them")
+class DecisionLimits(ConfigTable, frozen=True, kw_only=True):
+    """Limits and levels of the decision over finished audits, for all logs or for some."""
+
+    max_residual_rms_nm: Annotated[
+        Positive | dict[str, Positive] | None,
+        about("`audit` fails if a joint's judged residual has a larger RMS, N·m; one number, or by joint."),
+    ] = None
+    max_friction_change: Annotated[
+        Positive | None,
+        about(
+            "`audit --baseline` fails if a joint's friction differs from the baseline's by more than this "
+            "share, beyond the uncertainty of both."
+        ),
+    ] = None
+    min_observable_s: Annotated[
+        NonNegative | None,
+        about(
+            "Least time, at rest included, in which the force of `observable_n` would have alarmed at each place, and "
+            "each torque of `observable_nm`, s; `audit` does not judge a log with less."
+        ),
+    ] = None
+    max_fit_age_days: Annotated[
+        Positive | None,
+        about(
+            "`audit` fails if friction was fitted on logs recorded longer than this before the log, days. A "
+            "log or a fit without a date is not judged."
+        ),
+    ] = None
+    levels: Annotated[
+        dict[RuleName, Level],
+        about(
+            'What a breach of a rule does in `audit`: "error" (default) breaks the policy, "warn" is listed '
+            'and breaks nothing, "off" is not looked at.'
+        ),
+    ] = {}
+    findings: Annotated[
+        dict[str, Level],
+        about(
+            "What a finding of a code does in `audit` beside its own effect: the same levels; off when absent. "
+            "No level takes away that a finding forbids judging."
+        ),
+    ] = {}
+
+    def __post_init__(self) -> None:
+        """Findings that there are."""
+        for code in self.findings:
+            if code not in CODES:
+                raise KeyedError("findings", f"{code!r} is no finding's code: docs/findings.md lists them")
 
 
-class PolicyOverride(ConfigTable, frozen=True, kw_only=True):
+class PolicyOverride(DecisionLimits, frozen=True, kw_only=True):
     """Limits and levels that differ for some robots or logs; keys that are absent stay as they are."""
 
     robots: Annotated[list[str], about("Patterns of robots' names in `[fleet]`; every one when absent.")] = []
     logs: Annotated[list[str], about("Patterns of logs' paths, as in `[fleet.robots]`; every one when absent.")] = []
     max_collisions: Annotated[Annotated[int, Meta(ge=0)] | None, about("As in `[policy]`.")] = None
     max_near_misses_per_hour: Annotated[NonNegative | None, about("As in `[policy]`.")] = None
-    max_residual_rms_nm: Annotated[Positive | dict[str, Positive] | None, about("As in `[policy]`.")] = None
-    max_friction_change: Annotated[Positive | None, about("As in `[policy]`.")] = None
-    min_observable_s: Annotated[NonNegative | None, about("As in `[policy]`.")] = None
-    max_fit_age_days: Annotated[Positive | None, about("As in `[policy]`.")] = None
-    levels: Annotated[dict[RuleName, Level], about("As in `[policy]`; merged with those.")] = {}
-    findings: Annotated[dict[str, Level], about("As in `[policy]`; merged with those.")] = {}
-
-    def __post_init__(self) -> None:
-        """Findings that there are."""
-        _check_codes(self.findings)
 
 
 class Waiver(ConfigTable, frozen=True, kw_only=True):
@@ -76,7 +99,7 @@ class Waiver(ConfigTable, frozen=True, kw_only=True):
             raise ValueError("a waiver of contacts needs up_to: how many contacts of a log it covers")
 
 
-class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
+class PolicyConfig(DecisionLimits, frozen=True, kw_only=True):
     """What makes an audit fail, and what makes it unable to judge."""
 
     max_collisions: Annotated[
@@ -148,52 +171,17 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
             "with less the log is not judged."
         ),
     ] = 0.8
-    max_residual_rms_nm: Annotated[
-        Positive | dict[str, Positive] | None,
-        about("`audit` fails if a joint's judged residual has a larger RMS, N·m; one number, or by joint."),
-    ] = None
-    max_friction_change: Annotated[
-        Positive | None,
-        about(
-            "`audit --baseline` fails if a joint's friction differs from the baseline's by more than this "
-            "share, beyond the uncertainty of both."
-        ),
-    ] = None
-    min_observable_s: Annotated[
-        NonNegative | None,
-        about(
-            "Least time, at rest included, in which the force of `observable_n` would have alarmed at each place, and "
-            "each torque of `observable_nm`, s; `audit` does not judge a log with less."
-        ),
-    ] = None
-    max_fit_age_days: Annotated[
-        Positive | None,
-        about(
-            "`audit` fails if friction was fitted on logs recorded longer than this before the log, days. A "
-            "log or a fit without a date is not judged."
-        ),
-    ] = None
-    levels: Annotated[
-        dict[RuleName, Level],
-        about(
-            'What a breach of a rule does in `audit`: "error" (default) breaks the policy, "warn" is listed '
-            'and breaks nothing, "off" is not looked at.'
-        ),
-    ] = {}
-    findings: Annotated[
-        dict[str, Level],
-        about(
-            "What a finding of a code does in `audit` beside its own effect: the same levels; off when absent. "
-            "No level takes away that a finding forbids judging."
-        ),
-    ] = {}
     overrides: Annotated[
-        list[PolicyOverride], about("Where limits or levels differ in `audit`; later ones win over earlier ones.")
+        list[PolicyOverride],
+        about(
+            "Where limits or levels differ in `audit`; later ones win over earlier ones, and levels are merged with "
+            "those of `[policy]`."
+        ),
     ] = []
     waivers: Annotated[
         list[Waiver], about("Breaches that `audit` accepts until a day. What was not judged stays not judged.")
     ] = []
 
-    def __post_init__(self) -> None:
-        """Findings that there are."""
-        _check_codes(self.findings)
+
+#: Keys that only the decision over finished audits reads: no result of a single log depends on them.
+OF_DECISION = (*DecisionLimits.__struct_fields__, "overrides", "waivers")

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
 
 from collaudit.core.config.schema import Waiver
 from collaudit.core.data.policy_result import RuleOutcome
 from collaudit.core.findings import Finding
-
-#: Whether a text (path, name) is meant by patterns.
-Matcher = Callable[[str, Sequence[str]], bool]
+from collaudit.core.policy.name_patterns import concerns
 
 
 class WaiverBook:
     """The waivers of an audit; it remembers which were needed."""
 
-    def __init__(self, waivers: Sequence[Waiver], today: date, matches: Matcher) -> None:
+    def __init__(self, waivers: Sequence[Waiver], today: date) -> None:
         self._waivers = tuple(waivers)
         self._today = today
-        self._matches = matches
         self._needed: set[int] = set()
 
     def applied(self, outcome: RuleOutcome, place: str, robot: str | None) -> RuleOutcome:
@@ -64,10 +61,6 @@ class WaiverBook:
         return found
 
     def _means(self, waiver: Waiver, outcome: RuleOutcome, place: str, robot: str | None) -> bool:
-        if waiver.rule != outcome.rule:
-            return False
-        if waiver.robots and (robot is None or not self._matches(robot, waiver.robots)):
-            return False
-        if waiver.logs and not self._matches(place, waiver.logs):
+        if waiver.rule != outcome.rule or not concerns(waiver, place, robot):
             return False
         return not waiver.joints or (bool(outcome.joints) and set(outcome.joints) <= set(waiver.joints))

@@ -57,31 +57,9 @@ class NightSeries:
 
 
 @dataclass(frozen=True, slots=True)
-class FrictionLevel:
-    """Friction of a joint in one log: level and its standard error (N·m) at a speed (rad/s).
+class Reading:
+    """One quantity of a joint in one log, or over the logs of a night; fields are those of :class:`NightSeries`."""
 
-    ``basis`` is the hash of the friction file it was judged with (``own``: fitted on the log itself), ``basis_se`` the
-    error of that law, which logs judged with it have in common.
-    """
-
-    value: float
-    se: float
-    speed: float
-    basis: str
-    basis_se: float
-
-
-def friction_level(record: LogRecord, item: JointRecord) -> FrictionLevel | None:
-    """Friction of a joint in one log, None where the log does not tell."""
-    speed = item.law_speed_rad_s
-    read = None if speed is None else _reading(record, item, "friction", speed)
-    if read is None or speed is None:
-        return None
-    return FrictionLevel(read.value, read.se, speed, read.basis, read.basis_se)
-
-
-@dataclass(frozen=True, slots=True)
-class _Reading:
     night: str
     value: float
     se: float
@@ -102,7 +80,7 @@ def joint_series(records: Sequence[LogRecord], joint: str, quantity: Quantity) -
     readings = []
     for record in records:
         for item in record.joints:
-            if item.joint == joint and (read := _reading(record, item, quantity, speed)) is not None:
+            if item.joint == joint and (read := reading_of(record, item, quantity, speed)) is not None:
                 readings.append(read)
     nights = sorted({reading.night for reading in readings})
     rows = [_night([r for r in readings if r.night == night]) for night in nights]
@@ -130,7 +108,8 @@ def _speed(records: Sequence[LogRecord], joint: str) -> tuple[float | None, int]
     return speed, speeds.total() - count
 
 
-def _reading(record: LogRecord, item: JointRecord, quantity: Quantity, speed: float | None) -> _Reading | None:
+def reading_of(record: LogRecord, item: JointRecord, quantity: Quantity, speed: float | None) -> Reading | None:
+    """One quantity of a joint in one log, of friction at one speed (rad/s); None where the log does not tell it."""
     found: tuple[float | None, float | None]
     basis = record.friction_sha256 or "own"
     basis_se = 0.0
@@ -159,10 +138,10 @@ def _reading(record: LogRecord, item: JointRecord, quantity: Quantity, speed: fl
             assert_never(quantity)
     if found[0] is None:
         return None
-    return _Reading(record.night, found[0], found[1] or 0.0, item.temperature_c, basis, basis_se)
+    return Reading(record.night, found[0], found[1] or 0.0, item.temperature_c, basis, basis_se)
 
 
-def _night(readings: Sequence[_Reading]) -> _Reading:
+def _night(readings: Sequence[Reading]) -> Reading:
     """The logs of one night as one value: weighted by their errors, or by their scatter where that is larger."""
     value = np.array([r.value for r in readings])
     se = np.array([r.se for r in readings])
@@ -174,4 +153,4 @@ def _night(readings: Sequence[_Reading]) -> _Reading:
     known = [r.temperature_c for r in readings if r.temperature_c is not None]
     warm = float(np.mean(known)) if known else None
     basis = "own" if any(r.basis == "own" for r in readings) else max(r.basis for r in readings)
-    return _Reading(readings[0].night, mean, own, warm, basis, max(r.basis_se for r in readings))
+    return Reading(readings[0].night, mean, own, warm, basis, max(r.basis_se for r in readings))

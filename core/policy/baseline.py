@@ -14,6 +14,8 @@ from scipy.special import bdtrc as binomial_tail
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.history.joint_series import Reading
+from collaudit.core.history.log_record import LogRecord
 
 #: Two contacts of one log are the same where they overlap with so much room, and share a joint.
 _ROOM_S = 0.1
@@ -39,6 +41,8 @@ class BaselineLog:
         rms_nm: RMS of the judged residual by joint, N·m.
         friction: fits by joint.
         findings: codes and joints of its findings.
+        night: of a store: the night that the log counts to.
+        levels: of a store: friction by joint and speed, rad/s.
     """
 
     robot: str | None
@@ -51,18 +55,34 @@ class BaselineLog:
     rms_nm: dict[str, float] = field(default_factory=dict)
     friction: dict[str, FrictionFit] = field(default_factory=dict)
     findings: frozenset[tuple[str, str | None]] = frozenset()
+    night: str = ""
+    levels: dict[tuple[str, float | None], Reading] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """The logs of a baseline, and what it is called."""
+    """The logs of a baseline, what it is called, and whether it is the history of a store."""
 
     name: str
     logs: tuple[BaselineLog, ...]
+    of_nights: bool = False
 
-    def of(self, robot: str | None) -> tuple[BaselineLog, ...]:
-        """The judged logs of one robot."""
-        return tuple(log for log in self.logs if log.robot == robot and log.judged)
+    def before(self, robot: str | None, tonight: LogRecord | None) -> tuple[BaselineLog, ...]:
+        """What a log is compared with: the judged logs of its robot.
+
+        Of a store those in nights before its own, each once, by its latest record: judged again, it does not meet
+        itself.
+
+        Args:
+            robot: whose log it is.
+            tonight: record of the log, for a store.
+        """
+        if not self.of_nights:
+            return tuple(log for log in self.logs if log.robot == robot and log.judged)
+        if tonight is None:
+            return ()
+        own = [log for log in self.logs if log.robot == tonight.robot and log.judged and log.night < tonight.night]
+        return tuple({log.sha256: log for log in sorted(own, key=lambda log: log.night)}.values())
 
 
 def new_contacts(contacts: Sequence[ContactSpan], sha256: str, logs: Sequence[BaselineLog]) -> int | None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from collaudit.core.history.joint_series import FrictionLevel, friction_level
-from collaudit.core.history.log_record import LogRecord
+from scipy.special import stdtrit as student_quantile
+
+from collaudit.core.history.joint_series import reading_of
+from collaudit.core.history.log_record import JointRecord, LogRecord
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.policy.baseline import Baseline, BaselineLog
 from collaudit.core.policy.friction_change import FrictionChange
@@ -18,35 +19,14 @@ _FIRST_LOGS = 10
 _LEAST_LOGS = 3
 
 
-@dataclass(frozen=True, slots=True)
-class NightlyLog(BaselineLog):
-    """A log of a store: besides, its night and the friction level of each joint."""
-
-    night: str = ""
-    levels: tuple[tuple[str, FrictionLevel], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class HistoryBaseline(Baseline):
-    """A store's history. A log is compared with nights before its own: judged again, it does not meet itself."""
-
-    def before(self, tonight: LogRecord) -> tuple[BaselineLog, ...]:
-        """Judged logs of the same robot in earlier nights, each once, by its latest record."""
-        earlier = [
-            log for log in self.logs
-            if isinstance(log, NightlyLog) and log.robot == tonight.robot and log.judged and log.night < tonight.night
-        ]  # fmt: skip
-        return tuple({log.sha256: log for log in sorted(earlier, key=lambda log: log.night)}.values())
-
-
-def baseline_of_records(name: str, records: Sequence[LogRecord]) -> HistoryBaseline:
+def baseline_of_records(name: str, records: Sequence[LogRecord]) -> Baseline:
     """A baseline of all records of a store, those of one log in the order in which they were added."""
-    return HistoryBaseline(name, tuple(_log(record) for record in records if record.log_sha256))
+    return Baseline(name, tuple(_log(record) for record in records if record.log_sha256), of_nights=True)
 
 
-def _log(record: LogRecord) -> NightlyLog:
-    levels = [(item.joint, friction_level(record, item)) for item in record.joints]
-    return NightlyLog(
+def _log(record: LogRecord) -> BaselineLog:
+    levels = {_key(item): reading_of(record, item, "friction", item.law_speed_rad_s) for item in record.joints}
+    return BaselineLog(
         robot=record.robot,
         sha256=record.log_sha256 or "",
         start=record.start,
@@ -57,8 +37,13 @@ def _log(record: LogRecord) -> NightlyLog:
         rms_nm={item.joint: item.rms_nm for item in record.joints if item.rms_nm is not None},
         findings=frozenset((finding.code, finding.joint) for finding in record.findings),
         night=record.night,
-        levels=tuple((joint, level) for joint, level in levels if level is not None),
+        levels={key: level for key, level in levels.items() if level is not None},
     )
+
+
+def _key(item: JointRecord) -> tuple[str, float | None]:
+    """What levels of friction are compared by."""
+    return item.joint, item.law_speed_rad_s
 
 
 def change_over_nights(joint: str, tonight: LogRecord, before: Sequence[BaselineLog]) -> FrictionChange | str:
@@ -74,11 +59,11 @@ def change_over_nights(joint: str, tonight: LogRecord, before: Sequence[Baseline
         tonight: record of the log in question.
         before: its history.
     """
-    now = next((friction_level(tonight, item) for item in tonight.joints if item.joint == joint), None)
-    if now is None:
+    item = next((item for item in tonight.joints if item.joint == joint), None)
+    now = None if item is None else reading_of(tonight, item, "friction", item.law_speed_rad_s)
+    if item is None or now is None:
         return "this log does not tell the level of its friction"
-    logs = [log for log in before if isinstance(log, NightlyLog)]
-    alike = [level for log in logs for name, level in log.levels if name == joint and level.speed == now.speed]
+    alike = [log.levels[_key(item)] for log in before if _key(item) in log.levels]
     if not alike:
         return "the history has no level of its friction at this speed"
     first = alike[:_FIRST_LOGS]
@@ -91,10 +76,8 @@ def change_over_nights(joint: str, tonight: LogRecord, before: Sequence[Baseline
         quantile = NORMAL_QUANTILE_975
         variance += now.se**2 + sum(level.se**2 for level in first) / len(first) ** 2
     else:
-        from scipy.stats import t
-
         scatter = sum((level.value - mean) ** 2 for level in first) / (len(first) - 1)
-        quantile = float(t.ppf(0.975, len(first) - 1))
+        quantile = float(student_quantile(len(first) - 1, 0.975))
         variance += max(scatter, now.se**2) + scatter / len(first)
     half, change = quantile * math.sqrt(variance), now.value - mean
     return FrictionChange(change / mean, (change - half) / mean, (change + half) / mean)

@@ -14,9 +14,9 @@ from collaudit.core.data.policy_result import RuleOutcome, RuleState
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.findings import findings_with_level
 from collaudit.core.history.log_record import LogRecord
-from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts
+from collaudit.core.policy.baseline import Baseline, known_level, known_rate, new_contacts
 from collaudit.core.policy.friction_change import FrictionChange, friction_change
-from collaudit.core.policy.history_baseline import HistoryBaseline, change_over_nights
+from collaudit.core.policy.history_baseline import change_over_nights
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach, near_miss_rate
 from collaudit.core.verdict.exclusions import seconds_text
 from collaudit.core.verdict.noticed_words import place_text
@@ -85,9 +85,7 @@ class RuleBook:
     def __init__(self, log: LogInQuestion, baseline: Baseline | None) -> None:
         self._log, self._result, self._policy = log, log.result, log.policy
         self._baseline = baseline
-        self._before: tuple[BaselineLog, ...] = baseline.of(log.robot) if baseline else ()
-        if isinstance(baseline, HistoryBaseline):
-            self._before = () if log.record is None else baseline.before(log.record)
+        self._before = baseline.before(log.robot, log.record) if baseline else ()
 
     def outcomes(self) -> list[RuleOutcome]:
         """What every rule says that has a limit, and is not switched off."""
@@ -189,7 +187,7 @@ class RuleBook:
         return RuleOutcome("friction_change", level, state, text, (joint,), abs(change.share), limit)
 
     def _friction_change(self, joint: str) -> FrictionChange | str:
-        if isinstance(self._baseline, HistoryBaseline) and self._log.record is not None:
+        if self._baseline is not None and self._baseline.of_nights and self._log.record is not None:
             return change_over_nights(joint, self._log.record, self._before)
         fits = [(log.start or "", log.friction[joint]) for log in self._before if joint in log.friction]
         now = self._result.friction.get(joint)

@@ -21,7 +21,7 @@ def _levels(*rms: float) -> list[BaselineLog]:
 
 def test_a_log_that_was_not_judged_is_no_baseline() -> None:
     logs = (LOG, replace(LOG, judged=False), replace(LOG, robot="other"))
-    assert Baseline("b", logs).of(None) == (LOG,)
+    assert Baseline("b", logs).before(None, None) == (LOG,)
 
 
 def test_contacts_are_the_same_by_log_time_and_joint() -> None:

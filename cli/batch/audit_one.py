@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from collaudit.cli.batch.run_note import FINISHED, note_finished, note_origin
+from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.run_note import FINISHED, note_finished
+from collaudit.cli.fleet.remote_logs import Fetched, fetched_of, local_copy, remote_stamp
+from collaudit.cli.log_arguments import audit_files
+from collaudit.core.api import LogFiles, Progress
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, NotJudgedError
-
-if TYPE_CHECKING:
-    from collaudit.cli.batch.log_jobs import LogJob
-    from collaudit.cli.fleet.remote_logs import Fetched
-    from collaudit.core.api import LogFiles, Progress
-    from collaudit.core.data.audit_result import AuditResult
-    from collaudit.core.history.log_record import LogRecord
-    from collaudit.reports.values.entries import IndexEntry
+from collaudit.core.history.log_record import LogRecord
+from collaudit.reports.files.run_folder import write_run
+from collaudit.reports.page.html import write_html
+from collaudit.reports.page.scripts import ASSETS_FOLDER
+from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error
 
 _RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html")
 
@@ -46,8 +48,6 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
         out: folder of the whole audit.
         progress: of reading.
     """
-    from collaudit.reports.values.entries import entry_of_error
-
     run, name = out / job.folder, job.name
     try:
         return _judged(job, out, progress)
@@ -62,37 +62,33 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
 
 
 def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
-    from dataclasses import replace
-
-    from collaudit.cli.log_arguments import audit_files
-    from collaudit.reports.files.run_folder import write_run
-    from collaudit.reports.page.html import write_html
-    from collaudit.reports.page.scripts import ASSETS_FOLDER
-    from collaudit.reports.values.entries import entry_of
-
     if job.problem is not None:
         raise job.problem
-    if job.url is not None:
-        from collaudit.cli.fleet.remote_logs import fetched_of, local_copy, remote_stamp
+    if job.url is None:
+        return _written(job, job.files, out, progress)
+    stamp = remote_stamp(job.url)
+    with local_copy(job.url, job.loaded.config.log.remote) as file:
+        return _written(job, (file,), out, progress, stamp)
 
-        stamp = remote_stamp(job.url)
-        with local_copy(job.url, job.loaded.config.log.remote) as file:
-            outcome = _judged(job._replace(files=(file,), url=None), out, progress)
-            fetched = fetched_of(file)
-        note_origin(out / job.folder, stamp, fetched)
-        return replace(outcome, fetched=fetched)
+
+def _written(
+    job: LogJob, files: LogFiles, out: Path, progress: Progress | None, stamp: Mapping[str, str] | None = None
+) -> Outcome:
+    """Judge files and write the run; ``stamp`` is what tells that a remote log was replaced."""
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
-    audit, friction = audit_files(job.files, job.loaded, progress)
+    audit, friction = audit_files(files, job.loaded, progress)
     audit = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=job.name)))
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
-    note_finished(run, job.files, audit.result.log.sha256, job.loaded)
+    fetched = None if stamp is None else fetched_of(files[0])
+    origin = None if fetched is None else {"stamp": stamp, "fetched": fetched._asdict()}
+    note_finished(run, files, audit.result.log.sha256, job.loaded, origin)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.robot), audit.result, record)
+    return Outcome(replace(entry, robot=job.robot), audit.result, record, fetched)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:

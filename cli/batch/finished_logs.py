@@ -15,6 +15,9 @@ from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.batch.run_note import read_note, rests_on
 from collaudit.cli.fleet.remote_logs import Fetched, remote_stamp
 from collaudit.core.errors import CollauditError
+from collaudit.core.logs.log_hashing import sha256_of
+from collaudit.reports.files.run_files import read_run
+from collaudit.reports.values.entries import entry_of
 
 
 def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
@@ -24,10 +27,6 @@ def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
 
 
 def _finished(job: LogJob, out: Path) -> Outcome | None:
-    from collaudit.core.logs.log_hashing import sha256_of
-    from collaudit.reports.files.run_files import read_run
-    from collaudit.reports.values.entries import entry_of
-
     run = out / job.folder
     note = read_note(run)
     if job.problem is not None or note is None or not (run / "report.html").is_file():

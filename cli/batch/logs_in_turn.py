@@ -8,9 +8,11 @@ from pathlib import Path
 
 from collaudit.cli.batch.audit_one import Outcome, audit_one
 from collaudit.cli.batch.log_jobs import Limits, LogJob
+from collaudit.cli.batch.worker_processes import outcomes_of_processes
 from collaudit.core.api import Progress
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.numeric.parallel import threads, use_threads
+from collaudit.reports.values.entries import entry_of_error
 
 
 def audit_logs(
@@ -53,8 +55,6 @@ def _outcomes(
 ) -> Generator[tuple[int, Outcome], None, None]:
     """Place and outcome of each log as it comes."""
     if jobs and (limits.scheduler or limits.time_s or limits.memory_gb or min(limits.workers, len(jobs)) > 1):
-        from collaudit.cli.batch.worker_processes import outcomes_of_processes
-
         return outcomes_of_processes(jobs, out, limits)
     if limits.workers > threads():  # a single log: its stretches, blocks and joints are shared among the cores
         use_threads(limits.workers)
@@ -62,7 +62,5 @@ def _outcomes(
 
 
 def _left(job: LogJob, last: str) -> Outcome:
-    from collaudit.reports.values.entries import entry_of_error
-
     reason = NotJudgedError(f"not judged: --fail-fast ended the audit after {last}", where=job.name)
     return Outcome(entry_of_error(job.name, reason, job.robot), None)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from collaudit.core.api import LogFiles
+from collaudit.core.config import LoadedConfig
+from collaudit.core.logs.opening import also_files
+from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
-
-if TYPE_CHECKING:
-    from collaudit.cli.fleet.remote_logs import Fetched
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.json_files import json_text
 
 #: Says that all files of a run were written; the first to go and the last to come.
 FINISHED = "finished.json"
@@ -21,32 +22,23 @@ _SCHEMA = "collaudit/finished/1"
 _MOST_BYTES = 1 << 16
 
 
-def note_finished(run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> None:
+def note_finished(
+    run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig, origin: Mapping[str, object] | None = None
+) -> None:
     """Write down, after all its other files, the inputs of a run.
 
-    Raises:
-        CollauditError: it cannot be written.
-    """
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_files import json_text
-
-    note = {"schema": _SCHEMA, "rests_on": rests_on(files, log_sha256, loaded)}
-    atomic_write(run / FINISHED, json_text(note))
-
-
-def note_origin(run: Path, stamp: Mapping[str, str], fetched: Fetched) -> None:
-    """Add to the note of a finished run that its log is remote: what tells that it was replaced, and what was fetched.
+    Args:
+        run: its folder.
+        files, log_sha256, loaded: as of :func:`rests_on`.
+        origin: of a remote log what tells that it was replaced, and what was fetched.
 
     Raises:
         CollauditError: it cannot be written.
     """
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_files import json_text
-
-    rested = read_note(run)
-    if isinstance(rested, dict):
-        rested["origin"] = {"stamp": dict(stamp), "fetched": fetched._asdict()}
-        atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
+    rested = rests_on(files, log_sha256, loaded)
+    if origin is not None:
+        rested["origin"] = origin
+    atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
 
 
 def read_note(run: Path) -> object:
@@ -69,11 +61,6 @@ def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str
     Raises:
         OSError: such a file cannot be read. CollauditError: one is missing.
     """
-    from importlib.metadata import version
-
-    from collaudit.core.logs.opening import also_files
-    from collaudit.core.provenance import versions
-
     config = loaded.config
     named = [loaded.urdf_path, loaded.friction_path]
     other_files = [path for path in named if path is not None]

@@ -23,6 +23,7 @@ from collaudit.cli.batch.worker_pool import Lost, results_of
 from collaudit.cli.console import silence_library_warnings
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.numeric.parallel import use_threads
+from collaudit.reports.values.entries import entry_of_error
 
 _PARENT_POLL_S = 1.0
 _NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
@@ -75,8 +76,6 @@ def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tupl
 
 
 def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
-    from collaudit.reports.values.entries import entry_of_error
-
     remove_run(out / job.folder)
     cause = lost.text or _cause_of_death(lost.exit_code or 0, limits)
     reason = {

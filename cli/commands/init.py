@@ -16,7 +16,8 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from collaudit.cli.drafts.drafted_log import Drafted, Known
+    from collaudit.cli.drafts.draft import Known
+    from collaudit.cli.drafts.drafted_log import Drafted
     from collaudit.core.logs.arms_in_log import Arm
 
 INIT_SCHEMA = "collaudit/init/1"
@@ -48,7 +49,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
     from collaudit.cli.drafts.arm_drafts import arms_in
-    from collaudit.cli.drafts.drafted_log import Known, drafted
+    from collaudit.cli.drafts.draft import Known
+    from collaudit.cli.drafts.drafted_log import drafted
     from collaudit.cli.drafts.given_keys import guesses_of
     from collaudit.cli.drafts.trial_words import next_step
     from collaudit.cli.log_arguments import one_log

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from collaudit.cli.drafts.config_text import Section, document
-from collaudit.cli.drafts.drafted_log import Known
+from collaudit.cli.drafts.draft import Known
 from collaudit.core.config import load_config
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.arms_in_log import Arm, arms_of, same_arm

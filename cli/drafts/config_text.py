@@ -73,18 +73,6 @@ class Section:
         """Put what a file or flag says in place of a guess or an example; a guess of the file stays one."""
         self.put(Line(key, value, "as in the configuration, stated by nobody" if guess else "as given", guess=guess))
 
-    def replace(self, key: str, value: object, why: str) -> None:
-        """Put a better example in place of an example; what counts already is left alone."""
-        if not any(line.key == key and line.active for line in self.lines):
-            self.put(Line(key, value, why, active=False))
-
-    def better(self, key: str, value: object, why: str) -> bool:
-        """Put a better guess in place of a guess; whether there was one."""
-        found = any(line.key == key and line.guess for line in self.lines)
-        if found:
-            self.put(Line(key, value, why, guess=True))
-        return found
-
     def put(self, line: Line) -> None:
         """Put a line in place of the one of its key, or at the end."""
         for index, old in enumerate(self.lines):

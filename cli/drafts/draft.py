@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from collaudit.cli.drafts.config_text import Line, Section, document
 from collaudit.cli.drafts.draft_settings import USUAL_LINES, add_units
 from collaudit.cli.drafts.given_keys import given_keys
+from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
+from collaudit.core.config.describe import all_keys
 from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
@@ -16,11 +19,8 @@ from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label
+from collaudit.core.robot.robot_description import Description
 
-_SECTIONS = (
-    "robot", "robot.tool", "log", "log.joint_names", "log.csv", "log.units", "conditioning", "sections",
-    "friction", "detect", "near_miss", "phases", "policy",
-)  # fmt: skip
 _WRENCH_FRAME = (
     Line("wrench_frame", "ft_sensor", "a frame of the model", active=False),
     Line(
@@ -33,46 +33,56 @@ _WRENCH_FRAME = (
 _NO_ROBOT = "Without a robot only friction can be fitted, from pairs of directions; nothing is judged."
 
 
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What is known of a log and its robot before a configuration is drafted.
+
+    Attributes:
+        files: of the log.
+        summary: of it.
+        columns: what the names of a table's columns say.
+        loaded: what file and flags state.
+        robot: the description, None without one.
+        paths: key to file as a flag gave it.
+        guesses: keys that nobody has stated.
+    """
+
+    files: LogFiles
+    summary: LogSummary
+    columns: ColumnGuess | None
+    loaded: LoadedConfig
+    robot: Description | None
+    paths: dict[str, str]
+    guesses: frozenset[KeyPath]
+
+    @property
+    def movable(self) -> tuple[str, ...]:
+        """Joints of the robot that move on their own; empty without one."""
+        return self.robot.movable if self.robot else ()
+
+    @property
+    def prismatic(self) -> list[str]:
+        """The robot's prismatic joints."""
+        return [joint.name for joint in self.robot.joints if joint.kind == "prismatic"] if self.robot else []
+
+
 class Draft:
     """The file as it grows: sections by name, in the order they are written."""
 
-    def __init__(
-        self,
-        summary: LogSummary,
-        robot_names: Sequence[str],
-        loaded: LoadedConfig,
-        folder: Path,
-        columns: ColumnGuess | None,
-        prismatic: Sequence[str] = (),
-        paths: Mapping[str, str] | None = None,
-        guesses: Collection[KeyPath] = (),
-    ) -> None:
-        """Draft a configuration.
-
-        Args:
-            summary: what the log is.
-            robot_names: joints of the robot; empty without one.
-            loaded: what file and flags state already.
-            folder: folder the file will lie in.
-            columns: what the names of a table's columns say.
-            prismatic: the robot's prismatic joints.
-            paths: key to file as it was given by a flag.
-            guesses: keys that the file marks as guesses and no flag states.
-        """
+    def __init__(self, known: Known, folder: Path) -> None:
+        """Draft a configuration that will lie in a folder."""
         self.problems: list[str] = []
-        self._guesses = guesses
-        self._prismatic = tuple(prismatic)
-        self._columns_found = columns
-        self.summary = summary
-        self.sections = {name: Section(name, lines=[*USUAL_LINES.get(name, ())]) for name in _SECTIONS}
-        self._robot_names = tuple(robot_names)
-        self._csv_guess = columns.csv if columns is not None else None
-        self._given = dict(given_keys(loaded, folder, paths or {}))
+        self._known, self.summary, self._columns_found = known, known.summary, known.columns
+        names = [key.dotted for key in all_keys() if key.shape == "table"]
+        names.insert(names.index("log") + 1, "log.joint_names")
+        self.sections = {name: Section(name, lines=[*USUAL_LINES.get(name, ())]) for name in names}
+        self._csv_guess = known.columns.csv if known.columns is not None else None
+        self._given = dict(given_keys(known.loaded, folder, known.paths))
         self._fill()
 
     def _fill(self) -> None:
         topic = self._main_topic()
-        if not self._robot_names:
+        if not self._known.movable:
             self.sections["robot"].remarks.append(_NO_ROBOT)
         self._signals(topic)
         self._names(topic)
@@ -81,19 +91,9 @@ class Draft:
             table, _, key = dotted.rpartition(".")
             if dotted == "log.joint_names" and isinstance(value, dict):
                 for name, target in value.items():
-                    self.sections[dotted].give(name, target, guess=("log", "joint_names", name) in self._guesses)
+                    self.sections[dotted].give(name, target, guess=("log", "joint_names", name) in self._known.guesses)
             else:
-                self._section(table).give(key, value, guess=tuple(dotted.split(".")) in self._guesses)
-
-    def _section(self, name: str) -> Section:
-        """A section by its name; one that a draft usually does not have comes after those of its table."""
-        if name not in self.sections:
-            top = name.partition(".")[0]
-            before = max((k for k, known in enumerate(self.sections) if known.partition(".")[0] == top), default=99)
-            order = list(self.sections.items())
-            order.insert(before + 1, (name, Section(name)))
-            self.sections = dict(order)
-        return self.sections[name]
+                self.sections[table].give(key, value, guess=tuple(dotted.split(".")) in self._known.guesses)
 
     def text(self) -> str:
         """The file."""
@@ -115,10 +115,10 @@ class Draft:
             if section is not None:
                 section.remarks.append(f"{finding.severity}: {finding.text}")
         inverted = {finding.joint: -1 for finding in findings if finding.kind.setting == "log.units.effort_sign"}
-        units = self.sections.get("log.units")
-        if inverted and units is not None:
+        units = self.sections["log.units"]
+        if inverted and not any(line.key == "effort_sign" and line.active for line in units.lines):
             why = "these run against the model; uncomment the line if their effort is inverted"
-            units.replace("effort_sign", inverted, why)
+            units.put(Line("effort_sign", inverted, why, active=False))
 
     def _main_topic(self) -> TopicInfo | None:
         """The table of joint signals: the one asked for, else the one with most of the robot's joints."""
@@ -126,8 +126,8 @@ class Draft:
         candidates = [t for t in self.summary.topics if t.role == "joint_states" and asked in (None, t.name)]
 
         def worth(topic: TopicInfo) -> tuple[int, int, int]:
-            known = sum(name in self._robot_names for name in topic.joints)
-            guessed = len(self._guess(topic).mapping) if self._robot_names else 0
+            known = sum(name in self._known.movable for name in topic.joints)
+            guessed = len(self._guess(topic).mapping) if self._known.movable else 0
             return known + guessed, len(topic.joints), topic.count
 
         return max(candidates, key=worth, default=None)
@@ -215,7 +215,7 @@ class Draft:
         return found.open
 
     def _names(self, topic: TopicInfo | None) -> None:
-        if topic is None or not self._robot_names:
+        if topic is None or not self._known.movable:
             return
         given = self._given.get("log.joint_names")
         if isinstance(given, dict) and any(name in given for name in topic.joints):
@@ -244,8 +244,8 @@ class Draft:
         given = self._given.get("robot.joints")
         return guess_joints(
             topic.joints,
-            self._robot_names,
-            self._prismatic,
+            self._known.movable,
+            self._known.prismatic,
             numbered=columns,
             message_order=ordered,
             judged=tuple(given) if isinstance(given, list) else (),

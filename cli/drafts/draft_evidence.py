@@ -83,10 +83,12 @@ def add_rest_threshold(sections: Mapping[str, Section], prepared: Prepared) -> b
     """Automatic thresholds for an arm that never moves: its own torque at rest tells them; whether they were put."""
     from collaudit.core.prepare.quiet_level import quiet_levels
 
-    if not quiet_levels(prepared):
+    guessed = any(line.key == "gamma_nm" and line.guess for line in sections["detect"].lines)
+    if not guessed or not quiet_levels(prepared):
         return False
     why = "from what torque does by itself at rest: the arm never moves here; from friction.json where there is one"
-    return sections["detect"].better("gamma_nm", "auto", why)
+    sections["detect"].guess("gamma_nm", "auto", why)
+    return True
 
 
 def _add_delays(log: Section, prepared: Prepared, config: Config, facts: ChannelFacts) -> dict[str, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from collaudit.cli.drafts.catalogue import add_proposals
 from collaudit.cli.drafts.config_text import Section
-from collaudit.cli.drafts.draft import Draft
+from collaudit.cli.drafts.draft import Draft, Known
 from collaudit.cli.drafts.draft_evidence import (
     add_channel_facts,
     add_effort_kind,
@@ -20,47 +20,15 @@ from collaudit.cli.drafts.draft_evidence import (
 from collaudit.cli.drafts.trial import Trial, try_again, try_log
 from collaudit.cli.drafts.trial_words import missing
 from collaudit.core.api import LogFiles
-from collaudit.core.config import LoadedConfig, parse_config
+from collaudit.core.config import parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
-from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.errors import CollauditError
-from collaudit.core.logs.column_guess import ColumnGuess
-from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot.robot_description import Description
 
 _SOURCE = "gravity and inertia of the robot's description"
 _TELLS = "motion that lifts what the joint carries, from a pose where gravity loads it, or a known load at the tool"
 #: Answers that are tried, each of which reads the log once more.
 _MOST = 6
-
-
-@dataclass(frozen=True, slots=True)
-class Known:
-    """What is known of a log and its robot before a configuration is drafted.
-
-    Attributes:
-        files: of the log.
-        summary: of it.
-        columns: what the names of a table's columns say.
-        loaded: what file and flags state.
-        robot: the description, None without one.
-        paths: key to file as a flag gave it.
-        guesses: keys that nobody has stated.
-    """
-
-    files: LogFiles
-    summary: LogSummary
-    columns: ColumnGuess | None
-    loaded: LoadedConfig
-    robot: Description | None
-    paths: dict[str, str]
-    guesses: frozenset[KeyPath]
-
-    @property
-    def prismatic(self) -> list[str]:
-        """The robot's prismatic joints."""
-        return [joint.name for joint in self.robot.joints if joint.kind == "prismatic"] if self.robot else []
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +54,7 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     loaded, files, summary = known.loaded, known.files, known.summary
     if of_fleet:
         loaded = replace(loaded, config=loaded.config.changed({"policy": PolicyConfig(), "fleet": FleetConfig()}))
-    folder = output.parent if output is not None else Path()
-    movable = known.robot.movable if known.robot else ()
-    draft = Draft(summary, movable, loaded, folder, known.columns, known.prismatic, known.paths, known.guesses)
+    draft = Draft(replace(known, loaded=loaded), output.parent if output is not None else Path())
     if of_fleet:
         del draft.sections["policy"]
     place = output or Path("collaudit.toml")

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import re
-import types
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import date
-from pathlib import Path, PurePath
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, get_args
 
 import msgspec
-from msgspec import Meta
+from msgspec import inspect
 
-from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import to_toml
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 
-_PLAIN = {
-    str: "text",
-    bool: "true or false",
-    Path: "a file name",
-    PurePath: "a file name",
-    date: "a date",
-    float: "a number",
-    int: "a whole number",
+_PLAIN: dict[type[inspect.Type], str] = {
+    inspect.StrType: "text",
+    inspect.BoolType: "true or false",
+    inspect.CustomType: "a file name",
+    inspect.DateType: "a date",
+    inspect.FloatType: "a number",
+    inspect.IntType: "a whole number",
+    inspect.StructType: "a table",
 }
 _BOUNDS = (
     ("gt", "above {:g}"),
@@ -49,8 +45,8 @@ class Key:
 
     path: tuple[str, ...]
     field: msgspec.structs.FieldInfo
-    holder: type[ConfigTable]
-    table: type[ConfigTable] | None
+    holder: type[msgspec.Struct]
+    table: type[msgspec.Struct] | None
     shape: Literal["value", "table", "array", "by-name"]
 
     @property
@@ -59,12 +55,12 @@ class Key:
         return ".".join(self.path)
 
 
-def keys_of(model: type[ConfigTable], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
+def keys_of(model: type[msgspec.Struct], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
     """The keys of one table, in the order of the schema."""
     return tuple(_key((*front, field.name), field, model) for field in msgspec.structs.fields(model))
 
 
-def all_keys(model: type[ConfigTable] = Config, front: tuple[str, ...] = ()) -> Iterator[Key]:
+def all_keys(model: type[msgspec.Struct] = Config, front: tuple[str, ...] = ()) -> Iterator[Key]:
     """Every key of the configuration, tables before what is in them."""
     for key in keys_of(model, front):
         yield key
@@ -74,7 +70,8 @@ def all_keys(model: type[ConfigTable] = Config, front: tuple[str, ...] = ()) -> 
 
 def value_text(key: Key) -> str:
     """What a key accepts, in words: ``a number above 0, or a table of them by name``."""
-    return _type_text(key.field.type)
+    laws = choices_of_laws(key.field.type)
+    return " or ".join(map(to_toml, laws)) if laws else _text(inspect.type_info(key.field.type))
 
 
 def choices_of_laws(annotation: Any) -> tuple[str, ...]:
@@ -84,69 +81,49 @@ def choices_of_laws(annotation: Any) -> tuple[str, ...]:
     return next((found for part in get_args(annotation) if (found := choices_of_laws(part))), ())
 
 
-def _key(path: tuple[str, ...], field: msgspec.structs.FieldInfo, holder: type[ConfigTable]) -> Key:
-    annotation = _bare(field.type)
-    if _is_table(annotation):
-        return Key(path, field, holder, annotation, "table")
-    inner = get_args(annotation)[-1:]
-    if inner and _is_table(inner[0]):
-        if get_origin(annotation) is list:
-            return Key(path, field, holder, inner[0], "array")
-        if get_origin(annotation) is dict:
-            return Key(path, field, holder, inner[0], "by-name")
+def _key(path: tuple[str, ...], field: msgspec.structs.FieldInfo, holder: type[msgspec.Struct]) -> Key:
+    match _bare(inspect.type_info(field.type)):
+        case inspect.StructType(cls=table):
+            return Key(path, field, holder, table, "table")
+        case inspect.ListType(item_type=inspect.StructType(cls=table)):
+            return Key(path, field, holder, table, "array")
+        case inspect.DictType(value_type=inspect.StructType(cls=table)):
+            return Key(path, field, holder, table, "by-name")
     return Key(path, field, holder, None, "value")
 
 
-def _is_table(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, ConfigTable)
-
-
-def _bare(annotation: Any) -> Any:
+def _bare(kind: inspect.Type) -> inspect.Type:
     """Without notes, and of a table that may be absent the table."""
-    if get_origin(annotation) is Annotated:
-        return _bare(get_args(annotation)[0])
-    if get_origin(annotation) in (Union, types.UnionType):
-        tables = [kind for kind in get_args(annotation) if _is_table(kind)]
-        return tables[0] if tables else annotation
-    return annotation
+    match kind:
+        case inspect.Metadata(type=inner):
+            return _bare(inner)
+        case inspect.UnionType(types=(inspect.StructType() as table, inspect.NoneType())):
+            return table
+    return kind
 
 
-def _type_text(annotation: Any) -> str:
-    origin, inner = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        if named := choices_of_laws(annotation):
-            return " or ".join(to_toml(choice) for choice in named)
-        return _bounded(_type_text(inner[0]), inner[1:])
-    if origin is Literal:
-        return " or ".join(to_toml(value) for value in inner)
-    if origin in (Union, types.UnionType):
-        return ", or ".join(_type_text(kind) for kind in inner if kind is not type(None))
-    if origin is tuple:
-        return f"[{', '.join(_type_text(kind).removeprefix('a ') for kind in inner)}]"
-    if origin is list:
-        kinds = get_args(inner[0]) if get_origin(inner[0]) in (Union, types.UnionType) else inner  # one kind in a list
-        return ", or ".join(f"a list of {_plural(_type_text(kind))}" for kind in kinds)
-    if origin is dict:
-        return f"a table of name = {_type_text(inner[1])}"
-    if _is_table(annotation):
-        return "a table"
-    return _PLAIN.get(annotation, str(annotation))
+def _text(kind: inspect.Type) -> str:
+    match kind:
+        case inspect.Metadata(type=inner):
+            return _text(inner)
+        case inspect.LiteralType(values=values):
+            return " or ".join(map(to_toml, values))
+        case inspect.UnionType(types=kinds):
+            return ", or ".join(_text(one) for one in kinds if not isinstance(one, inspect.NoneType))
+        case inspect.TupleType(item_types=kinds):
+            return f"[{', '.join(_text(one).removeprefix('a ') for one in kinds)}]"
+        case inspect.ListType(item_type=inspect.UnionType(types=kinds)):  # one kind in a list
+            return ", or ".join(f"a list of {_plural(_text(one))}" for one in kinds)
+        case inspect.ListType(item_type=inner):
+            return f"a list of {_plural(_text(inner))}"
+        case inspect.DictType(value_type=inner):
+            return f"a table of name = {_text(inner)}"
+    limits = [form.format(limit) for name, form in _BOUNDS if (limit := getattr(kind, name, None)) is not None]
+    if shortest := getattr(kind, "min_length", None):
+        limits.append("that is not empty" if shortest == 1 else f"of at least {shortest} characters")
+    return f"{_PLAIN[type(kind)]} {' and '.join(limits)}".rstrip()
 
 
 def _plural(text: str) -> str:
     noun = re.match(r"an? (whole number|number|file name|table)", text)
     return f"{noun.group(1)}s{text[noun.end() :]}" if noun else text
-
-
-def _bounded(text: str, notes: tuple[Any, ...]) -> str:
-    limits = [
-        form.format(limit)
-        for item in notes
-        if isinstance(item, Meta)
-        for name, form in _BOUNDS
-        if (limit := getattr(item, name)) is not None
-    ]
-    shortest = max((item.min_length or 0 for item in notes if isinstance(item, Meta)), default=0)
-    if shortest:
-        limits.append("that is not empty" if shortest == 1 else f"of at least {shortest} characters")
-    return f"{text} {' and '.join(limits)}" if limits else text

@@ -1,4 +1,4 @@
-"""Verdicts as exit codes."""
+"""Verdicts as exit codes, and what keeps a log from being judged."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
+from collaudit.core.findings import Finding
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:
@@ -13,3 +14,9 @@ def exit_code(verdicts: Sequence[Verdict]) -> int:
     if "fail" in verdicts:
         return EXIT_FAIL
     return EXIT_NOT_JUDGED if "not_judged" in verdicts or not verdicts else EXIT_PASS
+
+
+def forbidding(findings: Sequence[Finding]) -> str | None:
+    """Where to look for what forbids judging; None when no finding does."""
+    codes = sorted({finding.code for finding in findings if finding.forbids_pass})
+    return f"see {', '.join(codes)} above" if codes else None

@@ -156,7 +156,7 @@ def _say_trial(made: Drafted) -> None:
 
 
 def _say_missing(made: Drafted, output: Path | None) -> None:
-    from collaudit.cli.obstacles import forbidding
+    from collaudit.cli.exit_codes import forbidding
 
     listed = "\n".join(f"- {each}" for each in made.missing)
     note(f"the log cannot be judged with this configuration yet; missing:\n{listed}")

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
 
 import click
 
 from collaudit.cli.console import note, print_findings, say, say_json, terminal_width
+from collaudit.cli.exit_codes import forbidding
 from collaudit.cli.group import example_command
-from collaudit.cli.obstacles import forbidding, read_findings
+from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.core.api import LogFiles, find_logs, prepare
+from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.findings import Finding
-    from collaudit.core.logs.log_summary import LogSummary
+from collaudit.core.findings import Finding
+from collaudit.core.logs.log_summary import LogSummary
 
 INSPECT_SCHEMA = "collaudit/inspect/1"
 
@@ -42,7 +40,6 @@ def command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
 
     Exit code 3 when something found here forbids judging.
     """
-    from collaudit.core.api import find_logs
     from collaudit.core.logs.log_description import describe
     from collaudit.reports.terminal.log_text import log_text
     from collaudit.reports.values.visible_text import visible
@@ -99,10 +96,13 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
     Raises:
         CollauditError: the robot cannot be used at all.
     """
+    from collaudit.core.verdict.verdict import asked_findings
+
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
         return None, ()
     try:
-        return None, read_findings(files, loaded)
+        with progress("reading") as report:
+            return None, asked_findings(prepare(files, loaded, progress=report), loaded.config)
     except (ConfigError, LogError, NotJudgedError) as error:
         return error, ()
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collaudit.cli.drafts.trial import Trial
-from collaudit.cli.obstacles import forbidding
+from collaudit.cli.exit_codes import forbidding
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.signals import State
 from collaudit.reports.values.words import plural, reason_text, verdict_word

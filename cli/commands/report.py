@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Callable
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import click
@@ -129,46 +131,45 @@ def command(
 
 def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
     """Print what differs between two runs."""
+    from collaudit.reports.page.comparison_page import comparison_html
     from collaudit.reports.terminal.comparison_text import comparison_text
     from collaudit.reports.values.comparison import compare
 
     if len(runs) != 2:
         raise click.UsageError(f"--compare takes two runs, before and after; {len(runs)} given.")
     found = compare(*(read_run(run) for run in runs))
-    if output is not None and str(output) != "-":
-        from collaudit.reports.page.comparison_page import comparison_html
-
-        _write_page(output, comparison_html(found))
-    if as_json:
-        say_json(json_text(found, indent=2))
-    elif output is None or str(output) == "-":
-        say(comparison_text(found, terminal_width()), nl=False)
-    return EXIT_PASS
+    page, text = partial(comparison_html, found), partial(comparison_text, found, terminal_width())
+    return _show(found, page, text, output, as_json)
 
 
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
     """Print the forces of contacts beside the user's limits."""
     from collaudit.reports.files.limits_file import read_limits
+    from collaudit.reports.page.comparison_page import body_regions_html
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
     from collaudit.reports.terminal.comparison_text import body_region_text
 
     stated = read_limits(limits)
     results = [read_run(run).result for run in runs]
-    if output is not None and str(output) != "-":
-        from collaudit.reports.page.comparison_page import body_regions_html
-
-        _write_page(output, body_regions_html(results, stated))
-    if as_json:
-        logs = [{"log": r.log.name, "verdict": r.verdict, "contacts": body_region_rows(r, stated)} for r in results]
-        content = {"schema": BODY_REGIONS_SCHEMA, "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
-        say_json(json_text(content, indent=2))
-    elif output is None or str(output) == "-":
-        say(body_region_text(results, stated, terminal_width()), nl=False)
-    return EXIT_PASS
+    logs = [{"log": r.log.name, "verdict": r.verdict, "contacts": body_region_rows(r, stated)} for r in results]
+    content = {"schema": BODY_REGIONS_SCHEMA, "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
+    page, text = (
+        partial(body_regions_html, results, stated),
+        partial(body_region_text, results, stated, terminal_width()),
+    )
+    return _show(content, page, text, output, as_json)
 
 
-def _write_page(output: Path, text: str) -> None:
+def _show(content: object, page: Callable[[], str], text: Callable[[], str], output: Path | None, as_json: bool) -> int:
+    """Write what is no report of the formats: as a page, as JSON, or on the terminal."""
     from collaudit.reports.files.atomic import atomic_write
 
-    atomic_write(output, text)
-    note(f"page written to {output}")
+    to_file = output if output is not None and str(output) != "-" else None
+    if to_file is not None:
+        atomic_write(to_file, page())
+        note(f"page written to {to_file}")
+    if as_json:
+        say_json(json_text(content, indent=2))
+    elif to_file is None:
+        say(text(), nl=False)
+    return EXIT_PASS

@@ -11,7 +11,7 @@ from collaudit.core.contacts.controller_alarms import controller_alarms
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, FrictionFile, PolicyLimits, Provenance
 from collaudit.core.data.identification_result import Identification
-from collaudit.core.data.log_facts import log_facts
+from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.judgement import CHECKS, OnSignals, judge
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction

@@ -177,9 +177,6 @@ class SteadyProcess:
 
 def _start_unheard(process: SpawnProcess) -> None:
     """Start a process with SIGINT held back: a terminal sends it to all, and who does not yet ignore it shows where."""
-    if sys.platform == "win32":
-        process.start()
-        return
     resource_tracker.ensure_running()  # started with the process, it would let the signal through
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -191,8 +188,7 @@ def _start_unheard(process: SpawnProcess) -> None:
 def _work(connection: Connection[Any, Any], function: Callable[..., Any], prepare: Callable[[], None]) -> None:
     """What a process does until nobody gives it anything more: it says None when it is ready, or why it is not."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started it hears it too, and ends it
-    if sys.platform != "win32":
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # held back until here
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # held back until here
     try:
         prepare()
     except Exception as error:  # noqa: BLE001 - whatever it is, the others are told in a line, not in a traceback

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,20 +20,15 @@ SCHEMA = "collaudit/run-log/1"
 class RunLog:
     """Events of one audit. Times are of the run, not of the logs; nothing of it is in the results."""
 
-    def __init__(self, stream: TextIO | None) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._started = time.monotonic()
 
     def event(self, name: str, **facts: object) -> None:
         """Write one event, at once: a run that is killed leaves what it did."""
-        if self._stream is None:
-            return
         head = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "event": name}
-        self._stream.write(
-            json.dumps({**head, "elapsed_s": round(time.monotonic() - self._started, 3), **facts}, allow_nan=False)
-            + "\n"
-        )
-        self._stream.flush()
+        line = {**head, "elapsed_s": round(time.monotonic() - self._started, 3), **facts}
+        print(json.dumps(line, allow_nan=False), file=self._stream, flush=True)
 
     def judged(self, outcome: Outcome) -> None:
         """One log has come out, with the verdict on it alone."""
@@ -59,11 +55,8 @@ def run_log(path: Path | None) -> Iterator[RunLog]:
     Raises:
         CollauditError: it cannot be written.
     """
-    if path is None:
-        yield RunLog(None)
-        return
     try:
-        stream = path.open("w", encoding="utf-8")
+        stream = (path or Path(os.devnull)).open("w", encoding="utf-8")
     except OSError as error:
         raise CollauditError(f"cannot be written: {error.strerror}", where=str(path)) from error
     with stream:

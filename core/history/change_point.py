@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.linalg import orth
 from scipy.special import fdtrc as fisher_tail
 from scipy.special import fdtri as fisher_quantile
 from scipy.special import stdtrit as student_quantile
@@ -132,16 +133,10 @@ def _weights(y: FloatArray, se: FloatArray) -> FloatArray:
 
 
 def _without(base: list[FloatArray], columns: FloatArray) -> FloatArray:
-    """Columns (n,) or (n, k) less their parts along the base, which is made orthogonal on the way."""
-    done: list[FloatArray] = []
-    for raw in base:
-        own = raw - sum(((raw @ d) * d for d in done), np.zeros(raw.size))
-        size = float(np.linalg.norm(own))
-        if size > 1e-9 * float(np.linalg.norm(raw)):
-            done.append(own / size)
-    for direction in done:
-        columns = columns - np.multiply.outer(direction, direction @ columns)
-    return columns
+    """Columns (n,) or (n, k) less their parts along the base."""
+    directions = np.column_stack(base)
+    directions = orth(directions / np.maximum(np.linalg.norm(directions, axis=0), 1e-300), rcond=1e-9)
+    return np.asarray(columns - directions @ (directions.T @ columns))
 
 
 def _carried_over(rest: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""What people see of a running command: notes on stderr, findings and the width of the terminal."""
+"""What people see of a running command: notes, findings, a bar while something takes long; and how much of it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,44 @@ import re
 import shutil
 import sys
 import warnings
-from collections.abc import Sequence
-from typing import TextIO
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from functools import wraps
+from typing import Any, TextIO
 
 import click
 
-from collaudit.cli.progress_bar import above_progress
 from collaudit.core.findings import Finding
 from collaudit.reports.terminal.text_table import wrapped
 from collaudit.reports.values.visible_text import visible_json, visible_lines
+
+_STEPS = 1000
+#: Clears a line; of a bar that has ended, which stands above the cursor.
+_CLEAR, _CLEAR_ABOVE = "\r\x1b[K", "\x1b[1A\x1b[2K"
+
+_active: list[object] = []
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar on stderr while it is a terminal; yields ``report(done, total)``."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total: None
+        return
+    with click.progressbar(length=_STEPS, label=label, file=sys.stderr) as bar:
+
+        def report(done: int, total: int) -> None:
+            if total > 0:
+                bar.update(max(0, _STEPS * done // total - bar.pos))
+
+        _active.append(bar)
+        try:
+            yield report
+        finally:
+            _active.remove(bar)
+    sys.stderr.write(_CLEAR_ABOVE)
+
 
 _COLOUR = re.compile(r"(\x1b\[[0-9;]*m)")
 _VERDICT = re.compile(r"^(PASS|FAIL|NOT JUDGED)(, WITH EXCLUSIONS)?(?=  )", re.MULTILINE)
@@ -41,8 +70,9 @@ def say(text: str, *, err: bool = False, nl: bool = True) -> None:
     Colours of :func:`click.style` stay.
     """
     parts = _COLOUR.split(text)
-    with above_progress():
-        click.echo("".join(part if k % 2 else visible_lines(part) for k, part in enumerate(parts)), err=err, nl=nl)
+    if _active:
+        sys.stderr.write(_CLEAR)  # the text stands in place of the bar, which is drawn again below it
+    click.echo("".join(part if k % 2 else visible_lines(part) for k, part in enumerate(parts)), err=err, nl=nl)
 
 
 def say_result(text: str) -> None:
@@ -90,3 +120,26 @@ def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool =
         text = wrapped(f"  {severity:<8}{line}", width, " " * 10)
         head = click.style(f"  {severity:<8}", fg=_SEVERITY_COLOR[severity])
         say(head + text.removeprefix(f"  {severity:<8}"), err=err)
+
+
+class Detail(Enum):
+    """How much is printed."""
+
+    VERDICT = "verdict"
+    SCREEN = "screen"
+    ALL = "all"
+
+
+def detail_options(function: Callable[..., int]) -> Callable[..., int]:
+    """Add ``-v`` and ``-q`` to a command, which gets them as ``detail``."""
+
+    @click.option("-v", "--verbose", is_flag=True, help="Print everything: every alarm, near miss and finding.")
+    @click.option("-q", "--quiet", is_flag=True, help="Print the verdict alone.")
+    @wraps(function)
+    def wrapped(*args: Any, verbose: bool, quiet: bool, **kwargs: Any) -> int:
+        if verbose and quiet:
+            raise click.UsageError("give either -v or -q")
+        detail = Detail.ALL if verbose else Detail.VERDICT if quiet else Detail.SCREEN
+        return function(*args, detail=detail, **kwargs)
+
+    return wrapped

@@ -15,7 +15,7 @@ import click
 
 from collaudit.cli.console import note
 from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.config.toml_parsing import parse_toml
+from collaudit.core.config.toml_text import parse_toml
 
 _PATH = "collaudit.config.path"
 _FOUND = "collaudit.config.found"

@@ -5,36 +5,21 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
-from collaudit.cli.batch.log_jobs import LogJob
-from collaudit.cli.batch.run_note import FINISHED, note_finished
-from collaudit.cli.fleet.remote_logs import Fetched, fetched_of, local_copy, remote_stamp
+from collaudit.cli.batch.finished_logs import FINISHED, note_finished
+from collaudit.cli.batch.log_jobs import LogJob, Outcome
+from collaudit.cli.fleet.remote_logs import fetched_of, local_copy, remote_stamp
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.api import LogFiles, Progress
-from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, NotJudgedError
-from collaudit.core.history.log_record import LogRecord
 from collaudit.reports.files.run_folder import write_run
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.scripts import ASSETS_FOLDER
-from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error
+from collaudit.reports.values.entries import entry_of, entry_of_error
 
 _RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html")
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted.
-
-    ``fetched``: of a remote log that was read.
-    """
-
-    entry: IndexEntry
-    result: AuditResult | None
-    record: LogRecord | None = None
-    fetched: Fetched | None = None
 
 
 def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:

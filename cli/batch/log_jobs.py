@@ -1,19 +1,23 @@
-"""The logs of an audit, what is to be recorded of each, and the limits they are judged under."""
+"""The logs of an audit, the limits they are judged under, what became of each, and what a store keeps of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from importlib.metadata import version
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
+from collaudit.cli.fleet.remote_logs import Fetched
 from collaudit.core.api import LogFiles
-from collaudit.core.data.audit_result import Audit
-from collaudit.core.errors import CollauditError
+from collaudit.core.config import LoadedConfig
+from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.log_record import LogRecord, NightFrom
 from collaudit.core.history.record_of_audit import record_of, unread_record
-
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
+from collaudit.core.logs.log_hashing import sha256_of
+from collaudit.reports.values.entries import IndexEntry
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +41,6 @@ class RecordWanted:
 
     def of_unread(self, files: LogFiles, name: str, error: str) -> LogRecord:
         """The record of a log that could not be audited, and why."""
-        from collaudit.core.logs.log_hashing import sha256_of
-
         try:
             digest = sha256_of(files) if files else None
         except (CollauditError, OSError, ValueError):
@@ -87,3 +89,82 @@ class Limits:
     time_s: float | None = None
     memory_gb: float | None = None
     scheduler: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted.
+
+    ``fetched``: of a remote log that was read.
+    """
+
+    entry: IndexEntry
+    result: AuditResult | None
+    record: LogRecord | None = None
+    fetched: Fetched | None = None
+
+
+#: In ``--robot``: the name of the folder that a log lies in.
+FOLDER = "{folder}"
+
+
+def with_records(
+    jobs: Sequence[LogJob], store: str | None, robot: str | None, night: datetime | None
+) -> Sequence[LogJob]:
+    """The jobs, told what to record of each log; unchanged without a store.
+
+    Args:
+        jobs: the logs.
+        store: folder or URL, made where it is new.
+        robot: whose logs they are, with :data:`FOLDER` for a log's folder; None: as a fleet's configuration says.
+        night: that they count to, None: their own.
+
+    Raises:
+        ConfigError: a log's robot is not known. CollauditError: the store cannot be used.
+    """
+    if store is None:
+        return jobs
+    from collaudit.reports.store.result_store import ResultStore
+
+    stated = None if night is None else night.date().isoformat()
+    today = datetime.now(UTC).date().isoformat()
+    made = []
+    for job in jobs:
+        name = _robot(job, robot)
+        made.append(job if name is None else job._replace(wanted=RecordWanted(name, stated, today)))
+    ResultStore(store).check()
+    return made
+
+
+def night_records(
+    jobs: Sequence[LogJob], outcomes: Sequence[Outcome], decided: Sequence[IndexEntry]
+) -> dict[str, LogRecord]:
+    """The records of all logs of which one is wanted, by name.
+
+    Args:
+        jobs, outcomes: of the audit, in one order.
+        decided: in that order, with the verdicts that the policy of the night came to.
+    """
+    made = {}
+    for job, one, entry in zip(jobs, outcomes, decided, strict=True):
+        record = one.record
+        if record is None and job.wanted is not None:
+            record = job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
+        if record is not None:
+            made[entry.name] = replace(record, decided_verdict=entry.verdict, decided_reasons=entry.reasons)
+    return made
+
+
+def _robot(job: LogJob, stated: str | None) -> str | None:
+    """Whose log it is; None for one that cannot be judged because no robot is known for it."""
+    name = stated or job.robot
+    if not name and job.problem is not None:
+        return None
+    if not name:
+        raise ConfigError(
+            "a store must know whose logs these are",
+            where=f"store, {job.name}",
+            expected="a [fleet] in the configuration that this log belongs to, --robot NAME, or --robot '{folder}' "
+            "where each robot's logs lie in a folder of its name",
+        )
+    return name.replace(FOLDER, job.files[0].absolute().parent.name if job.files else Path(job.name).parent.name)

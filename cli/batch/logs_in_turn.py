@@ -1,16 +1,28 @@
-"""Many logs judged, here or in worker processes; outcomes in the order of the logs."""
+"""Many logs judged, here or in worker processes; outcomes in the order of the logs.
+
+In worker processes one that dies, hangs or runs out of memory costs its own log only.
+"""
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
+import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
+from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
-from collaudit.cli.batch.audit_one import Outcome, audit_one
-from collaudit.cli.batch.log_jobs import Limits, LogJob
-from collaudit.cli.batch.worker_processes import outcomes_of_processes
+from collaudit.cli.batch.audit_one import audit_one, remove_run
+from collaudit.cli.batch.log_jobs import Limits, LogJob, Outcome
+from collaudit.cli.batch.worker_pool import Lost, results_of
+from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
-from collaudit.core.errors import NotJudgedError
+from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.numeric.parallel import threads, use_threads
 from collaudit.reports.values.entries import entry_of_error
 
@@ -64,3 +76,107 @@ def _outcomes(
 def _left(job: LogJob, last: str) -> Outcome:
     reason = NotJudgedError(f"not judged: --fail-fast ended the audit after {last}", where=job.name)
     return Outcome(entry_of_error(job.name, reason, job.robot), None)
+
+
+_PARENT_POLL_S = 1.0
+_NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
+
+
+def outcomes_of_processes(
+    jobs: Sequence[LogJob], out: Path, limits: Limits
+) -> Generator[tuple[int, Outcome], None, None]:
+    """Place and outcome of every log as it comes, judged in fresh processes, at most ``limits.workers`` at a time.
+
+    Where this is closed before its end, the processes end, and no run is left of the logs that they had.
+    """
+    left = dict(enumerate(jobs))
+    items = [(job, out.absolute(), None) for job in jobs]
+    try:
+        with closing(_results(items, limits)) as results:
+            for index, result in results:
+                job = left.pop(index)
+                yield index, _not_judged(result, job, out, limits) if isinstance(result, Lost) else result
+    finally:
+        for job in left.values():
+            remove_run(out / job.folder)
+
+
+#: Share of the machine's memory that workers may take together, and the least that each may, bytes.
+_MEMORY_SHARE, _LEAST_MEMORY = 0.9, 2e9
+
+
+def _memory_gb(limits: Limits) -> float | None:
+    """The bound of each worker: as stated, or where several share a machine its part of the memory."""
+    if limits.memory_gb is not None or limits.workers == 1:
+        return limits.memory_gb
+    whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return max(_LEAST_MEMORY, _MEMORY_SHARE * whole / limits.workers) / 1e9
+
+
+def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tuple[int, Any], None, None]:
+    """Results of :func:`audit_one`: from processes of this program, or from those of a cluster's workers."""
+    if limits.scheduler is None:
+        prepare = partial(_begin_worker, _memory_gb(limits), _threads(limits, len(items)), os.getpid())
+        return results_of(audit_one, items, limits.workers, prepare, limits.time_s)
+    if find_spec("distributed") is None:
+        raise CollauditError(
+            "a cluster needs Dask", where="--scheduler", hint="python -m pip install 'collaudit[fleet]'"
+        )
+    from collaudit.cli.batch.dask_workers import results_on_dask
+
+    begin = partial(_begin_worker, _memory_gb(limits), 1)
+    return results_on_dask(audit_one, items, begin, limits.time_s, limits.scheduler)
+
+
+def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
+    remove_run(out / job.folder)
+    cause = lost.text or _cause_of_death(lost.exit_code or 0, limits)
+    reason = {
+        "late": f"it took longer than the {limits.time_s or 0:g} s that --timeout allows",
+        "died": f"the process that judged it {cause}",
+        "not started": f"no process could be started to judge it (the last one: {cause})",
+        "not sent": f"its result could not be received ({lost.text})",
+    }[lost.how]
+    return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name), job.robot), None)
+
+
+def _cause_of_death(exit_code: int, limits: Limits) -> str:
+    if exit_code >= 0:
+        return f"ended with exit code {exit_code}"
+    number = -exit_code
+    name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
+    if number == signal.SIGKILL:
+        return f"was killed ({name}); the system does this when memory runs out"
+    if number == signal.SIGABRT and limits.memory_gb:
+        return f"gave up ({name}), which libraries do at the memory limit of {limits.memory_gb:g} GB"
+    return f"was ended by {name}"
+
+
+def _threads(limits: Limits, logs: int) -> int | None:
+    """Threads of each worker: all that were asked for on a single log, one beside others; None for its own choice."""
+    if limits.workers == 1:
+        return None
+    return limits.workers if logs == 1 else 1
+
+
+def _begin_worker(memory_gb: float | None, threads: int | None, parent: int) -> None:
+    """Prepare a worker: its threads, its share of memory, and an end when the audit has ended."""
+    if threads is not None:
+        use_threads(threads)
+    silence_library_warnings()
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # more threads would only fight with the other workers
+    if memory_gb is not None:
+        import resource
+
+        limit = int(memory_gb * 1e9)
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+    for module in _NEEDED:
+        import_module(module)  # so that the first log's time is its own
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    """End this process once its parent is gone, however the parent was killed: no orphan goes on writing."""
+    while os.getppid() == parent:
+        time.sleep(_PARENT_POLL_S)
+    os._exit(1)

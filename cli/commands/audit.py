@@ -9,10 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, print_findings, say_json, say_result, terminal_width
-from collaudit.cli.detail import Detail, detail_options
+from collaudit.cli.console import (
+    Detail,
+    detail_options,
+    note,
+    print_findings,
+    progress,
+    say_json,
+    say_result,
+    terminal_width,
+)
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
 
@@ -23,8 +30,7 @@ _DAY = click.DateTime(["%Y-%m-%d"])
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from collaudit.cli.batch.audit_one import Outcome
-    from collaudit.cli.batch.log_jobs import LogJob
+    from collaudit.cli.batch.log_jobs import LogJob, Outcome
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.core.history.log_record import LogRecord
     from collaudit.core.history.robot_trend import RobotTrend
@@ -173,9 +179,8 @@ def command(
     """
     from collaudit.cli.batch.audit_folder import audit_under_way, own_files
     from collaudit.cli.batch.finished_logs import finished_outcomes
-    from collaudit.cli.batch.log_jobs import Limits
+    from collaudit.cli.batch.log_jobs import Limits, night_records, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
-    from collaudit.cli.batch.night_records import night_records, with_records
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
     from collaudit.cli.fleet.log_inputs import night_of

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say, say_json, say_result, terminal_width
-from collaudit.cli.detail import Detail, detail_options
+from collaudit.cli.console import Detail, detail_options, note, progress, say, say_json, say_result, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import (
     config_option,
     labels_option,

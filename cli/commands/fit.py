@@ -7,10 +7,9 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, say, say_json, terminal_width
+from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_statements import contact_options, known_contact, known_loads
-from collaudit.cli.progress_bar import progress
+from collaudit.cli.log_arguments import contact_options, known_contact, known_loads
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 

@@ -6,10 +6,9 @@ from dataclasses import asdict, dataclass
 
 import click
 
-from collaudit.cli.console import note, print_findings, say, say_json, terminal_width
+from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
 from collaudit.cli.exit_codes import forbidding
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings, robot_options
 from collaudit.core.api import LogFiles, find_logs, prepare
 from collaudit.core.config import LoadedConfig

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, say, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_statements import contact_options
-from collaudit.cli.progress_bar import progress
+from collaudit.cli.log_arguments import contact_options
 from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.cli.study_output import say_studies
 from collaudit.core.data.recommendation_result import PersistenceReason

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say, say_document, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_document, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 from collaudit.reports.files.json_files import json_text

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say_json
+from collaudit.cli.console import note, progress, say_json
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.core.errors import EXIT_PASS
 from collaudit.fixtures.scenarios import FORMATS, IMPERFECTIONS, ROBOTS, SCENARIOS, format_of_suffix
 

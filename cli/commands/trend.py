@@ -6,9 +6,8 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.progress_bar import progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.cli.progress_bar import progress
+from collaudit.cli.console import progress
 from collaudit.core.api import LogFiles, load_robot, open_log
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance

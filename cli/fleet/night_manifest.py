@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from collaudit.cli.batch.audit_one import Outcome
-from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.night_policy import Decisions
 from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import LogError

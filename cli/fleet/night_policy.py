@@ -8,8 +8,7 @@ from datetime import UTC, date, datetime
 from functools import cache
 from pathlib import Path
 
-from collaudit.cli.batch.audit_one import Outcome
-from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile

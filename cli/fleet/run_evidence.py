@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from collaudit.cli.console import progress
 from collaudit.cli.fleet.baseline_files import robots_in
-from collaudit.cli.log_statements import known_contact
-from collaudit.cli.progress_bar import progress
+from collaudit.cli.log_arguments import known_contact
 from collaudit.cli.settings import load_settings
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError

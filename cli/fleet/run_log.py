@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TextIO
 
-from collaudit.cli.batch.audit_one import Outcome
+from collaudit.cli.batch.log_jobs import Outcome
 from collaudit.core.errors import CollauditError
 
 SCHEMA = "collaudit/run-log/1"

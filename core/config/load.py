@@ -14,7 +14,7 @@ import msgspec
 from collaudit.core.config.config_table import toml_values
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
-from collaudit.core.config.toml_parsing import parse_toml
+from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.small_files import read_small
 

@@ -1,7 +1,8 @@
-"""Plain values as TOML; text keeps nothing hidden."""
+"""TOML texts of users as values, and plain values as TOML; text keeps nothing hidden."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from datetime import date, time
 from pathlib import PurePath
@@ -43,3 +44,31 @@ def _escaped(text: str) -> str:
 
 def _spelt(code: int) -> str:
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+#: Tables and arrays in each other. No setting has more than four levels; Python's own bound is in the hundreds.
+_DEEPEST = 32
+
+
+def parse_toml(text: str) -> dict[str, object]:
+    """The values of a TOML text.
+
+    Raises:
+        tomllib.TOMLDecodeError: it is none, or is nested deeper than any setting.
+    """
+    try:
+        data = tomllib.loads(text)
+    except RecursionError:
+        raise tomllib.TOMLDecodeError("Nested too deeply") from None
+    level: list[object] = [data]
+    for _ in range(_DEEPEST):
+        level = [inner for value in level for inner in _inside(value)]
+        if not level:
+            return data
+    raise tomllib.TOMLDecodeError("Nested too deeply")
+
+
+def _inside(value: object) -> list[object]:
+    if isinstance(value, dict):
+        return list(value.values())
+    return value if isinstance(value, list) else []

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from collaudit.core.config.toml_parsing import parse_toml
+from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.errors import ConfigError, similar_file
 from collaudit.core.small_files import read_small
 from collaudit.reports.sections.body_region_sections import BodyLimits

@@ -104,19 +104,19 @@ def test_a_steady_process_outlives_what_its_tasks_do() -> None:
 
 
 def test_a_cluster_needs_dask_and_one_machine_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    from collaudit.cli.batch import worker_processes
+    from collaudit.cli.batch import logs_in_turn
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.core.errors import CollauditError
 
-    monkeypatch.setattr(worker_processes, "find_spec", lambda _name: None)
-    assert worker_processes._results([(), ()], Limits(2)).__name__ == "results_of"
+    monkeypatch.setattr(logs_in_turn, "find_spec", lambda _name: None)
+    assert logs_in_turn._results([(), ()], Limits(2)).__name__ == "results_of"
     with pytest.raises(CollauditError, match="collaudit\\[fleet\\]"):
-        worker_processes._results([()], Limits(scheduler="tcp://somewhere:8786"))
+        logs_in_turn._results([()], Limits(scheduler="tcp://somewhere:8786"))
 
 
 def test_memory_is_bounded_where_workers_share_a_machine() -> None:
     from collaudit.cli.batch.log_jobs import Limits
-    from collaudit.cli.batch.worker_processes import _memory_gb
+    from collaudit.cli.batch.logs_in_turn import _memory_gb
 
     assert _memory_gb(Limits(1)) is None and _memory_gb(Limits(4, None, 3.0)) == 3.0
     assert (_memory_gb(Limits(4)) or 0) >= 2.0 and (_memory_gb(Limits(10_000)) or 0) == 2.0

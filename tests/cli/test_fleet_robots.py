@@ -11,8 +11,7 @@ import pytest
 from camera_log import write_camera_log
 
 from collaudit.cli.fleet.log_settings import policy_of
-from collaudit.cli.fleet.robot_matching import LogTraits, robots_of
-from collaudit.cli.fleet.stated_serials import stated_serials
+from collaudit.cli.fleet.robot_matching import LogTraits, robots_of, stated_serials
 from collaudit.core.config import parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import NotJudgedError

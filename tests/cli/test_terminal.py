@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from collaudit.cli import progress_bar
+from collaudit.cli import console
 from collaudit.cli.console import note, say_result
 from collaudit.cli.main import collaudit as group
 from collaudit.core.findings import Finding
@@ -27,13 +27,13 @@ NO_SUFFIX = ["simulate", "friction", "-o", "x.xyz"]
 
 
 def test_messages_stand_in_place_of_the_progress_bar(monkeypatch, capsys) -> None:
-    monkeypatch.setattr(progress_bar, "_active", [object()])
+    monkeypatch.setattr(console, "_active", [object()])
     note("a word")
     assert capsys.readouterr().err == "\r\x1b[Ka word\n"
 
 
 def test_nothing_is_drawn_where_no_terminal_is(capsys) -> None:
-    with progress_bar.progress("judging") as report:
+    with console.progress("judging") as report:
         report(1, 2)
     assert capsys.readouterr().err == ""
 

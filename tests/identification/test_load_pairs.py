@@ -68,7 +68,7 @@ def test_loads_that_do_not_differ_tell_nothing(made: Maker) -> None:
 
 @pytest.mark.parametrize("text", ["", "heavy", "1,2", "-1", "1,nan,0,0"])
 def test_what_is_no_load_is_refused(text: str, tmp_path: Path) -> None:
-    from collaudit.cli.log_statements import known_loads
+    from collaudit.cli.log_arguments import known_loads
     from collaudit.core.errors import ConfigError
 
     with pytest.raises(ConfigError):

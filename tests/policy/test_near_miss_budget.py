@@ -10,8 +10,7 @@ import pytest
 import samples
 from scipy.stats import poisson
 
-from collaudit.cli.batch.audit_one import Outcome
-from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.night_policy import Decisions, NightPolicy
 from collaudit.core.config import parse_config
 from collaudit.core.verdict.breaches import least_per_hour, near_miss_breach

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.config import load_config
-from collaudit.core.config.toml_parsing import parse_toml
+from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.errors import ConfigError
 
 

@@ -48,11 +48,10 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
 
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
-    from collaudit.cli.drafts.arm_drafts import arms_in
     from collaudit.cli.drafts.draft import Known
-    from collaudit.cli.drafts.drafted_log import drafted
+    from collaudit.cli.drafts.drafted_log import arms_in, drafted
     from collaudit.cli.drafts.given_keys import guesses_of
-    from collaudit.cli.drafts.trial_words import next_step
+    from collaudit.cli.drafts.trial import next_step
     from collaudit.cli.log_arguments import one_log
     from collaudit.core.logs.column_guess import guess_csv_columns
     from collaudit.core.logs.log_description import describe
@@ -99,8 +98,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
 
 def _of_arms(arms: Mapping[str, tuple[Arm, Known]], logs: tuple[str, ...], output: Path) -> int:
     """A configuration for each arm beside the one that names them; whether all arms can be judged."""
-    from collaudit.cli.drafts.arm_drafts import fleet_text, friction_of
-    from collaudit.cli.drafts.drafted_log import drafted
+    from collaudit.cli.drafts.drafted_log import drafted, fleet_text, friction_of
 
     files = {name: output.with_name(f"{output.stem}.{name}{output.suffix}") for name in arms}
     log, code = "", EXIT_PASS
@@ -148,7 +146,7 @@ def _write(output: Path, text: str) -> None:
 
 
 def _say_trial(made: Drafted) -> None:
-    from collaudit.cli.drafts.trial_words import came_of_it
+    from collaudit.cli.drafts.trial import came_of_it
 
     print_findings([found for found in made.trial.findings if found.severity != "info"], err=True, brief=True)
     if made.trial.result is not None:

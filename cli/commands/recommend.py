@@ -102,7 +102,7 @@ def command(
     Exit code 3 when nothing could be recommended for any joint of a robot.
     """
     if store is not None and not inputs:
-        from collaudit.cli.fleet.stored_evidence import recommend_from_store
+        from collaudit.cli.fleet.run_evidence import recommend_from_store
 
         return recommend_from_store(store, robot, per_hour, as_json)
     if store is not None or not inputs:

@@ -1,4 +1,4 @@
-"""A commented configuration: sections of lines, each with why it says what it says."""
+"""A commented configuration: sections of lines, each with why it says what it says, and those that every draft has."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from collaudit.core.config.toml_text import to_toml, toml_key
+from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_summary import TopicInfo
+from collaudit.core.logs.tables.column_findings import standard_unit
 from collaudit.reports.values.visible_text import visible
 
 _WIDTH = 110
@@ -108,3 +111,77 @@ def document(head: Iterable[str], sections: Mapping[str, Section]) -> str:
 
 def _comments(remarks: Iterable[str]) -> list[str]:
     return [f"# {row}" for remark in remarks for row in textwrap.wrap(remark, _WIDTH)]
+
+
+#: By section the lines that every draft begins with.
+USUAL_LINES: Mapping[str, tuple[Line, ...]] = {
+    "robot": (
+        Line("urdf", "arm.urdf", "or dh_convention and [[robot.dh]] rows", active=False),
+        Line("base_rpy_deg", [0.0, 0.0, 0.0], "upright on the floor", guess=True),
+        Line("armature_kg_m2", {"joint1": 0.1}, "reflected rotor inertia, by joint", active=False),
+    ),
+    "robot.tool": (
+        Line("mass_kg", 0.0, "nothing carried; a payload left out shows as residual torque", guess=True),
+        Line("com_m", [0.0, 0.0, 0.05], "centre of mass in frame", active=False),
+        Line("frame", "tool0", "the last link when absent", active=False),
+    ),
+    "friction": (Line("file", "friction.json", 'from collaudit fit; gamma_nm = "auto" needs it', active=False),),
+    "detect": (
+        Line(
+            "gamma_nm",
+            "auto",
+            "of each joint, by the fit's own residual in friction.json; or a number, or numbers by joint",
+            guess=True,
+        ),
+        Line("persistence_ms", 25, "rounded up to whole samples; 12.5 where causal, unless stated", active=False),
+        Line("watch", "auto", "joints under force control are not judged; or a list of names"),
+    ),
+    "phases": (
+        Line("approach", [[0.0, 25.0]], "s from the log's first sample", active=False),
+        Line("contact", [[25.0, 53.0]], active=False),
+        Line("retreat", [[53.0, 57.5]], active=False),
+    ),
+    "policy": (Line("max_collisions", 0), Line("max_near_misses_per_hour", 10, active=False)),
+}
+
+
+def add_units(units: Section, topic: TopicInfo | None, columns: ColumnGuess | None, *, table: bool) -> None:
+    """Lines of ``[log.units]``.
+
+    Args:
+    units: the section.
+    topic: of the joint states.
+    columns: what the names of a table's columns say.
+    table: whether the log is one.
+    """
+    if table:
+        named = columns.units.get("time") if columns is not None else None
+        units.add("time", named or "auto", "by the name of its column" if named else "by the size of its numbers")
+        _add_column_units(units, columns)
+    elif topic is not None:
+        units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
+        units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
+    names = list(topic.joints[:2]) if topic else ["joint1"]
+    units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
+    units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
+
+
+def _add_column_units(units: Section, columns: ColumnGuess | None) -> None:
+    stated = columns.units if columns is not None else {}
+    said = "by the names of the columns, or what their source documents"
+    free = "or deg: what is stated is taken without a check"
+    for quantity, usual in (("position", "rad"), ("velocity", "rad/s")):
+        named = stated.get(quantity)
+        unit = standard_unit(quantity, named) if named else None
+        if named or quantity == "position":
+            why = said if unit else f"the columns are in {named}, which is not converted" if named else free
+            units.add(quantity, unit or usual, why, active=unit is not None)
+    effort = stated.get("effort")
+    unit = standard_unit("effort", effort) if effort else "Nm"
+    if unit == "A":
+        units.add("effort", "A", f"{said}; needs torque_constant_nm_per_a, or write raw")
+    elif unit is None:
+        units.add("effort", "raw", f"the columns are in {effort}, which is not converted", active=False)
+    else:
+        why = said if effort else "CSV files state no unit; A needs torque constants"
+        units.add("effort", "Nm", why, guess=not effort)

@@ -14,7 +14,7 @@ import numpy as np
 
 from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.data.coupled_friction import Coupling
+from collaudit.core.data.identification_result import Coupling
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import fact

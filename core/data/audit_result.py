@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING, Literal
 
 from collaudit.core.data import shown
 from collaudit.core.data.arm_geometry import ArmGeometry
-from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import (
     ChannelFacts,
+    CoupledFriction,
     EstimateChoice,
     FrictionVariation,
     Identification,
     Identified,
     LeftOut,
 )
-from collaudit.core.data.recommendation_result import TailFacts
+from collaudit.core.data.recommendation_result import FittedThresholds, MotionScale, TailFacts
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
-from collaudit.core.data.threshold_result import FittedThresholds, MotionScale
 from collaudit.core.findings import Finding
 
 if TYPE_CHECKING:

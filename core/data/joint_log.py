@@ -8,7 +8,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from collaudit.core.data import shown
-from collaudit.core.data.coupled_friction import Coupling
+from collaudit.core.data.identification_result import Coupling
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 

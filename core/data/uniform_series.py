@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from collaudit.core.data.audit_result import LogFacts
-from collaudit.core.data.coupled_friction import Coupling
+from collaudit.core.data.identification_result import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span

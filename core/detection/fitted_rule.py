@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, RuleFacts
-from collaudit.core.data.threshold_result import (
+from collaudit.core.data.recommendation_result import (
     FittedThresholds,
     FollowedMotion,
     JointThreshold,

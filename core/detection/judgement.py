@@ -10,8 +10,8 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
 from collaudit.core.data.detection_result import DetectionFacts
+from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detection_findings import (
     detection_findings,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.threshold_result import FollowedMotion
+from collaudit.core.data.recommendation_result import FollowedMotion
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.errors import ConfigError, did_you_mean

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.recommendation_result import MotionScale
 from collaudit.core.data.signals import State
-from collaudit.core.data.threshold_result import MotionScale
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.residual.residual import Residual

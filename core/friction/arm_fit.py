@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.data.identification_result import Identified
+from collaudit.core.data.identification_result import CoupledFriction, Identified
 from collaudit.core.findings import Finding
 from collaudit.core.friction.joint_fits import fit_joints, refit_joints, sections_of
 from collaudit.core.friction.sections import SectionSet

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.coupled_friction import CoupledFriction, Coupling
+from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect

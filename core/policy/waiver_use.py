@@ -1,15 +1,15 @@
-"""Waivers: which breach each covers, until when, and what is said of those that are over."""
+"""Waivers: which breach each covers, until when, and what is said of those that are over; which logs patterns mean."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import date
+from fnmatch import fnmatchcase
 
-from collaudit.core.config.schema import Waiver
+from collaudit.core.config.schema import PolicyOverride, Waiver
 from collaudit.core.data.policy_result import RuleOutcome
 from collaudit.core.findings import Finding
-from collaudit.core.policy.name_patterns import concerns
 
 
 class WaiverBook:
@@ -64,3 +64,28 @@ class WaiverBook:
         if waiver.rule != outcome.rule or not concerns(waiver, place, robot):
             return False
         return not waiver.joints or (bool(outcome.joints) and set(outcome.joints) <= set(waiver.joints))
+
+
+def matches(text: str, patterns: Iterable[str]) -> bool:
+    """Whether a path, URL or name is meant by one of the patterns.
+
+    Args:
+        text: with ``/`` between folders.
+        patterns: with ``*`` (over folders, too), ``?`` and ``[…]``. One that does not begin with ``/`` or a scheme is
+            also tried from every folder on: ``cell1/*`` means ``logs/cell1/a.mcap``, and not ``logs/xcell1/a.mcap``.
+    """
+    plain = text.removeprefix("./")
+    return any(fnmatchcase(plain, pattern) or fnmatchcase(plain, f"*/{pattern}") for pattern in patterns)
+
+
+def concerns(rule: PolicyOverride | Waiver, place: str, robot: str | None) -> bool:
+    """Whether an override or a waiver is for a log.
+
+    Args:
+        rule: with patterns of robots and logs; it is for every one where it has none.
+        place: path or URL of the log.
+        robot: whose it is, None without a fleet.
+    """
+    if rule.robots and (robot is None or not matches(robot, rule.robots)):
+        return False
+    return not rule.logs or matches(place, rule.logs)

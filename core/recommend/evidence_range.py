@@ -9,9 +9,8 @@ import numpy as np
 
 from collaudit.core.config.schema_detect import EvidenceConfig
 from collaudit.core.data.audit_result import PhaseSpan
-from collaudit.core.data.recommendation_result import RangeOfEvidence
+from collaudit.core.data.recommendation_result import FittedThresholds, RangeOfEvidence
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import widened

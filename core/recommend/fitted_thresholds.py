@@ -10,8 +10,8 @@ import numpy as np
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
+from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
 from collaudit.core.data.signals import State
-from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.detection.threshold import motion_features

@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 import scipy
 
-from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
+from collaudit.core.data.recommendation_result import MotionScale, ThresholdLevel
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.threshold import LEAST_SHARE, motion_features, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray

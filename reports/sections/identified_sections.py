@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
     AngleTorque,
     ChannelFacts,
+    CoupledFriction,
     EstimateChoice,
     FrictionVariation,
     Identification,
@@ -16,7 +16,7 @@ from collaudit.core.data.identification_result import (
     Trend,
     TriedEstimate,
 )
-from collaudit.core.data.threshold_result import FittedThresholds
+from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, interval, percent, significant, with_interval

@@ -10,12 +10,11 @@ from pathlib import Path
 import pytest
 from camera_log import write_camera_log
 
-from collaudit.cli.fleet.log_settings import policy_of
-from collaudit.cli.fleet.robot_matching import LogTraits, robots_of, stated_serials
+from collaudit.cli.fleet.robot_matching import LogTraits, policy_of, robots_of, stated_serials
 from collaudit.core.config import parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.policy.name_patterns import matches
+from collaudit.core.policy.waiver_use import matches
 
 FLEET = """
 [fleet.robots.left]

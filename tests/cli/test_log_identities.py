@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from collaudit.cli.fleet.log_identities import log_identities, run_folders
+from collaudit.cli.fleet.log_inputs import log_identities, run_folders
 
 FLEET = """
 [fleet.robots.A]

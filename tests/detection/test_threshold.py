@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from collaudit.core.data.recommendation_result import MotionScale
 from collaudit.core.data.signals import State
-from collaudit.core.data.threshold_result import MotionScale
 from collaudit.core.detection.threshold import Threshold
 
 N = 400

@@ -8,7 +8,7 @@ from dataclasses import replace
 from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
+from collaudit.core.data.recommendation_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import rise_findings
 from collaudit.fixtures.simulation import SimulatedFiles
 

@@ -14,7 +14,7 @@ from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
-from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
+from collaudit.core.data.recommendation_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS

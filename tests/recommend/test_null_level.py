@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
+from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.detection.threshold import motion_features, relative_scale, scale_over
 from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_levels

@@ -20,9 +20,9 @@ from collaudit.core.data import (
     identification_result,
     plan_result,
     policy_result,
+    recommendation_result,
     rule_study_result,
     sensitivity_result,
-    threshold_result,
 )
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
@@ -94,7 +94,7 @@ def _dataclass(name: str) -> type:
         policy_result,
         rule_study_result,
         sensitivity_result,
-        threshold_result,
+        recommendation_result,
     )
     kind = elsewhere.get(name) or next(getattr(home, name) for home in homes if hasattr(home, name))
     assert isinstance(kind, type)

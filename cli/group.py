@@ -1,15 +1,17 @@
-"""Commands whose help begins with examples, in a group that imports a command only when it is run."""
+"""Commands whose help begins with examples, in a group that imports one when it is run; no output is an input."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping, Sequence
+import glob
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from textwrap import wrap
 
 import click
 
-from collaudit.cli.outputs import refuse_input_as_output
+from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.allocator import room_for_linear_algebra
 
 #: In a context: all options are explained.
@@ -144,3 +146,63 @@ def example_command(
         return command
 
     return wrap
+
+
+_RUN_FILES = ("audit.json", "signals.parquet", "friction.json")
+
+
+def refuse_input_as_output(params: Mapping[str, object]) -> None:
+    """Refuse an output that one of the command's inputs already is.
+
+    Args:
+        params: arguments and options of the command, files among them.
+
+    Raises:
+        CollauditError: writing the output would destroy an input.
+    """
+    output = params.get("output")
+    if not isinstance(output, Path):
+        return
+    targets = [output / name for name in _RUN_FILES] if output.is_dir() else [output]
+    targets = [path for path in targets if path.is_file()]
+    if not targets:
+        return
+    for name, value in params.items():
+        if name == "output":
+            continue
+        for path in _files(value, runs=name == "runs"):
+            if any(path.samefile(target) for target in targets):
+                raise CollauditError(
+                    "the output is one of the inputs, which it would replace",
+                    where=str(output),
+                    found=str(path),
+                    hint="name another file with -o",
+                )
+
+
+def _files(value: object, runs: bool) -> Iterator[Path]:
+    """Existing files that a parameter names: itself, what its pattern matches, the logs or results in its folder."""
+    values: Iterable[object] = value if isinstance(value, list | tuple) else [value]
+    for item in values:
+        if not isinstance(item, str | Path):
+            continue
+        path = Path(item)
+        if path.is_dir():
+            yield from (file for file in _inside(path, runs) if file.is_file())
+        elif path.is_file():
+            yield path
+        elif glob.has_magic(str(item)):
+            from collaudit.core.logs.inputs import matching_paths
+
+            yield from (match for match in matching_paths(str(item)) if match.is_file())
+
+
+def _inside(folder: Path, runs: bool) -> list[Path]:
+    if runs:
+        return [folder / name for name in _RUN_FILES]
+    from collaudit.core.logs.inputs import expand_inputs
+
+    try:
+        return expand_inputs([folder])
+    except CollauditError:
+        return []  # the command itself says what is wrong with its input

@@ -33,7 +33,7 @@ def read_baseline(place: str) -> Baseline:
         ConfigError: there is no audit. CollauditError: a file of it is damaged.
     """
     if is_store(place):
-        from collaudit.core.policy.history_baseline import baseline_of_records
+        from collaudit.core.policy.baseline import baseline_of_records
         from collaudit.reports.store.result_store import ResultStore, records_of
 
         return baseline_of_records(place, records_of(ResultStore(place).table().to_pylist()))

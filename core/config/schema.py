@@ -8,10 +8,9 @@ from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, Vec3, Vec6, about
 from collaudit.core.config.schema_detect import DetectConfig, NearMissConfig, PhasesConfig
-from collaudit.core.config.schema_fleet import FleetConfig, FleetRobot
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
 from collaudit.core.config.schema_plan import PlanConfig
-from collaudit.core.config.schema_policy import PolicyConfig, PolicyOverride, Waiver
+from collaudit.core.config.schema_policy import FleetConfig, FleetRobot, PolicyConfig, PolicyOverride, Waiver
 from collaudit.core.friction_laws.law_registry import LAWS, LawChoice
 
 __all__ = [

@@ -14,8 +14,8 @@ from scipy.special import bdtrc as binomial_tail
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.history.joint_series import Reading
-from collaudit.core.history.log_record import LogRecord
+from collaudit.core.history.joint_series import Reading, reading_of
+from collaudit.core.history.log_record import JointRecord, LogRecord
 
 #: Two contacts of one log are the same where they overlap with so much room, and share a joint.
 _ROOM_S = 0.1
@@ -83,6 +83,33 @@ class Baseline:
             return ()
         own = [log for log in self.logs if log.robot == tonight.robot and log.judged and log.night < tonight.night]
         return tuple({log.sha256: log for log in sorted(own, key=lambda log: log.night)}.values())
+
+
+def baseline_of_records(name: str, records: Sequence[LogRecord]) -> Baseline:
+    """A baseline of all records of a store, those of one log in the order in which they were added."""
+    return Baseline(name, tuple(_log(record) for record in records if record.log_sha256), of_nights=True)
+
+
+def _log(record: LogRecord) -> BaselineLog:
+    levels = {level_key(item): reading_of(record, item, "friction", item.law_speed_rad_s) for item in record.joints}
+    return BaselineLog(
+        robot=record.robot,
+        sha256=record.log_sha256 or "",
+        start=record.start,
+        judged=record.verdict != "not_judged",
+        recorded_s=record.duration_s or 0.0,
+        near_misses=len(record.near_misses),
+        contacts=tuple((c.onset_s, c.end_s, c.joints) for c in record.contacts),
+        rms_nm={item.joint: item.rms_nm for item in record.joints if item.rms_nm is not None},
+        findings=frozenset((finding.code, finding.joint) for finding in record.findings),
+        night=record.night,
+        levels={key: level for key, level in levels.items() if level is not None},
+    )
+
+
+def level_key(item: JointRecord) -> tuple[str, float | None]:
+    """What levels of friction are compared by."""
+    return item.joint, item.law_speed_rad_s
 
 
 def new_contacts(contacts: Sequence[ContactSpan], sha256: str, logs: Sequence[BaselineLog]) -> int | None:

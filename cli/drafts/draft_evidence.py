@@ -14,7 +14,7 @@ from collaudit.core.data.identification_result import Bounds, ChannelFacts
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.reports.values.visible_text import visible
+from collaudit.reports.terminal.text_table import table
 
 #: Rows of which noise is told, and the fewest.
 _ROWS, _FEWEST = 100_000, 100
@@ -151,11 +151,8 @@ def _table(log: JointLog, unit: str) -> list[str]:
     """One row a joint, one column a channel that the log has."""
     channels = {"position": log.position_rad, "velocity": log.velocity_rad_s, f"effort [{unit}]": log.effort}
     held = {head: values[:_ROWS] for head, values in channels.items() if values is not None}
-    rows = [[visible(name), *(_cell(values[:, j]) for values in held.values())]
-            for j, name in enumerate(log.joint_names)]  # fmt: skip
-    rows = [["joint", *held], *rows]
-    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows]
+    rows = [[name, *(_cell(values[:, j]) for values in held.values())] for j, name in enumerate(log.joint_names)]
+    return table(["joint", *held], rows).splitlines()
 
 
 def _cell(values: FloatArray) -> str:

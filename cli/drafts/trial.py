@@ -17,13 +17,12 @@ from collaudit.core.api import LogFiles, load_robot, open_log
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
 from collaudit.core.data.joint_log import Annotation, JointLog
-from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.reports.values.words import plural, reason_text, verdict_word
+from collaudit.reports.terminal.screen_text import verdict_text
 
 #: Longer logs are tried on a stretch of so many values of one channel (rows times joints): a few seconds of work.
 MOST_VALUES = 1_500_000
@@ -171,7 +170,6 @@ def _duration(log: JointLog) -> float:
 
 
 _SHOWN = 6
-_FEW = 3
 _NO_ROBOT = (
     'a model of the robot: give --urdf arm.urdf, or write [robot] urdf = "arm.urdf" into the file (or dh_convention '
     "and [[robot.dh]] rows with masses)"
@@ -179,24 +177,16 @@ _NO_ROBOT = (
 
 
 def came_of_it(trial: Trial, result: AuditResult) -> str:
-    """What was tried, the verdict with what it does not speak of, the joints judged, and why others were not."""
+    """What was tried, how many joints have a residual, and the verdict as ``detect`` says it.
+
+    Why a log is not judged stands in what is missing.
+    """
     part = "" if trial.tried_s >= trial.whole_s else f"{trial.tried_s:.4g} s of the {trial.whole_s:.4g} s of "
     cover = result.coverage.joints
-    judged = [name for name, each in cover.items() if each.judged_s > 0]
-    modelled = trial.prepared is None or trial.prepared.rigid_nm is not None
-    causes: dict[str, list[str]] = {}
-    for name in cover:
-        if name not in judged:
-            causes.setdefault(_why(result, name, modelled), []).append(name)
-    others = [f"{_named(names)}: {why}" for why, names in causes.items()]
-    silent = f" ({'; '.join(others)})" if others else ""
-    found = f"; {plural(len(result.contacts), 'contact')}" if judged else ""
-    excluded = result.exclusions if result.verdict == "pass" else ()
-    more = [f"… and {len(excluded) - _SHOWN} more"] if len(excluded) > _SHOWN else []
-    listed = "".join(f"\n- excluded: {each}" for each in excluded[:_SHOWN]) + "".join(f"\n- {each}" for each in more)
-    word = verdict_word(result.verdict, result.exclusions)
-    what = "have a residual" if result.verdict == "not_judged" else "judged"  # the log was not, for the reasons below
-    return f"trial on {part}this log: {word}, {len(judged)} of {len(cover)} joints {what}{silent}{found}{listed}"
+    seen = f"{sum(each.judged_s > 0 for each in cover.values())} of {len(cover)} joints"
+    if result.verdict == "not_judged":
+        return f"trial on {part}this log: NOT JUDGED, {seen} have a residual"
+    return f"trial on {part}this log: {seen} judged\n{verdict_text(result, _SHOWN)}".rstrip()
 
 
 def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:
@@ -252,22 +242,3 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
         "friction.json"
         f"\n  {why}"
     )
-
-
-def _named(joints: Sequence[str]) -> str:
-    return ", ".join(joints) if len(joints) <= _FEW else f"{len(joints)} joints"
-
-
-def _why(result: AuditResult, joint: str, modelled: bool) -> str:
-    """Why a joint was not judged: a finding on it, else what most of its time was."""
-
-    cover = result.coverage.joints[joint]
-    if modelled:
-        for finding in result.findings:
-            if finding.joint == joint and finding.effect == "not-judged-joint":
-                return finding.code
-    if not cover.watched:
-        return cover.why if modelled else reason_text(State.NO_MODEL.code)
-    if not cover.not_judged_s:
-        return "at rest"
-    return reason_text(max(cover.not_judged_s, key=lambda reason: cover.not_judged_s[reason]))

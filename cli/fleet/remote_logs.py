@@ -71,9 +71,7 @@ def remote_logs(url: str) -> list[str]:
 
 
 def _is_file(system: Any, path: str) -> bool:
-    """Whether a path is one object; of HTTP its facts are asked for, since fsspec would begin to fetch it."""
-    if "://" not in path:
-        return bool(system.isfile(path))
+    """Whether a path is one object; its facts are asked for, since of HTTP fsspec would begin to fetch it."""
     try:
         return not path.endswith("/") and system.info(path)["type"] == "file"
     except FileNotFoundError:

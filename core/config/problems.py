@@ -85,10 +85,9 @@ def schema_problem(error: msgspec.ValidationError, data: Mapping[str, object], p
         return ConfigError(text, where=places.text(path), hint="docs/config.md lists what is required")
     if isinstance(stated, KeyedError):
         path = (*path, stated.key)
-        said = stated.text or said
-    if isinstance(stated, KeyedError) and stated.text:
-        return ConfigError(f"{_dotted(path)}: {said}", where=places.text(path))
-    if isinstance(stated, ValueError) and not isinstance(stated, KeyedError):
+        if stated.text:
+            return ConfigError(f"{_dotted(path)}: {stated.text}", where=places.text(path))
+    elif isinstance(stated, ValueError):
         return ConfigError(f"[{_dotted(path)}] {said}", where=places.text(path))
     return _wrong_value(said, path, data, places)
 

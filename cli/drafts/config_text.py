@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from collaudit.core.config.toml_text import to_toml, toml_key
-from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import TopicInfo
 from collaudit.core.logs.tables.column_findings import standard_unit
 from collaudit.reports.values.visible_text import visible
@@ -145,19 +144,19 @@ USUAL_LINES: Mapping[str, tuple[Line, ...]] = {
 }
 
 
-def add_units(units: Section, topic: TopicInfo | None, columns: ColumnGuess | None, *, table: bool) -> None:
+def add_units(units: Section, topic: TopicInfo | None, stated: Mapping[str, str], *, table: bool) -> None:
     """Lines of ``[log.units]``.
 
     Args:
     units: the section.
     topic: of the joint states.
-    columns: what the names of a table's columns say.
+    stated: quantity to the unit that the names of a table's columns, or their source, state.
     table: whether the log is one.
     """
     if table:
-        named = columns.units.get("time") if columns is not None else None
+        named = stated.get("time")
         units.add("time", named or "auto", "by the name of its column" if named else "by the size of its numbers")
-        _add_column_units(units, columns)
+        _add_column_units(units, stated)
     elif topic is not None:
         units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
         units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
@@ -166,8 +165,7 @@ def add_units(units: Section, topic: TopicInfo | None, columns: ColumnGuess | No
     units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
 
 
-def _add_column_units(units: Section, columns: ColumnGuess | None) -> None:
-    stated = columns.units if columns is not None else {}
+def _add_column_units(units: Section, stated: Mapping[str, str]) -> None:
     said = "by the names of the columns, or what their source documents"
     free = "or deg: what is stated is taken without a check"
     for quantity, usual in (("position", "rad"), ("velocity", "rad/s")):

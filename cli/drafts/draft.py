@@ -11,6 +11,7 @@ from collaudit.cli.drafts.given_keys import given_keys
 from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.describe import all_keys
+from collaudit.core.config.schema import CsvConfig
 from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
@@ -71,11 +72,11 @@ class Draft:
     def __init__(self, known: Known, folder: Path) -> None:
         """Draft a configuration that will lie in a folder."""
         self.problems: list[str] = []
-        self._known, self.summary, self._columns_found = known, known.summary, known.columns
+        self._known, self.summary = known, known.summary
+        self._found = known.columns or ColumnGuess(CsvConfig(), (), {}, {}, {})
         names = [key.dotted for key in all_keys() if key.shape == "table"]
         names.insert(names.index("log") + 1, "log.joint_names")
         self.sections = {name: Section(name, lines=[*USUAL_LINES.get(name, ())]) for name in names}
-        self._csv_guess = known.columns.csv if known.columns is not None else None
         self._given = dict(given_keys(known.loaded, folder, known.paths))
         self._fill()
 
@@ -85,7 +86,7 @@ class Draft:
             self.sections["robot"].remarks.append(_NO_ROBOT)
         self._signals(topic)
         self._names(topic)
-        add_units(self.sections["log.units"], topic, self._columns_found, table=bool(self.summary.csv_columns))
+        add_units(self.sections["log.units"], topic, self._found.units, table=bool(self.summary.csv_columns))
         for dotted, value in self._given.items():
             table, _, key = dotted.rpartition(".")
             if dotted == "log.joint_names" and isinstance(value, dict):
@@ -149,7 +150,7 @@ class Draft:
         log.add("effort_kind", "motor-torque", why, active=False)
 
     def _columns(self) -> None:
-        csv, guess = self.sections["log.csv"], self._csv_guess
+        csv, guess = self.sections["log.csv"], self._found.csv
         csv.remarks.append(f"Columns of the file: {', '.join(name for name in self.summary.csv_columns if name)}.")
         csv.remarks.append("In patterns, {joint} stands for a joint's name and {i} counts from 1.")
         examples = {"time": "t", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}"}
@@ -157,25 +158,24 @@ class Draft:
         for key, example in examples.items():
             if key in open_:
                 continue
-            value = getattr(guess, key) if guess is not None else None
+            value = getattr(guess, key)
             if value is not None:
                 csv.add(key, value, "recognised by name", guess=True)
             else:
                 csv.add(key, example, "derived from position when absent" if key == "velocity" else "", active=False)
-        if guess is None or guess.time is None:
+        if guess.time is None:
             csv.add("rate_hz", 1000.0, "rows per second, where there is no time column", active=False)
         labels = [name.strip() for name in self.summary.csv_columns if is_label(name)]
         if labels:
             csv.add("labels", labels, "may mark true events, by the name; see also [detect] true_events", active=False)
         self._wrench_columns()
-        if guess is not None:
-            for key in ("delimiter", "decimal"):
-                if (value := getattr(guess, key)) != "auto":
-                    csv.add(key, value)
+        for key in ("delimiter", "decimal"):
+            if (value := getattr(guess, key)) != "auto":
+                csv.add(key, value)
 
     def _wrench_columns(self) -> None:
         """Six columns that are named as a wrench: offered, or said to be no sensor's."""
-        offered = self._columns_found.wrench if self._columns_found is not None else None
+        offered = self._found.wrench
         if offered is None:
             return
         csv = self.sections["log.csv"]
@@ -189,9 +189,7 @@ class Draft:
 
     def _open_columns(self) -> Mapping[str, Sequence[str]]:
         """Choices for quantities that several groups of columns could be, and a word on what was passed over."""
-        csv, found = self.sections["log.csv"], self._columns_found
-        if found is None:
-            return {}
+        csv, found = self.sections["log.csv"], self._found
         for quantity, groups in found.passed_over.items():
             csv.remarks.append(f"Passed over for {quantity}: {', '.join(groups)}.")
         for quantity, patterns in found.open.items():
@@ -235,8 +233,7 @@ class Draft:
                 self.sections["robot"].add("joints", list(chain), words, choice=True)
 
     def _guess(self, topic: TopicInfo) -> JointGuess:
-        guessed = self._csv_guess.position if self._csv_guess is not None else None
-        pattern = self._given.get("log.csv.position", guessed or "")
+        pattern = self._given.get("log.csv.position", self._found.csv.position or "")
         counted = tuple(topic.joints) == tuple(f"joint{k + 1}" for k in range(len(topic.joints)))
         columns = bool(self.summary.csv_columns) and counted and (not isinstance(pattern, str) or "{i" in pattern)
         ordered = columns and isinstance(pattern, str) and counts_message(pattern)

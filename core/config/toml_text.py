@@ -58,17 +58,15 @@ def parse_toml(text: str) -> dict[str, object]:
     """
     try:
         data = tomllib.loads(text)
+        deep = _depth(data) > _DEEPEST
     except RecursionError:
-        raise tomllib.TOMLDecodeError("Nested too deeply") from None
-    level: list[object] = [data]
-    for _ in range(_DEEPEST):
-        level = [inner for value in level for inner in _inside(value)]
-        if not level:
-            return data
-    raise tomllib.TOMLDecodeError("Nested too deeply")
+        deep = True
+    if deep:
+        raise tomllib.TOMLDecodeError("Nested too deeply")
+    return data
 
 
-def _inside(value: object) -> list[object]:
+def _depth(value: object) -> int:
     if isinstance(value, dict):
-        return list(value.values())
-    return value if isinstance(value, list) else []
+        value = [*value.values()]
+    return 1 + max(map(_depth, value), default=0) if isinstance(value, list) else 0

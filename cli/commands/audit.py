@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -206,7 +206,7 @@ def command(
     for friction in sorted({path for settings in night.settings if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     known = None if baseline is None else read_baseline(baseline)
-    policy = NightPolicy(loaded.config.policy, known, fails, None if as_of is None else as_of.date())
+    policy = NightPolicy(loaded.config.policy, known, fails, (as_of or datetime.now(UTC)).date())
     history = baseline if baseline is not None and is_store(baseline) else None
     work = with_records(night.jobs, store or history, robot, day)
     kept = finished_outcomes(work, output) if resume else {}

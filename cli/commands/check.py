@@ -43,14 +43,14 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 
 
 def _check(path: Path) -> None:
-    from collaudit.cli.fleet.robot_matching import LogSettings, fleet_robots
+    from collaudit.cli.fleet.robot_matching import fleet_robots, robot_settings
     from collaudit.core.config import load_config
     from collaudit.core.policy.waiver_use import WaiverBook
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)
     robots = fleet_robots(loaded)
-    for settings in (loaded, *LogSettings(loaded, {}, robots).robot_settings()):
+    for settings in (loaded, *robot_settings(loaded, {}, robots).values()):
         urdf = settings.urdf_path
         if urdf is not None and not urdf.is_file():
             raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
-from collaudit.cli.fleet.robot_matching import LogSettings, LogTraits, fleet_robots, robots_of
+from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, log_settings, robot_settings, robots_of
 from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot
@@ -59,7 +59,7 @@ def night_of(
         LogError: a folder holds no log, or an argument is a pipe or a device.
     """
     robots = fleet_robots(loaded)
-    settings = LogSettings(loaded, flags, robots)
+    settings = robot_settings(loaded, flags, robots)
     asked = with_stdin(arguments)
     listed, missing = _there(asked, loaded) if keep_going else (asked, [])
     local = [argument for argument in listed if not is_url(argument)]
@@ -80,7 +80,7 @@ def night_of(
     names = log_identities(asked, places, [job.robot for job in jobs])
     named = zip(jobs, names, run_folders(names, places), strict=True)
     jobs = [job._replace(name=name, folder=folder) for job, name, folder in named]
-    return Night(tuple(jobs), tuple(settings.robot_settings()))
+    return Night(tuple(jobs), tuple(settings.values()) or (loaded,))
 
 
 def with_stdin(arguments: Sequence[str]) -> list[str]:
@@ -116,7 +116,7 @@ def _there(arguments: Sequence[str], loaded: LoadedConfig) -> tuple[list[str], l
     return there, missing
 
 
-def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) -> list[LogJob]:
+def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str | None, LoadedConfig]) -> list[LogJob]:
     """The log's job for each of its robots. A remote log is fetched for rules about its content only."""
     place = job.url or job.files[0].as_posix()
     names: Sequence[str | None] = [None]
@@ -135,7 +135,9 @@ def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) 
         except OSError as error:
             problem = NotJudgedError(str(error), where=place)
     own = job._replace(files=() if url else files, problem=problem)
-    return [own._replace(loaded=settings.of(place, name), robot=name) for name in names]
+    by_name: dict[str | None, LoadedConfig] = {None: job.loaded, **settings}
+    loaded = [log_settings(job.loaded, by_name[name], place, name) for name in names]
+    return [own._replace(loaded=one, robot=name) for one, name in zip(loaded, names, strict=True)]
 
 
 _LONGEST_FOLDER = 80

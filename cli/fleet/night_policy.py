@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from functools import cache
 from pathlib import Path
@@ -37,24 +37,29 @@ class Decisions:
     file: PolicyFile
 
 
+@dataclass(frozen=True, slots=True)
 class NightPolicy:
-    """Policy, baseline and waivers of one audit."""
+    """Policy, baseline and waivers of one audit.
 
-    def __init__(
-        self, policy: PolicyConfig, baseline: Baseline | None, fail_on: Sequence[str] = (), as_of: date | None = None
-    ) -> None:
+    Attributes:
+        policy: of the common configuration.
+        baseline: what is compared with, None for nothing.
+        fail_on: what else than an error fails.
+        as_of: day on which waivers are looked at.
+        came: logs that have come so far, where each is decided on as it comes.
+    """
 
-        self._policy = policy
-        self._baseline = baseline
-        self._fail_on = tuple(fail_on)
-        self._as_of = as_of or datetime.now(UTC).date()
-        self._waivers = self._fresh()
-        self._came: list[tuple[LogJob, Outcome]] = []
+    policy: PolicyConfig
+    baseline: Baseline | None
+    fail_on: tuple[str, ...] = ()
+    as_of: date = field(default_factory=lambda: datetime.now(UTC).date())
+    came: list[tuple[LogJob, Outcome]] = field(default_factory=list)
 
     def verdict_of(self, job: LogJob, outcome: Outcome) -> Verdict:
         """The decided verdict on one log, as it comes: its near misses count with those of the logs before it."""
-        self._came.append((job, outcome))
-        return self._decision(job, outcome, _nights(self._came)[job.robot]).verdict
+        self.came.append((job, outcome))
+        waivers = WaiverBook(self.policy.waivers, self.as_of)
+        return self._decision(job, outcome, _nights(self.came)[job.robot], waivers).verdict
 
     def decide(self, jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> Decisions:
         """Decide on all logs.
@@ -63,17 +68,17 @@ class NightPolicy:
             jobs: the logs.
             outcomes: in their order.
         """
-        self._waivers = self._fresh()
+        waivers = WaiverBook(self.policy.waivers, self.as_of)
         every = list(zip(jobs, outcomes, strict=True))
         nights = _nights(every)
-        decisions = [self._decision(job, outcome, nights[job.robot]) for job, outcome in every]
+        decisions = [self._decision(job, outcome, nights[job.robot], waivers) for job, outcome in every]
         pairs = list(zip(outcomes, decisions, strict=True))
-        findings = self._waivers.findings()
+        findings = waivers.findings()
         verdicts = [decision.verdict for decision in decisions]
-        fails = {"error", "warn"} if "warn" in self._fail_on else {"error"}
-        if any(level in fails for _, level in findings_with_level(findings, self._policy.findings)):
+        fails = {"error", "warn"} if "warn" in self.fail_on else {"error"}
+        if any(level in fails for _, level in findings_with_level(findings, self.policy.findings)):
             verdicts.append("fail")
-        if "not-judged" in self._fail_on and "not_judged" in verdicts:
+        if "not-judged" in self.fail_on and "not_judged" in verdicts:
             verdicts.append("fail")
         return Decisions(
             entries=tuple(self._entry(o, d) for o, d in pairs),
@@ -81,9 +86,9 @@ class NightPolicy:
             verdicts=tuple(verdicts),
             file=PolicyFile(
                 schema=POLICY_SCHEMA,
-                as_of=self._as_of.isoformat(),
-                baseline=None if self._baseline is None else self._baseline.name,
-                fail_on=self._fail_on,
+                as_of=self.as_of.isoformat(),
+                baseline=None if self.baseline is None else self.baseline.name,
+                fail_on=self.fail_on,
                 logs=tuple(decisions),
                 findings=tuple(findings),
             ),
@@ -91,14 +96,11 @@ class NightPolicy:
 
     def _entry(self, outcome: Outcome, decision: LogDecision) -> IndexEntry:
         """The line of a log as decided; with a baseline, the rule on contacts has counted those that are new."""
-        new = [int(one.value or 0) for one in decision.rules if one.rule == "contacts" and self._baseline is not None]
+        new = [int(one.value or 0) for one in decision.rules if one.rule == "contacts" and self.baseline is not None]
         entry, count = outcome.entry, new[0] if new else None
         return replace(entry, verdict=decision.verdict, reasons=decision.reasons, new_contacts=count)
 
-    def _fresh(self) -> WaiverBook:
-        return WaiverBook(self._policy.waivers, self._as_of)
-
-    def _decision(self, job: LogJob, outcome: Outcome, night: NightOfRobot) -> LogDecision:
+    def _decision(self, job: LogJob, outcome: Outcome, night: NightOfRobot, waivers: WaiverBook) -> LogDecision:
         entry, place = outcome.entry, job.url or job.files[0].as_posix()
         if outcome.result is None:
             return LogDecision(entry.name, job.robot, place, job.folder, "not_judged", entry.reasons, ())
@@ -114,7 +116,7 @@ class NightPolicy:
             night,
             outcome.record,
         )
-        return decide_log(log, self._waivers, self._baseline, self._fail_on)
+        return decide_log(log, waivers, self.baseline, self.fail_on)
 
 
 def _nights(came: Sequence[tuple[LogJob, Outcome]]) -> dict[str | None, NightOfRobot]:

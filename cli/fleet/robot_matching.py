@@ -174,42 +174,34 @@ def _of_bag_folder(path: Path) -> set[str]:
 _OF_OVERRIDE = {"robots", "logs", "levels", "findings"}
 
 
-class LogSettings:
-    """Settings by robot and policy, each made once and shared by the logs that have them."""
+def robot_settings(
+    common: LoadedConfig, flags: Mapping[str, object], robots: Mapping[str, FleetRobot]
+) -> dict[str | None, LoadedConfig]:
+    """The settings of every robot by its name.
 
-    def __init__(self, common: LoadedConfig, flags: Mapping[str, object], robots: Mapping[str, FleetRobot]) -> None:
-        """Read and check the settings of every robot.
+    Args:
+        common: the configuration, flags applied.
+        flags: the flags alone: they win over what a robot has.
+        robots: of the fleet.
 
-        Args:
-            common: the configuration, flags applied.
-            flags: the flags alone: they win over what a robot has.
-            robots: of the fleet.
+    Raises:
+        ConfigError: a robot's configuration cannot be used.
+    """
+    return {name: _of_robot(common, flags, name, robot) for name, robot in robots.items()}
 
-        Raises:
-            ConfigError: a robot's configuration cannot be used.
-        """
-        self._common = common
-        self._of_robot = {name: _of_robot(common, flags, name, robot) for name, robot in robots.items()}
-        self._made: dict[str, LoadedConfig] = {}
 
-    def robot_settings(self) -> list[LoadedConfig]:
-        """The settings of every robot; the common ones where there is no fleet."""
-        return list(self._of_robot.values()) or [self._common]
+def log_settings(common: LoadedConfig, own: LoadedConfig, place: str, robot: str | None) -> LoadedConfig:
+    """Settings of one log: those of its robot, with the policy that holds for the log.
 
-    def of(self, place: str, robot: str | None) -> LoadedConfig:
-        """Settings of one log.
-
-        Args:
-            place: its path or URL.
-            robot: its robot's name, None without a fleet.
-        """
-        base = self._common if robot is None else self._of_robot[robot]
-        policy = policy_of(self._common.config.policy, place, robot)
-        key = f"{robot}\n{policy!r}"
-        if key not in self._made:
-            config = base.config.changed({"policy": policy, "fleet": FleetConfig()})
-            self._made[key] = replace(base, config=config, sha256=config_sha256(config))
-        return self._made[key]
+    Args:
+        common: the configuration.
+        own: of the robot; the common one without a fleet.
+        place: path or URL of the log.
+        robot: name of the robot, None without a fleet.
+    """
+    policy = policy_of(common.config.policy, place, robot)
+    config = own.config.changed({"policy": policy, "fleet": FleetConfig()})
+    return replace(own, config=config, sha256=config_sha256(config))
 
 
 def policy_of(policy: PolicyConfig, place: str, robot: str | None) -> PolicyConfig:

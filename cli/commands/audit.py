@@ -202,13 +202,13 @@ def command(
     key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
-    night = night_of(logs, loaded, overrides(), keep_going)
-    for friction in sorted({path for settings in night.settings if (path := settings.friction_path) is not None}):
+    found, of_robots = night_of(logs, loaded, overrides(), keep_going)
+    for friction in sorted({path for settings in of_robots if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     known = None if baseline is None else read_baseline(baseline)
     policy = NightPolicy(loaded.config.policy, known, fails, (as_of or datetime.now(UTC)).date())
     history = baseline if baseline is not None and is_store(baseline) else None
-    work = with_records(night.jobs, store or history, robot, day)
+    work = with_records(found, store or history, robot, day)
     kept = finished_outcomes(work, output) if resume else {}
     folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
     if resume:
@@ -237,8 +237,8 @@ def command(
         for name in extra:
             text = summary_text(decisions.results, name, unread, sentence)
             atomic_write(output / f"summary{FORMATS[name].suffix}", text)
-        made = (loaded, *night.settings)
-        write_manifest(output, night_manifest(output, work, outcomes, decisions, made, own_files()))
+        manifest = night_manifest(output, work, outcomes, decisions, (loaded, *of_robots), own_files())
+        write_manifest(output, manifest)
         if key is not None:
             write_signature(output, key)
         if store is not None:

@@ -15,7 +15,6 @@ import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import cache
 from itertools import takewhile
 from pathlib import Path
@@ -35,18 +34,10 @@ from collaudit.reports.page.scripts import ASSETS_FOLDER
 STDIN = "-"
 
 
-@dataclass(frozen=True, slots=True)
-class Night:
-    """The logs of an audit, and the settings that its robots have."""
-
-    jobs: tuple[LogJob, ...]
-    settings: tuple[LoadedConfig, ...]
-
-
 def night_of(
     arguments: Sequence[str], loaded: LoadedConfig, flags: Mapping[str, object], keep_going: bool = False
-) -> Night:
-    """The jobs that arguments stand for.
+) -> tuple[list[LogJob], list[LoadedConfig]]:
+    """The jobs that arguments stand for, and the settings of every robot, or the common ones.
 
     Args:
         arguments: files, folders, patterns, URLs, or ``-`` for a list of them on stdin, one a line.
@@ -80,7 +71,7 @@ def night_of(
     names = log_identities(asked, places, [job.robot for job in jobs])
     named = zip(jobs, names, run_folders(names, places), strict=True)
     jobs = [job._replace(name=name, folder=folder) for job, name, folder in named]
-    return Night(tuple(jobs), tuple(settings.values()) or (loaded,))
+    return jobs, list(settings.values()) or [loaded]
 
 
 def with_stdin(arguments: Sequence[str]) -> list[str]:

@@ -9,6 +9,7 @@ import click
 
 from collaudit.cli.console import Detail, detail_options, note, progress, say, say_json, say_result, terminal_width
 from collaudit.cli.group import example_command
+from collaudit.cli.log_arguments import audit_files, one_log, say_studies
 from collaudit.cli.settings import (
     config_option,
     labels_option,
@@ -17,7 +18,6 @@ from collaudit.cli.settings import (
     rule_options,
     study_option,
 )
-from collaudit.cli.study_output import say_studies
 from collaudit.core.data.audit_result import AuditResult
 
 
@@ -55,7 +55,6 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
     from collaudit.cli.exit_codes import exit_code
-    from collaudit.cli.log_arguments import audit_files, one_log
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.run_files import audit_json, score_json
     from collaudit.reports.files.run_folder import RunFolder

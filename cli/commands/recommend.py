@@ -11,9 +11,8 @@ import click
 
 from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import contact_options
+from collaudit.cli.log_arguments import contact_options, say_studies
 from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
-from collaudit.cli.study_output import say_studies
 from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from collaudit.cli.console import progress, say, say_json, terminal_width
 from collaudit.cli.fleet.baseline_files import robots_in
-from collaudit.cli.log_arguments import known_contact
+from collaudit.cli.log_arguments import audit_files, known_contact
 from collaudit.cli.settings import load_settings
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
@@ -36,8 +36,6 @@ def by_arm(evidence: Sequence[Judged], robot: str | None) -> dict[str, list[Judg
 
 def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) -> list[Judged]:
     """Runs are read, everything else is judged as a log and studied; with what is known of contact, and whose it is."""
-    from collaudit.cli.log_arguments import audit_files
-    from collaudit.cli.study_output import with_study
     from collaudit.core.api import find_logs, open_log
     from collaudit.core.scoring.known_events import contact_times, label_times
 
@@ -51,7 +49,8 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) 
     found = find_logs(logs, loaded) if logs else []
     files_known = known_contact(truth, len(runs) + len(found))
     labelled: list[Times | None] = [None] * len(audits)
-    studied = with_study(loaded, per_hour)
+    study = loaded.config.study.changed({"run": True, "per_hour": per_hour})
+    studied = replace(loaded, config=loaded.config.changed({"study": study}))
     for k, files in enumerate(found):
         with progress(f"judging {files[0].name}") as report:
             audits.append(audit_files(files, studied, report, truth[len(runs) + k] if files_known else None)[0])

@@ -259,8 +259,7 @@ class ReportConfig(ConfigTable, frozen=True, kw_only=True):
 
     def stated(self) -> dict[str, str]:
         """What is stated, in this order."""
-        known = {"robot": self.robot, "tool": self.tool, "lab": self.lab, "operator": self.operator}
-        return {key: text for key, text in known.items() if text is not None}
+        return {key: text for key in self.__struct_fields__ if (text := getattr(self, key)) is not None}
 
 
 class Config(ConfigTable, frozen=True, kw_only=True):

@@ -15,7 +15,7 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.log_record import LogRecord, NightFrom
-from collaudit.core.history.record_of_audit import record_of, unread_record
+from collaudit.core.history.record_of_audit import record_of
 from collaudit.core.logs.log_hashing import sha256_of
 from collaudit.reports.values.entries import IndexEntry
 
@@ -40,13 +40,32 @@ class RecordWanted:
         return record_of(audit, self.robot, night, source, judged_h)
 
     def of_unread(self, files: LogFiles, name: str, error: str) -> LogRecord:
-        """The record of a log that could not be audited, and why."""
+        """The record of a log that could not be audited, and why: a night without evidence is no quiet night."""
         try:
             digest = sha256_of(files) if files else None
         except (CollauditError, OSError, ValueError):
             digest = None
         night, source = self._night(None)
-        return unread_record(self.robot, night, source, name, digest, error, version("collaudit"))
+        return LogRecord(
+            robot=self.robot,
+            night=night,
+            night_from=source,
+            log=name,
+            log_sha256=digest,
+            start=None,
+            verdict="not_judged",
+            reasons=(error.partition("\n")[0],),
+            error=error,
+            duration_s=None,
+            period_s=None,
+            judged_h=0.0,
+            detector=None,
+            persistence_s=None,
+            config_sha256=None,
+            friction_sha256=None,
+            model_sha256=None,
+            collaudit=version("collaudit"),
+        )
 
     def _night(self, start: str | None) -> tuple[str, NightFrom]:
         if self.night is not None:

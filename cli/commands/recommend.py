@@ -100,15 +100,13 @@ def command(
 
     Exit code 3 when nothing could be recommended for any joint of a robot.
     """
-    if store is not None and not inputs:
-        from collaudit.cli.fleet.run_evidence import recommend_from_store
+    from collaudit.cli.fleet.run_evidence import by_arm, recommend_from_store, run_evidence
+    from collaudit.reports.files.rule_snippets import snippet as text_to_paste
 
+    if store is not None and not inputs:
         return recommend_from_store(store, robot, per_hour, as_json)
     if store is not None or not inputs:
         raise click.UsageError("Name runs or logs, or a store with --store; not both.")
-    from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
-    from collaudit.reports.files.rule_snippets import snippet as text_to_paste
-
     evidence = run_evidence(inputs, truth, per_hour)
     arms = by_arm(evidence, robot)
     if len(arms) > 1 and (as_json or snippet is not None):

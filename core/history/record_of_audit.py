@@ -71,32 +71,6 @@ def record_of(audit: Audit, robot: str, night: str, night_from: NightFrom, judge
     )
 
 
-def unread_record(
-    robot: str, night: str, night_from: NightFrom, log: str, log_sha256: str | None, error: str, collaudit: str
-) -> LogRecord:
-    """The record of a log that could not be audited: a night without evidence is no quiet night."""
-    return LogRecord(
-        robot=robot,
-        night=night,
-        night_from=night_from,
-        log=log,
-        log_sha256=log_sha256,
-        start=None,
-        verdict="not_judged",
-        reasons=(error.partition("\n")[0],),
-        error=error,
-        duration_s=None,
-        period_s=None,
-        judged_h=0.0,
-        detector=None,
-        persistence_s=None,
-        config_sha256=None,
-        friction_sha256=None,
-        model_sha256=None,
-        collaudit=collaudit,
-    )
-
-
 def _contact(contact: Contact) -> ContactRecord:
     least = None if contact.least_force is None else contact.least_force.force_n
     return ContactRecord(contact.onset_s, contact.end_s, contact.joints, contact.link, contact.kind, least)

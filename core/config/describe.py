@@ -82,42 +82,39 @@ def choices_of_laws(annotation: Any) -> tuple[str, ...]:
 
 
 def _key(path: tuple[str, ...], field: msgspec.structs.FieldInfo, holder: type[msgspec.Struct]) -> Key:
-    match _bare(inspect.type_info(field.type)):
-        case inspect.StructType(cls=table):
-            return Key(path, field, holder, table, "table")
-        case inspect.ListType(item_type=inspect.StructType(cls=table)):
-            return Key(path, field, holder, table, "array")
-        case inspect.DictType(value_type=inspect.StructType(cls=table)):
-            return Key(path, field, holder, table, "by-name")
+    kind = _bare(inspect.type_info(field.type))
+    if isinstance(kind, inspect.StructType):
+        return Key(path, field, holder, kind.cls, "table")
+    if isinstance(kind, inspect.ListType) and isinstance(kind.item_type, inspect.StructType):
+        return Key(path, field, holder, kind.item_type.cls, "array")
+    if isinstance(kind, inspect.DictType) and isinstance(kind.value_type, inspect.StructType):
+        return Key(path, field, holder, kind.value_type.cls, "by-name")
     return Key(path, field, holder, None, "value")
 
 
 def _bare(kind: inspect.Type) -> inspect.Type:
     """Without notes, and of a table that may be absent the table."""
-    match kind:
-        case inspect.Metadata(type=inner):
-            return _bare(inner)
-        case inspect.UnionType(types=(inspect.StructType() as table, inspect.NoneType())):
-            return table
-    return kind
+    while isinstance(kind, inspect.Metadata):
+        kind = kind.type
+    kinds = kind.types if isinstance(kind, inspect.UnionType) else ()
+    return next((one for one in kinds if isinstance(one, inspect.StructType)), kind)
 
 
 def _text(kind: inspect.Type) -> str:
-    match kind:
-        case inspect.Metadata(type=inner):
-            return _text(inner)
-        case inspect.LiteralType(values=values):
-            return " or ".join(map(to_toml, values))
-        case inspect.UnionType(types=kinds):
-            return ", or ".join(_text(one) for one in kinds if not isinstance(one, inspect.NoneType))
-        case inspect.TupleType(item_types=kinds):
-            return f"[{', '.join(_text(one).removeprefix('a ') for one in kinds)}]"
-        case inspect.ListType(item_type=inspect.UnionType(types=kinds)):  # one kind in a list
-            return ", or ".join(f"a list of {_plural(_text(one))}" for one in kinds)
-        case inspect.ListType(item_type=inner):
-            return f"a list of {_plural(_text(inner))}"
-        case inspect.DictType(value_type=inner):
-            return f"a table of name = {_text(inner)}"
+    if isinstance(kind, inspect.Metadata):
+        return _text(kind.type)
+    if isinstance(kind, inspect.LiteralType):
+        return " or ".join(map(to_toml, kind.values))
+    if isinstance(kind, inspect.UnionType):
+        return ", or ".join(_text(one) for one in kind.types if not isinstance(one, inspect.NoneType))
+    if isinstance(kind, inspect.TupleType):
+        return f"[{', '.join(_text(one).removeprefix('a ') for one in kind.item_types)}]"
+    if isinstance(kind, inspect.ListType):
+        item = kind.item_type
+        kinds = item.types if isinstance(item, inspect.UnionType) else (item,)  # one kind in a list
+        return ", or ".join(f"a list of {_plural(_text(one))}" for one in kinds)
+    if isinstance(kind, inspect.DictType):
+        return f"a table of name = {_text(kind.value_type)}"
     limits = [form.format(limit) for name, form in _BOUNDS if (limit := getattr(kind, name, None)) is not None]
     if shortest := getattr(kind, "min_length", None):
         limits.append("that is not empty" if shortest == 1 else f"of at least {shortest} characters")

@@ -177,16 +177,12 @@ _NO_ROBOT = (
 
 
 def came_of_it(trial: Trial, result: AuditResult) -> str:
-    """What was tried, how many joints have a residual, and the verdict as ``detect`` says it.
-
-    Why a log is not judged stands in what is missing.
-    """
+    """What was tried, how many joints have a residual, and the verdict as ``detect`` says it."""
     part = "" if trial.tried_s >= trial.whole_s else f"{trial.tried_s:.4g} s of the {trial.whole_s:.4g} s of "
     cover = result.coverage.joints
     seen = f"{sum(each.judged_s > 0 for each in cover.values())} of {len(cover)} joints"
-    if result.verdict == "not_judged":
-        return f"trial on {part}this log: NOT JUDGED, {seen} have a residual"
-    return f"trial on {part}this log: {seen} judged\n{verdict_text(result, _SHOWN)}".rstrip()
+    what = "have a residual" if result.verdict == "not_judged" else "judged"  # the log was not, for its reasons
+    return f"trial on {part}this log: {seen} {what}\n{verdict_text(result, _SHOWN)}".rstrip()
 
 
 def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:

@@ -98,7 +98,6 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
 
 
 def _truth_rows(friction: FrictionFile, truth: Mapping[str, Any]) -> list[TruthRow]:
-    """Every friction parameter beside its truth."""
     rows = []
     for curve in check_friction(friction.joints, truth):
         fit = friction.joints[curve.joint]
@@ -109,7 +108,6 @@ def _truth_rows(friction: FrictionFile, truth: Mapping[str, Any]) -> list[TruthR
 
 
 def _push_row(run: str, push: PushCheck) -> PushRow:
-    """A push beside its alarm."""
     alarm = push.found
     delay = None if push.delay_s is None or push.lag_s is None else push.delay_s + push.lag_s
     joint, peak = (None, None) if alarm is None else (alarm.joint, alarm.peak_nm)

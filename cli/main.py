@@ -104,7 +104,6 @@ def main(args: Sequence[str] | None = None) -> None:
 
 
 def _started(args: Sequence[str] | None) -> int:
-    """Set up the process, and run the command."""
     one_thread_of_linear_algebra()
     keep_freed_memory()
     gc.set_threshold(_COLLECT_AFTER, 10, 20)
@@ -163,7 +162,6 @@ def _answer(error: BaseException, args: list[str], debug: bool) -> int:
 
 
 def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
-    """Say on stderr what ended the command, and return its exit code."""
     if isinstance(error, KeyboardInterrupt | click.Abort):
         note("interrupted")
         return EXIT_INTERRUPTED

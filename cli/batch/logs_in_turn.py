@@ -65,7 +65,6 @@ def audit_logs(
 def _outcomes(
     jobs: Sequence[LogJob], out: Path, limits: Limits, progress: Progress
 ) -> Generator[tuple[int, Outcome], None, None]:
-    """Place and outcome of each log as it comes."""
     if jobs and (limits.scheduler or limits.time_s or limits.memory_gb or min(limits.workers, len(jobs)) > 1):
         return outcomes_of_processes(jobs, out, limits)
     if limits.workers > threads():  # a single log: its stretches, blocks and joints are shared among the cores

@@ -83,7 +83,6 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
 
 def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
-    """Print as much as was asked for."""
     from collaudit.reports.sections.detection_sections import score_section
     from collaudit.reports.terminal.screen_text import audit_text, detection_text, screen_text
     from collaudit.reports.terminal.section_text import section_text

@@ -129,7 +129,6 @@ def command(
 
 
 def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
-    """Print what differs between two runs."""
     from collaudit.reports.page.comparison_page import comparison_html
     from collaudit.reports.terminal.comparison_text import comparison_text
     from collaudit.reports.values.comparison import compare
@@ -142,7 +141,6 @@ def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
 
 
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
-    """Print the forces of contacts beside the user's limits."""
     from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.page.comparison_page import body_regions_html
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows

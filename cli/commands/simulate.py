@@ -23,7 +23,6 @@ def _listed(title: str, names: dict[str, str]) -> str:
 
 
 def _names(known: Iterable[str]) -> Callable[[click.Context, click.Parameter, str], list[str]]:
-    """Completion of a name out of a list."""
     return lambda _context, _param, begun: [name for name in known if name.startswith(begun)]
 
 

@@ -70,7 +70,6 @@ class Draft:
     """The file as it grows: sections by name, in the order they are written."""
 
     def __init__(self, known: Known, folder: Path) -> None:
-        """Draft a configuration that will lie in a folder."""
         self.problems: list[str] = []
         self._known, self.summary = known, known.summary
         self._found = known.columns or ColumnGuess(CsvConfig(), (), {}, {}, {})

@@ -148,7 +148,6 @@ def _clock_words(log: JointLog, tried_s: float) -> str:
 
 
 def _table(log: JointLog, unit: str) -> list[str]:
-    """One row a joint, one column a channel that the log has."""
     channels = {"position": log.position_rad, "velocity": log.velocity_rad_s, f"effort [{unit}]": log.effort}
     held = {head: values[:_ROWS] for head, values in channels.items() if values is not None}
     rows = [[name, *(_cell(values[:, j]) for values in held.values())] for j, name in enumerate(log.joint_names)]

@@ -198,7 +198,6 @@ def remote_stamp(url: str) -> dict[str, str]:
 
 
 def _stamp(system: Any, path: str) -> dict[str, str]:
-    """What changes when an object is replaced."""
     system.invalidate_cache()
     info = system.info(path)
     return {key: str(info[key]) for key in _STAMPS if info.get(key) is not None}

@@ -106,7 +106,6 @@ class RobotConfig(ConfigTable, frozen=True, kw_only=True):
     tool: Annotated[ToolConfig, about("What the arm carries.")] = ToolConfig()
 
     def __post_init__(self) -> None:
-        """One description of the arm, and a reduction that is either a list or a matrix."""
         self.check_kinds("reduction")
         if self.urdf is not None and self.dh:
             raise ValueError("give either urdf or [[robot.dh]] rows, not both")
@@ -176,7 +175,6 @@ class FrictionConfig(ConfigTable, frozen=True, kw_only=True):
     file: Annotated[Path | None, about("friction.json to judge with, relative to this configuration.")] = None
 
     def __post_init__(self) -> None:
-        """A law that there is."""
         if self.model != "auto" and self.model not in LAWS:
             raise KeyedError("model")
 

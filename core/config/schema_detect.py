@@ -119,7 +119,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     ] = []
 
     def __post_init__(self) -> None:
-        """One persistence."""
         if self.persistence_ms is not None and self.n is not None:
             raise ValueError("give either persistence_ms or n, not both")
 
@@ -173,7 +172,6 @@ class PhasesConfig(ConfigTable, frozen=True, kw_only=True):
     ] = []
 
     def __post_init__(self) -> None:
-        """Intervals in the order of time."""
         for name in ("approach", "contact", "retreat", "force_control"):
             for start, end in getattr(self, name):
                 if not start < end:

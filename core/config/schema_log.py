@@ -49,7 +49,6 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     ] = None
 
     def __post_init__(self) -> None:
-        """One clock, and lists of columns that are all names or all numbers."""
         self.check_kinds("position", "velocity", "effort", "temperature", "joint_torque", "wrench")
         if self.time is not None and self.rate_hz is not None:
             raise ValueError("time and rate_hz each say when a row was taken: keep one")

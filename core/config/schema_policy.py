@@ -58,7 +58,6 @@ class DecisionLimits(ConfigTable, frozen=True, kw_only=True):
     ] = {}
 
     def __post_init__(self) -> None:
-        """Findings that there are."""
         for code in self.findings:
             if code not in CODES:
                 raise KeyedError("findings", f"{code!r} is no finding's code: docs/findings.md lists them")
@@ -92,7 +91,6 @@ class Waiver(ConfigTable, frozen=True, kw_only=True):
     joints: Annotated[list[str], about("Joints; every one when absent.")] = []
 
     def __post_init__(self) -> None:
-        """A rule that there is, and a bound for contacts."""
         if self.rule not in get_args(RuleName) and self.rule not in CODES:
             rules = ", ".join(get_args(RuleName))
             raise KeyedError("rule", f"{self.rule!r} is no rule ({rules}) and no finding's code")
@@ -222,7 +220,6 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
     ] = None
 
     def __post_init__(self) -> None:
-        """At least one rule, and a threshold that is one."""
         if not (self.paths or self.topics or self.joints or self.serials):
             raise ValueError("no rule tells which logs are this robot's: give paths, topics, joints or serials")
         if isinstance(self.gamma_nm, str) and self.gamma_nm != "auto":

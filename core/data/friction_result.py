@@ -189,7 +189,6 @@ class FrictionFit:
     directions: DirectionDifference | None = None
 
     def __post_init__(self) -> None:
-        """See that there is such a law."""
         if self.model is not None and self.model not in LAWS:
             raise ValueError(f"there is no friction law {self.model!r}: {', '.join(LAWS)}")
 

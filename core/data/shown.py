@@ -23,7 +23,6 @@ class Showing:
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        """A screen of text at most."""
         title, rows = self.outline()
         wide = max((len(term) for term, _ in rows), default=0)
         lines = [textwrap.shorten(title, _WIDTH, placeholder=" …")]
@@ -34,7 +33,6 @@ class Showing:
         return "\n".join(lines[:24])
 
     def _repr_html_(self) -> str:
-        """The same as a table, with every text escaped."""
         title, rows = self.outline()
         cells = "".join(
             f'<tr><th style="text-align:left">{escape(term)}</th><td style="text-align:left">{escape(value)}</td></tr>'

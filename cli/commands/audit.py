@@ -184,8 +184,7 @@ def command(
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
     from collaudit.cli.fleet.log_inputs import night_of
-    from collaudit.cli.fleet.night_manifest import night_manifest
-    from collaudit.cli.fleet.night_policy import NightPolicy
+    from collaudit.cli.fleet.night_policy import NightPolicy, night_manifest
     from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.atomic import atomic_write

@@ -45,7 +45,7 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 def _check(path: Path) -> None:
     from collaudit.cli.fleet.robot_matching import fleet_robots, robot_settings
     from collaudit.core.config import load_config
-    from collaudit.core.policy.waiver_use import WaiverBook
+    from collaudit.core.policy.decision import WaiverBook
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)

@@ -1,22 +1,34 @@
-"""The decision over the logs of an audit: policy, baseline and waivers, applied to what came out of each."""
+"""The decision over the logs of an audit, by policy, baseline and waivers; the manifest of what it read and wrote."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from functools import cache
 from pathlib import Path
 
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
+from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
+from collaudit.core.errors import LogError
 from collaudit.core.findings import findings_with_level
+from collaudit.core.logs.opening import data_files
 from collaudit.core.policy.baseline import Baseline
-from collaudit.core.policy.decision import decide_log
+from collaudit.core.policy.decision import WaiverBook, decide_log
 from collaudit.core.policy.rule_outcomes import LogInQuestion, NightOfRobot
-from collaudit.core.policy.waiver_use import WaiverBook
+from collaudit.core.provenance import versions
+from collaudit.reports.files.manifest_file import (
+    MANIFEST_SCHEMA,
+    Manifest,
+    ManifestFile,
+    ManifestLog,
+    Role,
+    file_entry,
+    written_files,
+)
 from collaudit.reports.values.entries import IndexEntry
 
 
@@ -132,3 +144,81 @@ def _fitted_until(path: Path) -> str | None:
 
     recorded = read_friction(path).recorded
     return None if recorded is None else recorded[1]
+
+
+def night_manifest(
+    out: Path,
+    jobs: Sequence[LogJob],
+    outcomes: Sequence[Outcome],
+    decisions: Decisions,
+    settings: Sequence[LoadedConfig],
+    top: Sequence[str],
+) -> Manifest:
+    """The manifest of an audit whose other files stand.
+
+    Args:
+        out: its folder.
+        jobs, outcomes: its logs and what became of them.
+        decisions: over them.
+        settings: the common ones and those of every robot.
+        top: names of the audit's own files in ``out``.
+    """
+    from importlib.metadata import version
+
+    verdicts = [entry.verdict for entry in decisions.entries]
+    logs = [_log(*item) for item in zip(jobs, outcomes, verdicts, strict=True)]
+    named = dict.fromkeys(file for one in settings for file in _settings_files(one))
+    inputs = [file_entry(path, path.as_posix(), role) for path, role in named]
+    inputs += [entry for job, outcome in zip(jobs, outcomes, strict=True) for entry in _log_files(job, outcome)]
+    return Manifest(
+        schema=MANIFEST_SCHEMA,
+        collaudit=version("collaudit"),
+        packages=versions(),
+        inputs=tuple(inputs),
+        logs=tuple(logs),
+        outputs=written_files(out, top, [job.folder for job in jobs]),
+    )
+
+
+def _log(job: LogJob, outcome: Outcome, verdict: str) -> ManifestLog:
+    made = None if outcome.result is None else outcome.result.provenance
+    return ManifestLog(
+        log=outcome.entry.name,
+        robot=job.robot,
+        folder=job.folder,
+        verdict=verdict,
+        log_sha256=None if outcome.result is None else outcome.result.log.sha256,
+        log_hash_of="file" if outcome.fetched is None else outcome.fetched.hash_of,
+        config_sha256=job.loaded.sha256,
+        friction_sha256=None if made is None else made.friction_sha256,
+        model_sha256=None if made is None else made.model_sha256,
+    )
+
+
+def _log_files(job: LogJob, outcome: Outcome) -> Iterator[ManifestFile]:
+    """The files of a log; the hash that its result has is not computed again."""
+    if job.url is not None:
+        digest = None if outcome.result is None else outcome.result.log.sha256
+        size = None if outcome.fetched is None else outcome.fetched.size_bytes
+        yield ManifestFile(job.url, digest, size, "log")
+    for path in job.files:
+        try:
+            files = data_files(path)
+        except LogError:
+            files = ()
+        if len(job.files) == len(files) == 1 and outcome.result is not None and files[0].is_file():
+            yield ManifestFile(files[0].as_posix(), outcome.result.log.sha256, files[0].stat().st_size, "log")
+            continue
+        yield from (file_entry(file, file.as_posix(), "log") for file in files or (path,))
+
+
+def _settings_files(loaded: LoadedConfig) -> Iterator[tuple[Path, Role]]:
+    config = loaded.config
+    if loaded.path is not None:
+        yield loaded.path, "configuration"
+    if config.fleet.file is not None:
+        yield config.fleet.file, "fleet"
+    if config.friction.file is not None:
+        yield config.friction.file, "friction"
+    if loaded.urdf_path is not None:
+        yield loaded.urdf_path, "robot"

@@ -14,7 +14,7 @@ from collaudit.core.config import LoadedConfig, config_sha256, load_config
 from collaudit.core.config.schema import FleetConfig, FleetRobot, PolicyConfig
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.logs.log_summary import LogSummary
-from collaudit.core.policy.waiver_use import concerns, matches
+from collaudit.core.policy.decision import concerns, matches
 from collaudit.core.small_files import read_small
 
 

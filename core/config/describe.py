@@ -1,17 +1,26 @@
-"""The schema in words: what a key accepts, and which keys a table has."""
+"""The schema in words: what a key accepts, which keys a table has, and what is wrong with a value.
+
+msgspec checks the values and stops at the first that does not fit; what it says is put at its place in the file, with
+what was found, what was expected, and a near match.
+"""
 
 from __future__ import annotations
 
+import difflib
 import re
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import msgspec
 from msgspec import inspect
 
+from collaudit.core.config.config_table import KeyedError
 from collaudit.core.config.schema import Config
+from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.config.toml_text import to_toml
+from collaudit.core.errors import ConfigError
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 
 _PLAIN: dict[type[inspect.Type], str] = {
@@ -124,3 +133,134 @@ def _text(kind: inspect.Type) -> str:
 def _plural(text: str) -> str:
     noun = re.match(r"an? (whole number|number|file name|table)", text)
     return f"{noun.group(1)}s{text[noun.end() :]}" if noun else text
+
+
+_LONGEST = 60
+#: How msgspec speaks of a table's keys, and of places: ``$.robot.dh[1].a``; names that a user chose are ``[...]``.
+_UNKNOWN = re.compile(r"Object contains unknown field `(.*)`", re.DOTALL)
+_MISSING = re.compile(r"Object missing required field `(.*)`")
+_PART = re.compile(r"\.([^.\[\]`]+)|\[(\d+)\]")
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Where keys of the effective configuration come from.
+
+    Attributes:
+        file: the file, None without one.
+        lines: of its keys.
+        overridden: keys that the command line states.
+    """
+
+    file: str | None
+    lines: Mapping[KeyPath, int]
+    overridden: Sequence[KeyPath]
+
+    def line(self, path: KeyPath) -> int:
+        """Line of the innermost known part of the path; 0 when the file does not have it."""
+        return next((self.lines[path[:end]] for end in range(len(path), 0, -1) if path[:end] in self.lines), 0)
+
+    def text(self, path: KeyPath) -> str:
+        """``file:line``, or the command line."""
+        stated = any(path[: len(top)] == top or top[: len(path)] == path for top in self.overridden)
+        if stated or not self.file:
+            return "command line"
+        line = self.line(path)
+        return f"{self.file}:{line}" if line else self.file
+
+
+def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
+    """A TOML syntax error with its line."""
+    match = re.match(r"(.*) \(at line (\d+), column (\d+)\)$", str(error))
+    if match is None:
+        return ConfigError(f"not valid TOML: {error}", where=file, hint="see https://toml.io for the syntax")
+    text, line, column = match.groups()
+    return ConfigError(
+        f"not valid TOML: {text[:1].lower()}{text[1:]} (column {column})",
+        where=f"{file}:{line}",
+        hint="text needs quotes, and every key stands as key = value; see https://toml.io",
+    )
+
+
+def schema_problem(error: msgspec.ValidationError, data: Mapping[str, object], places: Places) -> ConfigError:
+    """The first value that does not fit the schema, with its line.
+
+    Args:
+        error: what msgspec says.
+        data: the decoded TOML.
+        places: of its keys.
+    """
+    said, _, place = str(error).partition(" - at ")
+    path: KeyPath = tuple(int(number) if number else name for name, number in _PART.findall(place))
+    stated = error.__cause__
+    if unknown := _UNKNOWN.match(said):
+        return _unknown_key((*path, unknown[1]), places)
+    if missing := _MISSING.match(said):
+        text = f"[{_dotted(path)}] has no {missing[1]}"
+        return ConfigError(text, where=places.text(path), hint="docs/config.md lists what is required")
+    if isinstance(stated, KeyedError):
+        path = (*path, stated.key)
+        if stated.text:
+            return ConfigError(f"{_dotted(path)}: {stated.text}", where=places.text(path))
+    elif isinstance(stated, ValueError):
+        return ConfigError(f"[{_dotted(path)}] {said}", where=places.text(path))
+    return _wrong_value(said, path, data, places)
+
+
+def _wrong_value(said: str, path: KeyPath, data: Mapping[str, object], places: Places) -> ConfigError:
+    names = tuple(part for part in path if isinstance(part, str))
+    key = next((key for key in all_keys() if key.path == names), None)
+    value = _value_at(path, data)
+    expected = said if key is None else value_text(key)
+    hint = _similar_choice(value, expected) if isinstance(value, str) else None
+    text = f"{_dotted(path)} has a value that cannot be used"
+    found = None if value is None else _short(value)
+    return ConfigError(text, where=places.text(path), found=found, expected=expected, hint=hint)
+
+
+def _unknown_key(path: KeyPath, places: Places) -> ConfigError:
+    *front, last = path
+    names = tuple(part for part in front if isinstance(part, str))
+    holder = next((key.table for key in all_keys() if key.path == names and key.table is not None), Config)
+    siblings = [key.path[-1] for key in keys_of(holder)]
+    close = difflib.get_close_matches(str(last), siblings, n=1, cutoff=0.6)
+    likely = close or [key.dotted for key in all_keys() if key.path[-1] == last and not _repeats(key.path)]
+    return ConfigError(
+        f"{f'[{_dotted(tuple(front))}]' if front else 'the file'} has no key {str(last)!r}",
+        where=places.text(path),
+        expected=", ".join(siblings),
+        hint=f"did you mean {' or '.join(likely)}?" if likely else None,
+    )
+
+
+def _repeats(path: tuple[str, ...]) -> bool:
+    """Whether a key says for some logs what another one says for all."""
+    return path[:1] == ("fleet",) or path[:2] in (("policy", "overrides"), ("policy", "waivers"))
+
+
+def _similar_choice(value: str, expected: str) -> str | None:
+    choices = {choice.lower(): choice for choice in re.findall(r'"([^"]+)"', expected)}
+    close = difflib.get_close_matches(value.lower(), choices, n=1, cutoff=0.5)
+    return f'did you mean "{choices[close[0]]}"?' if close else None
+
+
+def _value_at(path: KeyPath, data: object) -> object:
+    """What stands at a place; None below a name that a user chose, which msgspec does not name."""
+    for part in path:
+        if isinstance(data, Mapping):
+            data = data.get(part)
+        elif isinstance(data, list) and isinstance(part, int):
+            data = data[part]
+    return data
+
+
+def _dotted(path: KeyPath) -> str:
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
+
+
+def _short(value: object) -> str:
+    try:
+        text = to_toml(value)
+    except ValueError:  # from code, and no TOML
+        text = repr(value)
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"

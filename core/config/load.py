@@ -79,7 +79,7 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     try:
         data = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
-        from collaudit.core.config.problems import syntax_problem
+        from collaudit.core.config.describe import syntax_problem
 
         raise syntax_problem(error, name or "") from error
     changes: dict[str, object] = toml_values(overrides or {})
@@ -91,7 +91,7 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     try:
         config = Config.of(data, base_dir)
     except msgspec.ValidationError as error:
-        from collaudit.core.config.problems import Places, schema_problem
+        from collaudit.core.config.describe import Places, schema_problem
         from collaudit.core.config.toml_lines import key_lines
 
         places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])

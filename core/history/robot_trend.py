@@ -9,10 +9,9 @@ from typing import Literal
 import numpy as np
 from scipy.special import gammaincinv as gamma_quantile
 
-from collaudit.core.history.change_point import FEWEST
 from collaudit.core.history.joint_series import TESTED, NightSeries, Quantity, joint_series
 from collaudit.core.history.log_record import LogRecord
-from collaudit.core.history.series_changes import Change, series_changes
+from collaudit.core.history.series_changes import FEWEST, Change, series_changes
 
 Cause = Literal[
     "wear-like growth", "friction step", "friction fell", "payload or tool", "temperature", "common cause", "residual"

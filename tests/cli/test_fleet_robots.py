@@ -14,7 +14,7 @@ from collaudit.cli.fleet.robot_matching import LogTraits, policy_of, robots_of, 
 from collaudit.core.config import parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.policy.waiver_use import matches
+from collaudit.core.policy.decision import matches
 
 FLEET = """
 [fleet.robots.left]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.history.change_point import find_change
+from collaudit.core.history.series_changes import find_change
 
 T = np.arange(40.0)
 SE = np.full(40, 0.005)

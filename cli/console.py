@@ -7,7 +7,7 @@ import re
 import shutil
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from functools import wraps
@@ -84,6 +84,13 @@ def say_result(text: str) -> None:
 def say_json(text: str) -> None:
     """Write JSON to stdout."""
     click.echo(visible_json(text), nl=False)
+
+
+def say_object(schema: str, content: Mapping[str, object], indent: int = 2) -> None:
+    """Write what a command answers with ``--json``: its schema, then its content."""
+    from collaudit.reports.files.json_files import json_text
+
+    say_json(json_text({"schema": schema, **content}, indent))
 
 
 def say_document(text: str) -> None:

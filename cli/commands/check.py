@@ -7,11 +7,9 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, say, say_json
+from collaudit.cli.console import note, print_findings, say, say_object
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS, EXIT_USAGE, CollauditError, ConfigError
-
-CHECK_SCHEMA = "collaudit/check/1"
 
 
 @example_command("check", "collaudit check", "collaudit check collaudit.toml fleet/collaudit-cell1.toml")
@@ -24,7 +22,6 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 
     Exit codes: 0 all can be used; 2 one cannot. An expired waiver is said, and is no error.
     """
-    from collaudit.reports.files.json_files import json_text
 
     problems: dict[str, str | None] = {}
     for path in configs or (Path("collaudit.toml"),):
@@ -38,7 +35,7 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
             if not as_json:
                 say(f"ok  {path}")
     if as_json:
-        say_json(json_text({"schema": CHECK_SCHEMA, "problems": problems}, indent=2))
+        say_object("collaudit/check/1", {"problems": problems})
     return EXIT_USAGE if any(problems.values()) else EXIT_PASS
 
 

@@ -6,11 +6,9 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
-
-DEMO_SCHEMA = "collaudit/demo/1"
 
 
 @example_command("demo", "collaudit demo", "collaudit demo -o demo-out --seed 7")
@@ -35,7 +33,6 @@ def command(output: Path, seed: int, as_json: bool) -> int:
     """
     from collaudit.cli.demonstration import evaluate, simulate_all
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
-    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.terminal.demo_text import demo_text
 
     output.mkdir(parents=True, exist_ok=True)
@@ -46,9 +43,9 @@ def command(output: Path, seed: int, as_json: bool) -> int:
     with progress("auditing") as report:
         demo = evaluate(files, output, report)
     if as_json:
-        content = {"schema": DEMO_SCHEMA, "report": str(demo.report), "right": demo.right}
+        content = {"report": str(demo.report), "right": demo.right}
         rows = {"friction": demo.friction, "pushes": demo.pushes, "residual": demo.residual}
-        say_json(json_text({**content, **rows}, indent=2))
+        say_object("collaudit/demo/1", {**content, **rows})
     else:
         say(demo_text(demo.friction, demo.pushes, demo.residual, terminal_width()), nl=False)
         say(f"Report: {demo.report}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, print_findings, say, say_json
+from collaudit.cli.console import note, print_findings, say, say_object
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, given_paths, load_settings, overrides, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from collaudit.cli.drafts.draft import Known
     from collaudit.cli.drafts.drafted_log import Drafted
     from collaudit.core.logs.arms_in_log import Arm
-
-INIT_SCHEMA = "collaudit/init/1"
 
 
 @example_command(
@@ -88,7 +86,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         _write(output, made.text)
     _say_trial(made)
     if as_json:
-        say_json(_json(made, output))
+        say_object("collaudit/init/1", _answer(made, output))
     if not made.missing:
         note(next_step(made.trial, " ".join(logs), output, fitted=loaded.friction_path is not None))
         return EXIT_PASS
@@ -121,12 +119,9 @@ def _of_arms(arms: Mapping[str, tuple[Arm, Known]], logs: tuple[str, ...], outpu
     return code
 
 
-def _json(made: Drafted, output: Path | None) -> str:
+def _answer(made: Drafted, output: Path | None) -> dict[str, object]:
     """The draft, what trying it showed, and what keeps the log from being judged with it."""
-    from collaudit.reports.files.json_files import json_text
-
-    content = {
-        "schema": INIT_SCHEMA,
+    return {
         "file": None if output is None else str(output),
         "toml": made.text,
         "guesses": made.text.count("GUESS:"),
@@ -135,7 +130,6 @@ def _json(made: Drafted, output: Path | None) -> str:
         "missing": list(made.missing),
         "findings": [asdict(finding) for finding in made.trial.findings],
     }
-    return json_text(content, indent=2)
 
 
 def _write(output: Path, text: str) -> None:

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 import click
 
-from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, print_findings, progress, say, say_object, terminal_width
 from collaudit.cli.exit_codes import forbidding
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options
@@ -15,8 +15,6 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary
-
-INSPECT_SCHEMA = "collaudit/inspect/1"
 
 
 @example_command(
@@ -53,7 +51,7 @@ def command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
         findings = (*summary.findings, *(finding for finding in checked if finding not in known))
         looks.append(_Look(summary, findings, error))
     if as_json:
-        say_json(_json(looks))
+        say_object("collaudit/inspect/1", {"logs": [_answer(look) for look in looks]})
     else:
         for look in looks:
             described = log_text(look.summary, terminal_width())
@@ -106,15 +104,9 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
         return error, ()
 
 
-def _json(looks: list[_Look]) -> str:
-    from collaudit.reports.files.json_files import json_text
-
-    logs = [
-        {
-            **asdict(look.summary),
-            "findings": [asdict(finding) for finding in look.findings],
-            "error": None if look.error is None else look.error.render(),
-        }
-        for look in looks
-    ]
-    return json_text({"schema": INSPECT_SCHEMA, "logs": logs}, indent=2)
+def _answer(look: _Look) -> dict[str, object]:
+    return {
+        **asdict(look.summary),
+        "findings": [asdict(finding) for finding in look.findings],
+        "error": None if look.error is None else look.error.render(),
+    }

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import click
 
-from collaudit.cli.console import say, say_json, terminal_width
+from collaudit.cli.console import say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS
-
-QUERY_SCHEMA = "collaudit/query/1"
 
 
 @example_command(
@@ -29,14 +27,13 @@ def command(store: str, sql: str, as_json: bool) -> int:
 
     Needs DuckDB: python -m pip install 'collaudit[fleet]'.
     """
-    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.store.store_query import query_store
     from collaudit.reports.terminal.text_table import table
 
     found = query_store(ResultStore(store), sql)
     if as_json:
-        say_json(json_text({"schema": QUERY_SCHEMA, "columns": found.columns, "rows": found.rows}))
+        say_object("collaudit/query/1", {"columns": found.columns, "rows": found.rows}, indent=1)
         return EXIT_PASS
     lines = [[_shown(value) for value in row] for row in found.rows]
     say(table(found.columns, lines, found.numeric, terminal_width(), fold=True), nl=False)

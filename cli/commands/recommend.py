@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import contact_options, say_studies
 from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
 DEFAULT_PER_HOUR = 0.001
-RECOMMEND_SCHEMA = "collaudit/recommend/1"
 
 
 @example_command(
@@ -120,7 +119,7 @@ def command(
             report(8, 10)
         answers[name] = found
         if as_json:
-            say_json(_json(audits, found))
+            say_object("collaudit/recommend/1", _answer(audits, found))
         elif snippet is not None:
             say(text_to_paste(snippet, found), nl=False)
         else:
@@ -225,11 +224,8 @@ def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) ->
     return most * period_s
 
 
-def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
-    from collaudit.reports.files.json_files import json_text
-
-    content = {
-        "schema": RECOMMEND_SCHEMA,
+def _answer(audits: Sequence[Audit], found: ArmRecommendation) -> dict[str, object]:
+    return {
         "logs": [asdict(log) for log in found.logs],
         "persistence_s": found.persistence_s,
         "persistence_by": found.chosen_by,
@@ -245,4 +241,3 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation) -> str:
         "assumptions": found.assumptions,
         "studies": [asdict(a.study) for a in audits if a.study is not None],
     }
-    return json_text(content, indent=2)

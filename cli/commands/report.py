@@ -10,16 +10,13 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_document, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_document, say_json, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import open_run, read_run
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
-
-WRITTEN_SCHEMA = "collaudit/written/1"
-BODY_REGIONS_SCHEMA = "collaudit/body-regions/1"
 
 
 @example_command(
@@ -124,7 +121,7 @@ def command(
         note(f"report written to {' and '.join(files[name])}")
     if as_json:
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
-        say_json(json_text({"schema": WRITTEN_SCHEMA, "files": files, "verdicts": verdicts}, indent=2))
+        say_object("collaudit/written/1", {"files": files, "verdicts": verdicts})
     return EXIT_PASS
 
 
@@ -149,7 +146,7 @@ def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as
     stated = read_limits(limits)
     results = [read_run(run).result for run in runs]
     logs = [{"log": r.log.name, "verdict": r.verdict, "contacts": body_region_rows(r, stated)} for r in results]
-    content = {"schema": BODY_REGIONS_SCHEMA, "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
+    content = {"schema": "collaudit/body-regions/1", "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
     page, text = (
         partial(body_regions_html, results, stated),
         partial(body_region_text, results, stated, terminal_width()),

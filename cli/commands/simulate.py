@@ -8,12 +8,10 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress, say_json
+from collaudit.cli.console import note, progress, say_object
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS
 from collaudit.fixtures.scenarios import FORMATS, IMPERFECTIONS, ROBOTS, SCENARIOS, format_of_suffix
-
-SIMULATED_SCHEMA = "collaudit/simulated/1"
 
 
 def _listed(title: str, names: dict[str, str]) -> str:
@@ -86,7 +84,6 @@ def command(
     """
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.simulation import simulate_to
-    from collaudit.reports.files.json_files import json_text
 
     if compiler_missing():
         note(HINT)
@@ -104,8 +101,8 @@ def command(
         )
     if as_json:
         robot_file = None if files.robot_file is None else str(files.robot_file)
-        content = {"schema": SIMULATED_SCHEMA, "log": [str(path) for path in files.log], "config": str(files.config)}
-        say_json(json_text({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2))
+        content = {"log": [str(path) for path in files.log], "config": str(files.config)}
+        say_object("collaudit/simulated/1", {**content, "robot": robot_file, "truth": str(files.truth)})
     written = [*files.log, files.config, files.robot_file, files.truth]
     note("written: " + ", ".join(str(path) for path in written if path is not None))
     return EXIT_PASS

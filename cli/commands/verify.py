@@ -6,11 +6,9 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say, say_json
+from collaudit.cli.console import note, say, say_object
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
-
-VERIFY_SCHEMA = "collaudit/verify/1"
 
 
 @example_command(
@@ -38,7 +36,6 @@ def command(folder: Path, inputs: bool, root: Path, key: Path | None, as_json: b
     Exit codes: 0 everything is as it was written; 1 something was changed, removed or added, or the signature
     is not by the key; 3 nothing differs, and something could not be compared.
     """
-    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.manifest_file import (
         SIGNATURE_NAME,
         compare_inputs,
@@ -57,8 +54,8 @@ def command(folder: Path, inputs: bool, root: Path, key: Path | None, as_json: b
     differs = bool(unsigned) or any(counts[kind] for kind in ("changed", "missing", "added"))
     code = EXIT_FAIL if differs else EXIT_NOT_JUDGED if found else EXIT_PASS
     if as_json:
-        answer = {"schema": VERIFY_SCHEMA, "same": code == EXIT_PASS, "signature": unsigned, "counts": counts}
-        say_json(json_text({**answer, "differences": found}))
+        answer = {"same": code == EXIT_PASS, "signature": unsigned, "counts": counts, "differences": found}
+        say_object("collaudit/verify/1", answer, indent=1)
         return code
     for one in found:
         say(f"  {one.what:<8} {one.path}: {one.text}")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from collaudit.cli.console import progress, say, say_json, terminal_width
+from collaudit.cli.console import progress, say, say_object, terminal_width
 from collaudit.cli.fleet.baseline_files import robots_in
 from collaudit.cli.log_arguments import audit_files, known_contact
 from collaudit.cli.settings import load_settings
@@ -82,9 +82,6 @@ def _runs_and_logs(inputs: Sequence[str]) -> tuple[list[Path], list[str]]:
     return runs, logs
 
 
-STORED_SCHEMA = "collaudit/recommend-store/1"
-
-
 def recommend_from_store(store: str, robot: str | None, per_hour: float, as_json: bool) -> int:
     """Print what the nights of a robot recommend.
 
@@ -97,7 +94,6 @@ def recommend_from_store(store: str, robot: str | None, per_hour: float, as_json
     Raises:
         ConfigError: the store holds several robots and none is named.
     """
-    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.store.result_store import ResultStore
 
     records = ResultStore(store).records(evidence=True)
@@ -111,7 +107,7 @@ def recommend_from_store(store: str, robot: str | None, per_hour: float, as_json
         )
     found = stored_recommendation(records, robot or names[0], per_hour)
     if as_json:
-        say_json(json_text({"schema": STORED_SCHEMA, **asdict(found)}, indent=2))
+        say_object("collaudit/recommend-store/1", asdict(found))
     else:
         say(_text(found, per_hour), nl=False)
     known = any(rule.gamma_nm is not None for rule in found.joints.values())

@@ -8,15 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from collaudit.cli.commands.check import CHECK_SCHEMA
-from collaudit.cli.commands.demo import DEMO_SCHEMA
-from collaudit.cli.commands.init import INIT_SCHEMA
-from collaudit.cli.commands.inspect import INSPECT_SCHEMA
-from collaudit.cli.commands.query import QUERY_SCHEMA
-from collaudit.cli.commands.recommend import RECOMMEND_SCHEMA
-from collaudit.cli.commands.report import BODY_REGIONS_SCHEMA, WRITTEN_SCHEMA
-from collaudit.cli.commands.simulate import SIMULATED_SCHEMA
-from collaudit.cli.commands.verify import VERIFY_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score
@@ -256,19 +247,19 @@ class Failed:
 
 
 _PRINTED: dict[str, tuple[Any, str]] = {
-    INSPECT_SCHEMA: (Inspection, "inspect --json"),
-    INIT_SCHEMA: (Drafted, "init --json"),
-    RECOMMEND_SCHEMA: (Recommended, "recommend --json"),
-    WRITTEN_SCHEMA: (Written, "report --json"),
-    BODY_REGIONS_SCHEMA: (Forces, "report --limits --json"),
-    SIMULATED_SCHEMA: (Simulated, "simulate --json"),
-    DEMO_SCHEMA: (Demonstrated, "demo --json"),
+    "collaudit/inspect/1": (Inspection, "inspect --json"),
+    "collaudit/init/1": (Drafted, "init --json"),
+    "collaudit/recommend/1": (Recommended, "recommend --json"),
+    "collaudit/written/1": (Written, "report --json"),
+    "collaudit/body-regions/1": (Forces, "report --limits --json"),
+    "collaudit/simulated/1": (Simulated, "simulate --json"),
+    "collaudit/demo/1": (Demonstrated, "demo --json"),
     SELFTEST_SCHEMA: (Selftest, "selftest --json"),
     AUDITS_SCHEMA: (Audits, "report --format json of several runs"),
     SCORE_SCHEMA: (Scores, "score.json of a run"),
-    CHECK_SCHEMA: (Checked, "check --json"),
-    QUERY_SCHEMA: (Answer, "query --json"),
-    VERIFY_SCHEMA: (Verified, "verify --json"),
+    "collaudit/check/1": (Checked, "check --json"),
+    "collaudit/query/1": (Answer, "query --json"),
+    "collaudit/verify/1": (Verified, "verify --json"),
     TREND_SCHEMA: (Trends, "trend --json"),
     ERROR_SCHEMA: (Failed, "any command with --json that fails"),
 }

@@ -24,6 +24,12 @@ _STEPS = 1000
 _CLEAR, _CLEAR_ABOVE = "\r\x1b[K", "\x1b[1A\x1b[2K"
 
 _active: list[object] = []
+_COLOUR = re.compile(r"(\x1b\[[0-9;]*m)")
+_VERDICT = re.compile(r"^(PASS|FAIL|NOT JUDGED)(, WITH EXCLUSIONS)?(?=  )", re.MULTILINE)
+_WARNING = re.compile(r"^  (warning|error)(?= )", re.MULTILINE)
+_LABEL = re.compile(r" *(?:found|expected|try): +|- ")
+_VERDICT_COLOR = {"PASS": "green", "FAIL": "red", "NOT JUDGED": "yellow"}
+_SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
 
 
 @contextmanager
@@ -44,14 +50,6 @@ def progress(label: str) -> Iterator[Callable[[int, int], None]]:
         finally:
             _active.remove(bar)
     sys.stderr.write(_CLEAR_ABOVE)
-
-
-_COLOUR = re.compile(r"(\x1b\[[0-9;]*m)")
-_VERDICT = re.compile(r"^(PASS|FAIL|NOT JUDGED)(, WITH EXCLUSIONS)?(?=  )", re.MULTILINE)
-_WARNING = re.compile(r"^  (warning|error)(?= )", re.MULTILINE)
-_LABEL = re.compile(r" *(?:found|expected|try): +|- ")
-_VERDICT_COLOR = {"PASS": "green", "FAIL": "red", "NOT JUDGED": "yellow"}
-_SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
 
 
 def silence_library_warnings() -> None:

@@ -19,6 +19,7 @@ ALL_OPTIONS = "collaudit.help.all"
 _MORE = "Explain all options and exit."
 #: An option is suggested for one at least so like it: "--gama" and "--gamma" are 0.92, "--quiet" and "--set" 0.67.
 _ALIKE = 0.75
+_RUN_FILES = ("audit.json", "signals.parquet", "friction.json")
 
 
 class ExamplesFirst(click.Command):
@@ -146,9 +147,6 @@ def example_command(
         return command
 
     return wrap
-
-
-_RUN_FILES = ("audit.json", "signals.parquet", "friction.json")
 
 
 def refuse_input_as_output(params: Mapping[str, object]) -> None:

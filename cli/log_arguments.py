@@ -21,6 +21,22 @@ from collaudit.core.scoring.detection_score import TruthFile, read_truth
 if TYPE_CHECKING:
     from collaudit.core.prepare.known_load import KnownLoad
 
+_NUMBERS = (1, 4)
+#: ``--truth``, ``--labels`` and ``--free-of-contact``.
+contact_options = all_of(
+    click.option(
+        "--truth",
+        multiple=True,
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
+    ),
+    labels_option,
+    free_option,
+)
+#: Studies that are printed: what one log tells of its rule, others tell alike.
+_MOST = 2
+
 
 def one_log(arguments: Sequence[str], loaded: LoadedConfig) -> LogFiles:
     """The one log meant by the arguments, which may be several parts of it.
@@ -84,23 +100,6 @@ def _friction(path: Path, _sha256: str) -> FrictionFile:
     return read_friction(path)
 
 
-_NUMBERS = (1, 4)
-
-
-#: ``--truth``, ``--labels`` and ``--free-of-contact``.
-contact_options = all_of(
-    click.option(
-        "--truth",
-        multiple=True,
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
-    ),
-    labels_option,
-    free_option,
-)
-
-
 def known_contact(files: Sequence[Path], inputs: int) -> list[TruthFile | None]:
     """Truth files of the inputs; empty where none is given.
 
@@ -143,10 +142,6 @@ def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
         place = (numbers[1], numbers[2], numbers[3]) if len(numbers) > 1 else (0.0, 0.0, 0.0)
         out.append(KnownLoad(numbers[0], place))
     return out
-
-
-#: Studies that are printed: what one log tells of its rule, others tell alike.
-_MOST = 2
 
 
 def say_studies(audits: Sequence[Audit], detail: bool = False, answer: bool = True) -> None:

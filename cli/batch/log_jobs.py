@@ -19,6 +19,9 @@ from collaudit.core.history.record_of_audit import record_of
 from collaudit.core.logs.log_hashing import sha256_of
 from collaudit.reports.values.entries import IndexEntry
 
+#: In ``--robot``: the name of the folder that a log lies in.
+FOLDER = "{folder}"
+
 
 @dataclass(frozen=True, slots=True)
 class RecordWanted:
@@ -121,10 +124,6 @@ class Outcome:
     result: AuditResult | None
     record: LogRecord | None = None
     fetched: Fetched | None = None
-
-
-#: In ``--robot``: the name of the folder that a log lies in.
-FOLDER = "{folder}"
 
 
 def with_records(

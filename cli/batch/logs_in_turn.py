@@ -26,6 +26,11 @@ from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.numeric.parallel import threads, use_threads
 from collaudit.reports.values.entries import entry_of_error
 
+_PARENT_POLL_S = 1.0
+_NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
+#: Share of the machine's memory that workers may take together, and the least that each may, bytes.
+_MEMORY_SHARE, _LEAST_MEMORY = 0.9, 2e9
+
 
 def audit_logs(
     jobs: Sequence[LogJob],
@@ -77,10 +82,6 @@ def _left(job: LogJob, last: str) -> Outcome:
     return Outcome(entry_of_error(job.name, reason, job.robot), None)
 
 
-_PARENT_POLL_S = 1.0
-_NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
-
-
 def outcomes_of_processes(
     jobs: Sequence[LogJob], out: Path, limits: Limits
 ) -> Generator[tuple[int, Outcome], None, None]:
@@ -98,10 +99,6 @@ def outcomes_of_processes(
     finally:
         for job in left.values():
             remove_run(out / job.folder)
-
-
-#: Share of the machine's memory that workers may take together, and the least that each may, bytes.
-_MEMORY_SHARE, _LEAST_MEMORY = 0.9, 2e9
 
 
 def _memory_gb(limits: Limits) -> float | None:

@@ -29,6 +29,8 @@ _SOURCE = "gravity and inertia of the robot's description"
 _TELLS = "motion that lifts what the joint carries, from a pose where gravity loads it, or a known load at the tool"
 #: Answers that are tried, each of which reads the log once more.
 _MOST = 6
+#: What chooses the signals of one arm: where it is stated, nothing is to be told apart.
+_CHOSEN_LOG, _CHOSEN_ROBOT = {"joint_states", "joint_names"}, {"joints"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,10 +185,6 @@ def _evidence(prepared: Prepared) -> str:
         f"the model explains {np.median(shares):.0f} % of the effort (median of {len(gains)} joints, {min(shares):.0f} "
         f"to {max(shares):.0f} %), {size}"
     )
-
-
-#: What chooses the signals of one arm: where it is stated, nothing is to be told apart.
-_CHOSEN_LOG, _CHOSEN_ROBOT = {"joint_states", "joint_names"}, {"joints"}
 
 
 def arms_in(known: Known, flags: Mapping[str, object]) -> dict[str, tuple[Arm, Known]]:

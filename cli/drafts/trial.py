@@ -28,6 +28,11 @@ from collaudit.reports.terminal.screen_text import verdict_text
 MOST_VALUES = 1_500_000
 #: Whether a log can be judged is seen from fewer samples and folds than its fit should have.
 _SAMPLES, _FOLDS = 2000, 3
+_SHOWN = 6
+_NO_ROBOT = (
+    'a model of the robot: give --urdf arm.urdf, or write [robot] urdf = "arm.urdf" into the file (or dh_convention '
+    "and [[robot.dh]] rows with masses)"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,13 +172,6 @@ def _within(marks: Sequence[Annotation], start: float, end: float) -> tuple[Anno
 def _duration(log: JointLog) -> float:
     finite = log.time_s[np.isfinite(log.time_s)]
     return float(finite.max() - finite.min()) if finite.size else 0.0
-
-
-_SHOWN = 6
-_NO_ROBOT = (
-    'a model of the robot: give --urdf arm.urdf, or write [robot] urdf = "arm.urdf" into the file (or dh_convention '
-    "and [[robot.dh]] rows with masses)"
-)
 
 
 def came_of_it(trial: Trial, result: AuditResult) -> str:

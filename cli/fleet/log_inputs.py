@@ -32,6 +32,7 @@ from collaudit.reports.page.scripts import ASSETS_FOLDER
 
 #: Stands for a list of logs on stdin.
 STDIN = "-"
+_LONGEST_FOLDER = 80
 
 
 def night_of(
@@ -129,9 +130,6 @@ def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str |
     by_name: dict[str | None, LoadedConfig] = {None: job.loaded, **settings}
     loaded = [log_settings(job.loaded, by_name[name], place, name) for name in names]
     return [own._replace(loaded=one, robot=name) for one, name in zip(loaded, names, strict=True)]
-
-
-_LONGEST_FOLDER = 80
 
 
 def log_identities(arguments: Sequence[str], logs: Sequence[LogFiles], robots: Sequence[str | None]) -> list[str]:

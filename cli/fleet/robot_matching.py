@@ -17,6 +17,11 @@ from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.policy.decision import concerns, matches
 from collaudit.core.small_files import read_small
 
+_HEAD_BYTES = 1 << 16
+_WORD = re.compile(r"[^\s,;:=\"'#]+")
+#: Keys of an override that are no limits: which logs it means, and what is merged.
+_OF_OVERRIDE = {"robots", "logs", "levels", "findings"}
+
 
 def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
     """The robots of the configuration and of the fleet file that it names.
@@ -116,10 +121,6 @@ def _shared(asked: Collection[str], there: Collection[str]) -> bool:
     return not set(asked).isdisjoint(there)
 
 
-_HEAD_BYTES = 1 << 16
-_WORD = re.compile(r"[^\s,;:=\"'#]+")
-
-
 def stated_serials(files: LogFiles) -> set[str]:
     """Values of MCAP metadata records, of a bag folder's ``custom_data``, and words of a table's leading ``#`` lines.
 
@@ -168,10 +169,6 @@ def _of_bag_folder(path: Path) -> set[str]:
         elif depth is not None and line.strip():
             depth = None
     return found
-
-
-#: Keys of an override that are no limits: which logs it means, and what is merged.
-_OF_OVERRIDE = {"robots", "logs", "levels", "findings"}
 
 
 def robot_settings(

@@ -38,6 +38,11 @@ _BOUNDS = (
     ("lt", "below {:g}"),
     ("le", "at most {:g}"),
 )
+_LONGEST = 60
+#: How msgspec speaks of a table's keys, and of places: ``$.robot.dh[1].a``; names that a user chose are ``[...]``.
+_UNKNOWN = re.compile(r"Object contains unknown field `(.*)`", re.DOTALL)
+_MISSING = re.compile(r"Object missing required field `(.*)`")
+_PART = re.compile(r"\.([^.\[\]`]+)|\[(\d+)\]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,13 +138,6 @@ def _text(kind: inspect.Type) -> str:
 def _plural(text: str) -> str:
     noun = re.match(r"an? (whole number|number|file name|table)", text)
     return f"{noun.group(1)}s{text[noun.end() :]}" if noun else text
-
-
-_LONGEST = 60
-#: How msgspec speaks of a table's keys, and of places: ``$.robot.dh[1].a``; names that a user chose are ``[...]``.
-_UNKNOWN = re.compile(r"Object contains unknown field `(.*)`", re.DOTALL)
-_MISSING = re.compile(r"Object missing required field `(.*)`")
-_PART = re.compile(r"\.([^.\[\]`]+)|\[(\d+)\]")
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,33 @@ from collaudit.core.config.schema_policy import FleetConfig, FleetRobot, PolicyC
 from collaudit.core.friction_laws.law_registry import LAWS, LawChoice
 
 _ByJoint = dict[str, Positive]
+__all__ = [
+    "ConditioningConfig",
+    "Config",
+    "CsvConfig",
+    "DetectConfig",
+    "DhRow",
+    "FieldsConfig",
+    "FitConfig",
+    "FleetConfig",
+    "FleetRobot",
+    "FrictionConfig",
+    "LogConfig",
+    "NearMissConfig",
+    "PhasesConfig",
+    "PlanConfig",
+    "PolicyConfig",
+    "PolicyOverride",
+    "ReportConfig",
+    "RobotConfig",
+    "SectionsConfig",
+    "StudyConfig",
+    "ToolConfig",
+    "UnitsConfig",
+    "Waiver",
+]
+#: A line that a person writes.
+Stated = Annotated[str, Meta(min_length=1, max_length=200)] | None
 
 
 class PlanConfig(ConfigTable, frozen=True, kw_only=True):
@@ -61,37 +88,6 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
         Vec3 | None, about("Lowest corner of a box that all links but the first stay in, in the base's axes, m.")
     ] = None
     workspace_max_m: Annotated[Vec3 | None, about("Highest corner of that box, m.")] = None
-
-
-__all__ = [
-    "ConditioningConfig",
-    "Config",
-    "CsvConfig",
-    "DetectConfig",
-    "DhRow",
-    "FieldsConfig",
-    "FitConfig",
-    "FleetConfig",
-    "FleetRobot",
-    "FrictionConfig",
-    "LogConfig",
-    "NearMissConfig",
-    "PhasesConfig",
-    "PlanConfig",
-    "PolicyConfig",
-    "PolicyOverride",
-    "ReportConfig",
-    "RobotConfig",
-    "SectionsConfig",
-    "StudyConfig",
-    "ToolConfig",
-    "UnitsConfig",
-    "Waiver",
-]
-
-
-#: A line that a person writes.
-Stated = Annotated[str, Meta(min_length=1, max_length=200)] | None
 
 
 class DhRow(ConfigTable, frozen=True, kw_only=True):

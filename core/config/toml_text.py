@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from datetime import date, time
 from pathlib import PurePath
 
+#: Tables and arrays in each other. No setting has more than four levels; Python's own bound is in the hundreds.
+_DEEPEST = 32
+
 
 def to_toml(value: object) -> str:
     """A plain value as TOML on one line; mappings become inline tables.
@@ -44,10 +47,6 @@ def _escaped(text: str) -> str:
 
 def _spelt(code: int) -> str:
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
-
-
-#: Tables and arrays in each other. No setting has more than four levels; Python's own bound is in the hundreds.
-_DEEPEST = 32
 
 
 def parse_toml(text: str) -> dict[str, object]:

@@ -10,6 +10,12 @@ import numpy as np
 from collaudit.core.numeric.arrays import FloatArray
 
 Bounds = tuple[float | None, float | None]
+#: Polynomials in the angle, from degree 1 on: a constant is the offset.
+DEGREE = 4
+#: What lies this share of the range beyond the angles seen is still known.
+_BEYOND = 0.05
+#: ``found`` in the residual, by the ``labels`` of the log or a truth file, or none because the log was ``stated`` free.
+LeftOutBy = Literal["found", "labels", "stated"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +59,6 @@ class CoupledFriction:
     ci95: dict[str, Bounds]
     speed_range_rad_s: tuple[float, float]
     samples: int
-
-
-#: Polynomials in the angle, from degree 1 on: a constant is the offset.
-DEGREE = 4
-#: What lies this share of the range beyond the angles seen is still known.
-_BEYOND = 0.05
 
 
 def scaled_angle(angle_rad: FloatArray, low_rad: float, high_rad: float) -> FloatArray:
@@ -380,10 +380,6 @@ class Identification:
     trends: dict[str, FrictionVariation]
     coupled: dict[str, CoupledFriction] = field(default_factory=dict)
     choice: EstimateChoice | None = None
-
-
-#: ``found`` in the residual, by the ``labels`` of the log or a truth file, or none because the log was ``stated`` free.
-LeftOutBy = Literal["found", "labels", "stated"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,14 @@ FEWEST = 8
 #: Values before and after a change, at least.
 _SIDE = 3
 _LEVEL = 0.95
+#: Chance of any false change in all series of a store, over all nights on which somebody looked.
+FALSE_CHANGES = 0.05
+#: Nights with a temperature, as a share, and its range in kelvin, for it to be told from the rest.
+_WITH_TEMPERATURE, _LEAST_RANGE_K = 0.8, 1.0
+_MOST_CHANGES = 3
+#: Parts of the nights in which a step is looked for where the whole shows none (Kovács et al., Biometrika 110, 2023).
+_PARTS = ((0.0, 0.5), (0.25, 0.75), (0.5, 1.0))
+Temperature = Literal["not known", "does not explain it", "explains it"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,17 +158,6 @@ def _carried_over(rest: FloatArray) -> float:
     r = float(rest[1:] @ rest[:-1]) / total + 1.0 / rest.size  # the estimate is low by about one over n
     r = min(max(r, 0.0), 0.8)
     return (1.0 + r) / (1.0 - r)
-
-
-#: Chance of any false change in all series of a store, over all nights on which somebody looked.
-FALSE_CHANGES = 0.05
-#: Nights with a temperature, as a share, and its range in kelvin, for it to be told from the rest.
-_WITH_TEMPERATURE, _LEAST_RANGE_K = 0.8, 1.0
-_MOST_CHANGES = 3
-#: Parts of the nights in which a step is looked for where the whole shows none (Kovács et al., Biometrika 110, 2023).
-_PARTS = ((0.0, 0.5), (0.25, 0.75), (0.5, 1.0))
-
-Temperature = Literal["not known", "does not explain it", "explains it"]
 
 
 @dataclass(frozen=True, slots=True)

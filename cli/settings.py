@@ -9,13 +9,14 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from collaudit.cli.console import note
-from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.config.toml_text import parse_toml
+
+if TYPE_CHECKING:
+    from collaudit.core.config import LoadedConfig
 
 _PATH = "collaudit.config.path"
 _FOUND = "collaudit.config.found"
@@ -69,6 +70,8 @@ def load_settings(replaced: Path | None = None) -> LoadedConfig:
     Raises:
         ConfigError: file or flags do not say what is needed.
     """
+    from collaudit.core.config import load_config
+
     meta = click.get_current_context().meta
     own = replaced is not None and _PATH in meta and meta[_PATH] is None and replaced.resolve() == DEFAULT.resolve()
     path = None if own else settings_file()
@@ -149,6 +152,8 @@ def _assignment(text: str) -> tuple[str, object]:
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise click.BadParameter(f"{text!r} is not KEY=VALUE, such as detect.n=13")
+    from collaudit.core.config.toml_text import parse_toml
+
     try:
         return key.strip(), parse_toml(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:

@@ -144,15 +144,13 @@ def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None
 
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
-    from collaudit.reports.terminal.recommendation_text import brief_text, recommendation_text
+    from collaudit.reports.terminal.recommendation_text import recommendation_text
     from collaudit.reports.values.noticed import noticed_brief, noticed_n
 
-    if verbose:
-        say(recommendation_text(found, terminal_width()), nl=False)
-        say_studies(audits, answer=False)
-        return
     worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))
-    say(brief_text(found, noticed_brief(worst), terminal_width()), nl=False)
+    say(recommendation_text(found, noticed_brief(worst), terminal_width(), verbose), nl=False)
+    if verbose:
+        say_studies(audits, answer=False)
 
 
 def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) -> None:

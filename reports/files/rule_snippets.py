@@ -41,25 +41,12 @@ def snippet(kind: str, found: ArmRecommendation) -> str:
 
     gammas = {joint: rule.gamma_nm for joint, rule in found.joints.items() if rule.gamma_nm is not None}
     if kind == "config":
-        return _config(found, gammas)
+        return f"# {claim(found.rate)}\n{written_into('', found)}"
     if kind == "franka":
         values = ", ".join(f"{gamma:g}" for gamma in gammas.values())
-        return _FRANKA.format(claim=claim(found), joints=", ".join(gammas), count=len(gammas), values=values)
+        return _FRANKA.format(claim=claim(found.rate), joints=", ".join(gammas), count=len(gammas), values=values)
     values = ", ".join(f"{joint} {gamma:g} {found.units.get(joint, 'N·m')}" for joint, gamma in gammas.items())
     return _UR.format(values=values)
-
-
-def _config(found: ArmRecommendation, gammas: dict[str, float]) -> str:
-    """``[detect]`` with thresholds, persistence, and the range of the evidence of each joint."""
-
-    detect = tomlkit.table()
-    detect.add(tomlkit.comment(claim(found)))
-    detect.append("persistence_ms", round(1e3 * found.persistence_s, 6))
-    detect.append("gamma_nm", _table(gammas))
-    detect.append("evidence", _evidence(found))
-    made = tomlkit.document()
-    made.append("detect", detect)
-    return tomlkit.dumps(made)
 
 
 def written_into(text: str, found: ArmRecommendation, robot: str | None = None) -> str:

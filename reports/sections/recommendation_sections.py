@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.core.data.recommendation_result import StretchToConfirm
+from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.sections.section import Section
 from collaudit.reports.sections.study_sections import set_rule_section
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import duration, rate
+from collaudit.reports.values.numbers import duration, rate, rate_words
 from collaudit.reports.values.words import plural, with_unit
 
 #: More stretches than this are counted, not listed.
@@ -57,7 +57,17 @@ def _thresholds(found: ArmRecommendation) -> Section:
             )
         )
     head = ("joint", "γ", "n", "notices", "clean time", "largest clean", "false alarms at most (95 %)")
-    return Section("Thresholds", head, tuple(rows), (_NOTICES,))
+    return Section("Thresholds", head, tuple(rows), (_NOTICES, *_arm(found.rate)))
+
+
+def _arm(arm: ArmRate) -> tuple[str, ...]:
+    """The arm's false alarms with these thresholds, by both bounds; nothing where there is none."""
+    if arm.extrapolated_per_hour is None or arm.observed_per_hour is None:
+        return ()
+    return (
+        f"False alarms of the arm (95 %): at most {rate_words(arm.extrapolated_per_hour)} if rarer peaks follow those "
+        f"seen, at most {rate_words(arm.observed_per_hour)} by counting alone.",
+    )
 
 
 def _highest(found: ArmRecommendation) -> Section:

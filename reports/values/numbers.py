@@ -117,6 +117,14 @@ def rate(per_hour: float | None, hours: float) -> str:
     return f"{significant(per_hour)} /h"
 
 
+def rate_words(per_hour: float) -> str:
+    """A rate as a person says it: 1 per 1,000 h, 2.4 per hour."""
+    if per_hour >= 1.0:
+        return f"{per_hour:.2g} per hour"
+    hours = 1.0 / per_hour
+    return f"1 per {hours:,.0f} h" if hours >= 10.0 else f"1 per {hours:.2g} h"
+
+
 def duration(seconds: float | None) -> str:
     """A length of time in the unit a reader thinks in."""
     if seconds is None or not math.isfinite(seconds):

@@ -43,7 +43,7 @@ def test_of_a_recommendation(audit: Audit) -> None:
     # Half a minute supports no threshold: the table shows stated ones.
     rules = {joint: replace(rule, gamma_nm=9.5, noticed_nm=12.0) for joint, rule in found.joints.items()}
     found = replace(found, joints=rules, if_clean_nm={SLIDES: 11.0, JOINTS[1]: 11.0})
-    text = recommendation_text(found)
+    text = recommendation_text(found, detail=True)
     slides, turns = (row_of(text, joint) for joint in JOINTS[:2])
     assert " 9.5 N " in slides and " 12 N " in slides
     assert " 9.5 " in turns and " N " not in turns
@@ -54,7 +54,7 @@ def test_of_a_recommendation(audit: Audit) -> None:
 def test_of_what_is_set() -> None:
     two = sliding(audit_of(coloured(2, 600.0, joints=2), gamma_nm=40.0), "joint1")
     found = recommend_arm([two])
-    text = recommendation_text(found)
+    text = recommendation_text(found, detail=True)
     opinions = [line for line in text.splitlines() if line.endswith("too loose")]
     assert [line.count(" N ") for line in opinions] == [3, 0], "set, asked for, unnoticed"
     peaks = text[text.index("Highest level") :]

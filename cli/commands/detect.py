@@ -20,6 +20,8 @@ from collaudit.cli.settings import (
 )
 from collaudit.core.data.audit_result import AuditResult
 
+SCORE_SCHEMA = "collaudit/score/1"
+
 
 @example_command(
     "detect",
@@ -56,7 +58,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     """
     from collaudit.cli.exit_codes import exit_code
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.run_files import audit_json, score_json
+    from collaudit.reports.files.json_files import json_text
+    from collaudit.reports.files.run_files import result_json
     from collaudit.reports.files.run_folder import RunFolder
 
     loaded = load_settings()
@@ -70,9 +73,9 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
             run.write(audit, friction)
     scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None and scores:
-        atomic_write(output / "score.json", score_json(scores))
+        atomic_write(output / "score.json", json_text({"schema": SCORE_SCHEMA, "scores": scores}))
     if as_json:
-        say_json(audit_json(audit.result))
+        say_json(result_json(audit.result))
     else:
         _say(audit.result, output, detail)
     if audit.study is not None and not as_json and detail is not Detail.VERDICT:

@@ -86,7 +86,7 @@ def command(
     from collaudit.core.plan.planning import PlanRequest, make_plan
     from collaudit.core.provenance import make_provenance
     from collaudit.reports.exports.plan_files import write_plan
-    from collaudit.reports.files.run_files import plan_json
+    from collaudit.reports.files.run_files import result_json
     from collaudit.reports.page.plan_page import plan_page
     from collaudit.reports.terminal.command_texts import plan_text
 
@@ -99,7 +99,7 @@ def command(
     names = [by_model.get(name, name) for name in plan.robot.joint_names]
     files = write_plan(output, plan, names, plan_page(plan))
     if as_json:
-        say_json(plan_json(plan.file))
+        say_json(result_json(plan.file))
     else:
         say(plan_text(plan.file, terminal_width()), nl=False)
     note("a proposal, to be checked on the robot and run slowly first: " + ", ".join(str(path) for path in files))

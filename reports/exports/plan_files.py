@@ -14,7 +14,7 @@ from collaudit.core.plan.sweeps import PAUSE_S
 from collaudit.core.plan.timing import Motion
 from collaudit.reports.exports.ros_mcap import TRAJECTORY, Channel, joint_trajectory, write_mcap
 from collaudit.reports.files.atomic import atomic_write, staged
-from collaudit.reports.files.run_files import plan_json
+from collaudit.reports.files.run_files import result_json
 from collaudit.reports.terminal.command_texts import plan_text
 
 CSV_PERIOD_S = 0.01
@@ -46,7 +46,7 @@ def write_plan(folder: Path, plan: Plan, names: Sequence[str], page: str) -> tup
         CollauditError: a file cannot be written.
     """
     texts = {
-        "plan.json": plan_json(plan.file),
+        "plan.json": result_json(plan.file),
         "plan.html": page,
         "plan.txt": plan_text(plan.file),
         "motion.csv": csv_text(plan, names),

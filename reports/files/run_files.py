@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
-from collaudit.core.data.detection_result import Score
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
@@ -24,12 +23,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "atomic_write",
-    "audit_json",
     "earlier_friction",
     "friction_json",
     "open_run",
     "read_friction",
     "read_run",
+    "result_json",
     "write_friction",
 ]
 
@@ -43,38 +42,29 @@ _OFFERED = 6
 
 #: The last fit and its text: logs that are judged with one file in turn all keep a copy of it.
 _written: tuple[FrictionFile, str] | None = None
-SCORE_SCHEMA = "collaudit/score/1"
 AUDITS_SCHEMA = "collaudit/audits/1"
 
 
-def audit_json(result: AuditResult) -> str:
-    """``audit.json`` of a result; the same result gives the same text.
+def result_json(result: AuditResult | FrictionFile | RuleStudy | PlanFile) -> str:
+    """The file of a result; the same result gives the same text.
 
     Raises:
         ValueError: the result breaks its own types (a required number is not finite, say): a bug.
     """
-    return _sound(json_text(result), AuditResult)
+    text = json_text(result)
+    try:
+        msgspec.json.decode(text, type=type(result))
+    except msgspec.ValidationError as error:
+        raise ValueError(f"{type(result).__name__} breaks its own types: {error}") from error
+    return text
 
 
 def friction_json(file: FrictionFile) -> str:
-    """``friction.json`` of a fit; the same fit gives the same text.
-
-    Raises:
-        ValueError: the fit breaks its own types: a bug.
-    """
+    """``friction.json`` of a fit, as of :func:`result_json`."""
     global _written
     if _written is None or _written[0] is not file:
-        _written = file, _sound(json_text(file), FrictionFile)
+        _written = file, result_json(file)
     return _written[1]
-
-
-def study_json(study: RuleStudy) -> str:
-    """``study.json`` of a study of the rule.
-
-    Raises:
-        ValueError: the study breaks its own types: a bug.
-    """
-    return _sound(json_text(study), type(study))
 
 
 def write_friction(path: Path, file: FrictionFile) -> None:
@@ -188,28 +178,6 @@ def open_run(run_dir: Path) -> StoredRun:
     return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
 
 
-def _sound(text: str, kind: type[object]) -> str:
-    try:
-        msgspec.json.decode(text, type=kind)
-    except msgspec.ValidationError as error:
-        raise ValueError(f"{kind.__name__} breaks its own types: {error}") from error
-    return text
-
-
-def score_json(scores: Sequence[Score]) -> str:
-    """``score.json``."""
-    return json_text({"schema": SCORE_SCHEMA, "scores": list(scores)})
-
-
-def plan_json(plan: PlanFile) -> str:
-    """``plan.json`` of a plan; the same plan gives the same text.
-
-    Raises:
-        ValueError: the plan breaks its own types: a bug.
-    """
-    return _sound(json_text(plan), PlanFile)
-
-
 def read_plan(path: Path) -> PlanFile:
     """Read and check a plan.
 
@@ -227,5 +195,5 @@ def audits_json(audits: Sequence[Audit]) -> str:
     """
     results = [audit.result for audit in audits]
     if len(results) == 1:
-        return audit_json(results[0])
+        return result_json(results[0])
     return json_text({"schema": AUDITS_SCHEMA, "audits": results})

@@ -15,9 +15,8 @@ from collaudit.reports.files.run_files import (
     FRICTION_NAME,
     SIGNALS_NAME,
     STUDY_NAME,
-    audit_json,
     friction_json,
-    study_json,
+    result_json,
 )
 
 
@@ -98,9 +97,9 @@ class RunFolder:
         """Write what is left, and put all files in their places; arguments and errors as of :func:`write_run`."""
         from collaudit.reports.files.signals_file import write_signals
 
-        audit_text = audit_json(audit.result)
+        audit_text = result_json(audit.result)
         friction_text = friction_json(friction) if friction is not None else None
-        study_text = study_json(audit.study) if audit.study is not None else None
+        study_text = result_json(audit.study) if audit.study is not None else None
         with ExitStack() as stack:  # renames run in reverse order of entering
             write_synced(stack.enter_context(staged(self._dir / AUDIT_NAME)), audit_text.encode())
             if friction_text is not None:

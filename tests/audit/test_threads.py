@@ -8,7 +8,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.numeric.parallel import threads, use_threads
 from collaudit.fixtures.simulated_audit import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
-from collaudit.reports.files.run_files import audit_json
+from collaudit.reports.files.run_files import result_json
 
 
 def test_results_do_not_depend_on_threads(
@@ -23,5 +23,5 @@ def test_results_do_not_depend_on_threads(
     finally:
         use_threads(before)
     assert usual.result.collisions
-    assert audit_json(other.result) == audit_json(usual.result)
+    assert result_json(other.result) == result_json(usual.result)
     assert other.signals.residual_nm.tobytes("F") == usual.signals.residual_nm.tobytes("F")

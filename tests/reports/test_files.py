@@ -19,11 +19,11 @@ from collaudit.core.errors import CollauditError
 from collaudit.reports.files import atomic
 from collaudit.reports.files.run_files import (
     atomic_write,
-    audit_json,
     friction_json,
     open_run,
     read_friction,
     read_run,
+    result_json,
     write_friction,
 )
 from collaudit.reports.files.run_folder import write_run
@@ -86,7 +86,7 @@ def test_a_stale_friction_file_is_removed(run: Path, audit: Audit) -> None:
 
 def test_numbers_that_are_not_finite_become_null(audit: Audit) -> None:
     odd = replace(audit.result, residual={"elbow": ResidualStats(float("nan"), float("inf"), None, 1.0, 2.0)})
-    stats = json.loads(audit_json(odd))["residual"]["elbow"]
+    stats = json.loads(result_json(odd))["residual"]["elbow"]
     assert stats["mean_abs_nm"] is None
     assert stats["rms_nm"] is None
     assert stats["max_abs_nm"] == 1.0
@@ -95,13 +95,13 @@ def test_numbers_that_are_not_finite_become_null(audit: Audit) -> None:
 def test_a_required_number_that_is_not_finite_is_a_bug_and_says_where(audit: Audit) -> None:
     odd = replace(audit.result, collisions=(replace(audit.result.collisions[0], peak_nm=float("nan")),))
     with pytest.raises(ValueError, match=r"\$\.collisions\[0\]\.peak_nm"):
-        audit_json(odd)
+        result_json(odd)
 
 
 def test_numpy_numbers_are_written_in_full(audit: Audit) -> None:
     third = np.float64(1) / 3
     odd = replace(audit.result, residual={"elbow": ResidualStats(third, None, None, None, np.float64(2))})
-    assert json.loads(audit_json(odd))["residual"]["elbow"]["mean_abs_nm"] == 1 / 3
+    assert json.loads(result_json(odd))["residual"]["elbow"]["mean_abs_nm"] == 1 / 3
 
 
 def test_file_names_that_are_not_text_survive(audit: Audit, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import samples
 from sarif_pydantic import Sarif
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.reports.files.run_files import audit_json
+from collaudit.reports.files.run_files import result_json
 from collaudit.reports.formats.markdown import escaped
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 from collaudit.reports.page.index import entry_of, entry_of_error, summary_json, write_index
@@ -187,7 +187,7 @@ def test_every_format_is_written_the_same_twice(tmp_path: Path, audits, fmt) -> 
 
 
 def test_json_of_one_is_its_audit(audits) -> None:
-    assert report_text(audits[:1], "json") == audit_json(audits[0].result)
+    assert report_text(audits[:1], "json") == result_json(audits[0].result)
     assert len(json.loads(report_text(audits, "json"))["audits"]) == 4
 
 

@@ -11,13 +11,13 @@ from user_guide.result_schemas import result_schema
 
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.errors import LogError
-from collaudit.reports.files.run_files import audit_json, friction_json
+from collaudit.reports.files.run_files import friction_json, result_json
 from collaudit.reports.page.index import entry_of, entry_of_error, summary_json
 
 
 @pytest.mark.parametrize("make", [samples.failed, samples.passed, samples.not_judged, samples.hostile])
 def test_audits_keep_to_the_schema(make) -> None:
-    Draft202012Validator(result_schema("audit")).validate(json.loads(audit_json(make().result)))
+    Draft202012Validator(result_schema("audit")).validate(json.loads(result_json(make().result)))
 
 
 def test_friction_keeps_to_the_schema() -> None:
@@ -44,5 +44,5 @@ def test_fields_carry_their_documentation() -> None:
 
 @pytest.mark.parametrize("value", ['"4.0"', "null", "[]"])
 def test_the_schema_refuses_what_the_reader_refuses(value: str) -> None:
-    text = audit_json(samples.failed(3000).result).replace("9.21734", value)
+    text = result_json(samples.failed(3000).result).replace("9.21734", value)
     assert list(Draft202012Validator(result_schema("audit")).iter_errors(json.loads(text)))

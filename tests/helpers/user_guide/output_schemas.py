@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from collaudit.cli.commands.detect import SCORE_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score
@@ -27,7 +28,7 @@ from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import Difference
-from collaudit.reports.files.run_files import AUDITS_SCHEMA, SCORE_SCHEMA
+from collaudit.reports.files.run_files import AUDITS_SCHEMA
 from collaudit.reports.sections.body_region_sections import BodyRegionRow
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 from collaudit.reports.values.trend_values import TREND_SCHEMA

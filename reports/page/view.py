@@ -16,9 +16,8 @@ from collaudit.reports.page.sections.friction_sheets import FrictionSheet, frict
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
 from collaudit.reports.page.sections.verdict_facts import Fact, verdict_facts
-from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
-from collaudit.reports.plots.plane_map import plane_map
+from collaudit.reports.plots.study_maps import force_map_plot, plane_map
 from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
 from collaudit.reports.sections.event_sections import contact_section, disturbance_section, near_miss_section
 from collaudit.reports.sections.finding_sections import fact_lines, finding_section

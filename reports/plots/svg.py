@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from markupsafe import Markup
 
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.plots.joint_trace import Series
 
@@ -92,25 +92,36 @@ class Panel:
         """Error bars."""
         self._path([strokes(self.px(x), self.py(low), self.py(high))], kind)
 
-    def y_axis(self, label: str, count: int = 4) -> None:
-        """Ticks and grid at the left, and what the axis shows above the panel."""
+    def cells(self, marked: BoolArray, x: Series, y: Series, colour: str, edge: str) -> None:
+        """Marked cells (rows, columns) of a grid with these borders, neighbours in a row as one."""
+        across, down = self.px(x), self.py(y)
+        path = [
+            f"M{across[a]:.0f} {down[row]:.1f}H{across[b]:.0f}V{down[row + 1]:.1f}H{across[a]:.0f}z"
+            for row, cells in enumerate(marked)
+            for a, b in zip(*run_bounds(cells), strict=True)
+        ]
+        if path:
+            self.marks.append(f'<path fill="{colour}" stroke="{edge}" stroke-width=".5" d="{"".join(path)}"/>')
+
+    def y_axis(self, label: str, count: int = 4, decades: bool = False) -> None:
+        """Ticks and grid at the left, and what the axis shows above the panel; ``decades``: it is a logarithm to 10."""
         left, top, width, _ = self.box
-        values = ticks(*self.y_range, count)
+        values, texts = _labelled(self.y_range, count, decades)
         grid = "".join(f"M{left:.1f} {self.py(v):.1f}H{left + width:.1f}" for v in values)
         self.frame.append(f'<path class="grid" d="{grid}"/>')
         at = [(left - 5, float(self.py(value)) + 4) for value in values]
-        self.frame.append(_texts(at, tick_text(values), "end"))
+        self.frame.append(_texts(at, texts, "end"))
         self.frame.append(str(Markup('<text x="{}" y="{}">{}</text>').format(round(left), round(top - 6), label)))
 
-    def x_axis(self, label: str, count: int = 6) -> None:
-        """Ticks below the panel; the last of them names the axis."""
+    def x_axis(self, label: str, count: int = 6, decades: bool = False) -> None:
+        """Ticks below the panel; the last of them names the axis; ``decades`` as above."""
         left, top, width, height = self.box
-        values = ticks(*self.x_range, count)
+        values, texts = _labelled(self.x_range, count, decades)
         base = top + height
         marks = "".join(f"M{self.px(v):.1f} {base:.1f}v4" for v in values)
         self.frame.append(f'<path class="axis-line" d="M{left:.1f} {base:.1f}h{width:.1f}{marks}"/>')
         at = [(float(self.px(value)), base + 16) for value in values]
-        self.frame.append(_texts(at, tick_text(values), "middle"))
+        self.frame.append(_texts(at, texts, "middle"))
         end = Markup('<text x="{}" y="{}" text-anchor="end">{}</text>')
         self.frame.append(str(end.format(round(left + width), round(base + 30), label)))
 
@@ -196,6 +207,17 @@ def _number(tenths: int) -> str:
     whole, part = divmod(abs(tenths), 10)
     text = (str(whole) if whole or not part else "") + (f".{part}" if part else "")
     return f"-{text}" if tenths < 0 else text
+
+
+def _labelled(limits: tuple[float, float], count: int, decades: bool) -> tuple[list[float], list[str]]:
+    """Places and labels of an axis; of a logarithm 1, 2 and 5 times the powers of ten."""
+    if not decades:
+        values = ticks(*limits, count)
+        return values, tick_text(values)
+    powers = range(math.floor(limits[0]), math.ceil(limits[1]))
+    shown = [digit * 10.0**power for power in powers for digit in (1, 2, 5)]
+    shown = [value for value in shown if limits[0] <= math.log10(value) <= limits[1]]
+    return [math.log10(value) for value in shown], [f"{value:g}" for value in shown]
 
 
 def ticks(low: float, high: float, count: int) -> list[float]:

@@ -13,33 +13,36 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from collaudit.reports.page.html import html_text
-from collaudit.reports.plots.plane_map import plane_map, row_strokes
+from collaudit.reports.plots.study_maps import plane_map
+from collaudit.reports.plots.svg import Panel
 from collaudit.reports.sections.study_sections import study_sections
 
-_STROKE = re.compile(r"M(\d+) ([\d.]+)H(\d+)")
+_CELLS = re.compile(r"M(\d+) ([\d.]+)H(\d+)V([\d.]+)H\d+z")
 
 
-def covered(path: str, width: float, x: float, y: float) -> bool:
-    """Whether a stroke of this width lies on a point."""
-    strokes = [(int(left), float(at), int(right)) for left, at, right in _STROKE.findall(path)]
-    return any(left < x < right and abs(y - at) < width / 2 for left, at, right in strokes)
+def covered(path: str, x: float, y: float) -> bool:
+    """Whether a point lies in one of a path's rectangles."""
+    boxes = [tuple(map(float, box)) for box in _CELLS.findall(path)]
+    return any(left < x < right and top < y < bottom for left, bottom, right, top in boxes)
 
 
 @given(arrays(np.bool_, st.tuples(st.integers(1, 6), st.integers(1, 6))))
 @settings(max_examples=60, deadline=None)
-def test_strokes_cover_the_marked_cells_and_no_other(marked: np.ndarray) -> None:
+def test_rectangles_cover_the_marked_cells_and_no_other(marked: np.ndarray) -> None:
     rows, columns = marked.shape
-    path = row_strokes(marked, [3 + 4 * k for k in range(columns + 1)], 5.0)
-    inside = [0.1, 2.5, 4.9]
-    for share in inside:
-        shown = [[covered(path, 5.0, 5.0 + 4 * c, 224 - 5 * r - share) for c in range(columns)] for r in range(rows)]
+    panel = Panel((3.0, 2.0, 4.0 * columns, 5.0 * rows), (0.0, columns), (0.0, rows))
+    panel.cells(marked, np.arange(columns + 1.0), np.arange(rows + 1.0), "red", "red")
+    path = "".join(panel.marks)
+    for share in (0.1, 2.5, 4.9):
+        top = 2.0 + 5.0 * rows
+        shown = [[covered(path, 5.0 + 4 * c, top - 5 * r - share) for c in range(columns)] for r in range(rows)]
         assert shown == marked.tolist()
 
 
 def shades(drawn: str, x: float, y: float) -> str:
     """The colour seen at a point, the only one drawn there."""
-    layers = re.findall(r'<path stroke="(#\w+)" stroke-width="([\d.]+)" d="([^"]*)"/>', drawn)
-    [colour] = [colour for colour, width, path in layers if covered(path, float(width), x, y)]
+    layers = re.findall(r'<path fill="(#\w+)" stroke="#\w+" stroke-width=".5" d="([^"]*)"/>', drawn)
+    [colour] = [colour for colour, path in layers if covered(path, x, y)]
     return colour
 
 
@@ -47,7 +50,7 @@ def test_a_plane_shows_few_alarms_pale_and_what_notices_nothing_grey() -> None:
     drawn = str(plane_map(studies.plane(), 0.002, "<label>"))
     assert shades(drawn, 50.5, 21.5) == "#f4f7fa", "the highest threshold: no alarm"
     assert shades(drawn, 50.5, 222.5) == "#0b3f6e", "the lowest at one sample: thousands an hour"
-    assert shades(drawn, 455.5, 222.5) == "#0d4f3c" and shades(drawn, 820.5, 21.5) == "#c9c9c9"
+    assert shades(drawn, 497.5, 222.5) == "#0d4f3c" and shades(drawn, 862.5, 21.5) == "#c9c9c9"
     assert drawn.count("<title>γ") == 4, "the set and the recommended rule, on both panels"
     assert "&lt;label&gt;" in drawn and "<label>" not in drawn
     nothing = str(plane_map(replace(studies.plane(), clean_hours=0.0), 0.002, ""))

@@ -13,7 +13,7 @@ from collaudit.core.numeric.stage_progress import Progress
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, AuditResult
-    from collaudit.reports.page.view import StoredAudit
+    from collaudit.reports.files.run_files import StoredRun
     from collaudit.reports.values.entries import IndexEntry
 
 
@@ -64,7 +64,7 @@ def formats_of_many() -> tuple[str, ...]:
 
 def write_report(
     path: Path,
-    audits: Sequence[Audit | StoredAudit],
+    audits: Sequence[Audit | StoredRun],
     fmt: str = "html",
     unread: Sequence[IndexEntry] = (),
     progress: Progress | None = None,
@@ -97,7 +97,7 @@ def write_report(
 
 
 def report_text(
-    audits: Sequence[Audit | StoredAudit],
+    audits: Sequence[Audit | StoredRun],
     fmt: str,
     unread: Sequence[IndexEntry] = (),
     progress: Progress | None = None,

@@ -13,10 +13,11 @@ from markupsafe import Markup
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.run_files import StoredRun
 from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style, shared_scripts
 from collaudit.reports.page.sections.joint_figures import Detail
-from collaudit.reports.page.view import MOST_CONTACTS, AuditView, StoredAudit, make_view
+from collaudit.reports.page.view import MOST_CONTACTS, AuditView, make_view
 from collaudit.reports.plots.signal_data import pose_block
 
 #: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
@@ -32,7 +33,7 @@ _LONG_AROUND_EVENTS = 1500
 _SEVERITY = {"fail": 0, "not_judged": 1, "pass": 2}
 
 
-def write_html(path: Path, audits: Sequence[Audit | StoredAudit], assets: str | None = None) -> None:
+def write_html(path: Path, audits: Sequence[Audit | StoredRun], assets: str | None = None) -> None:
     """Write the page of one or several audits; the same audits give the same bytes.
 
     Args:
@@ -47,7 +48,7 @@ def write_html(path: Path, audits: Sequence[Audit | StoredAudit], assets: str | 
 
 
 def html_text(
-    audits: Sequence[Audit | StoredAudit],
+    audits: Sequence[Audit | StoredRun],
     progress: Progress | None = None,
     assets: str | None = None,
     made: str | None = None,
@@ -85,7 +86,7 @@ def html_text(
     )
 
 
-def _detail(audit: Audit | StoredAudit, logs: int) -> Detail:
+def _detail(audit: Audit | StoredRun, logs: int) -> Detail:
     long = audit.result.log.duration_s >= _LONG_S
     points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
     cards = _CARDS if logs < _MANY else _CARDS_OF_MANY

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from markupsafe import Markup
 
@@ -11,12 +10,13 @@ from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.reports.files.run_files import StoredRun
 from collaudit.reports.page.sections.contact_cards import ContactCard, contact_cards
 from collaudit.reports.page.sections.friction_sheets import FrictionSheet, friction_sheets
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
 from collaudit.reports.page.sections.verdict_facts import Fact, verdict_facts
-from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
+from collaudit.reports.plots.joint_trace import TracesInMemory
 from collaudit.reports.plots.study_maps import force_map_plot, plane_map
 from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
 from collaudit.reports.sections.event_sections import contact_section, disturbance_section, near_miss_section
@@ -54,22 +54,6 @@ _CONTACT = (
 )
 _RESIDUAL = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean")
 _LABEL = "Alarms and sensitivity of {} over γ and n"
-
-
-class StoredAudit(Protocol):
-    """An audit whose signals are read when they are drawn."""
-
-    @property
-    def result(self) -> AuditResult:
-        """The result."""
-
-    @property
-    def signals(self) -> SignalSource:
-        """Its signals, joint by joint."""
-
-    @property
-    def study(self) -> RuleStudy | None:
-        """The study of its rule, where one is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +100,7 @@ class AuditView:
         return [getattr(figures[row[0]], kind) if row[0] in figures else None for row in self.residual.rows]
 
 
-def make_view(audit: Audit | StoredAudit, key: str, detail: Detail, progress: Progress | None = None) -> AuditView:
+def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Progress | None = None) -> AuditView:
     """Draw and word one audit.
 
     Args:

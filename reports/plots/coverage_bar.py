@@ -7,7 +7,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
-from collaudit.reports.plots.downsample import column_shares
+from collaudit.reports.plots.downsample import column_edges, column_shares
 from collaudit.reports.plots.joint_trace import JointTrace
 
 _COLUMNS = _WIDTH = 1000
@@ -23,10 +23,11 @@ def coverage_bar(trace: JointTrace, label: str) -> Markup:
     """
     gap, judged, standing = trace.state == State.GAP, trace.judged, trace.standing
     parts = {"judged": judged, "standing": standing, "out": ~(judged | standing | gap), "gap": gap}
-    top = np.zeros(min(_COLUMNS, len(trace.state)))
+    edges = column_edges(len(trace.state), _COLUMNS)
+    top = np.zeros(len(edges) - 1)
     shapes: list[Markup] = []
     for kind, mask in parts.items():
-        share = column_shares(mask, _COLUMNS)
+        share = column_shares(mask, edges)
         top = top + share
         if share.any():
             path = _path(np.rint(_HEIGHT * top).astype(int))

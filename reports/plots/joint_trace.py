@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,42 +52,24 @@ class JointTrace:
         return float(self.time_s[-1] - self.time_s[0]) / (n - 1) if n > 1 else 1.0
 
 
-class SignalSource(Protocol):
-    """Where traces come from: signals in memory, or a run's file."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints there are signals of."""
-
-    @property
-    def end_s(self) -> float | None:
-        """Time of the last sample; None without samples."""
-
-    def trace(self, column: int) -> JointTrace:
-        """One joint's signals."""
-
-    def force_n(self) -> tuple[FloatArray, FloatArray] | None:
-        """Time and size of the force at the wrist sensor (n,); None without one."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class TracesInMemory:
-    """Traces of signals that are in memory."""
+    """Traces of signals that are in memory; what reads them from a run's file has the same methods."""
 
     signals: Signals
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """See :class:`SignalSource`."""
+        """Joints there are signals of."""
         return self.signals.joint_names
 
     @property
     def end_s(self) -> float | None:
-        """See :class:`SignalSource`."""
+        """Time of the last sample; None without samples."""
         return float(self.signals.time_s[-1]) if len(self.signals.time_s) else None
 
     def trace(self, column: int) -> JointTrace:
-        """See :class:`SignalSource`; numbers have the steps that a run's file keeps them in."""
+        """One joint's signals; numbers have the steps that a run's file keeps them in."""
         s, gamma_nm = self.signals, float(self.signals.gamma_nm[column])
         step = torque_step_nm(s.residual_nm[:, column], gamma_nm)
 
@@ -108,7 +90,7 @@ class TracesInMemory:
         )
 
     def force_n(self) -> tuple[FloatArray, FloatArray] | None:
-        """See :class:`SignalSource`."""
+        """Time and size of the force at the wrist sensor (n,); None without one."""
         wrench = self.signals.wrench
         return None if wrench is None else (self.signals.time_s, size(in_steps(wrench[:, :3], FORCE_STEP_N)))
 

@@ -8,9 +8,9 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Collision, NearMiss
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.reports.plots.downsample import column_shares
-from collaudit.reports.plots.joint_trace import JointTrace, Series
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.reports.plots.downsample import column_edges, column_extremes, column_shares
+from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH, _HEIGHT = 1000, 84
@@ -23,7 +23,7 @@ def draw_overview(
     """Residual, ±γ, events and what was not judged, without any text.
 
     Args:
-        trace: of the joint.
+        trace: of the joint, one sample at least.
         alarms, near_misses: of this joint.
         name: id of the drawing, unique in the page.
         label: text for those who cannot see it.
@@ -33,19 +33,18 @@ def draw_overview(
     """
     out = ~(trace.judged | trace.standing)
     kinds = ((out, "curve-out"), (trace.standing, "curve-standing"), (trace.judged, "curve"))
-    extremes = [_column_extremes(trace.residual_nm, mask, _COLUMNS) for mask, _ in kinds]
-    largest = [float(np.nanmax(np.abs(sides), initial=0.0)) for _, *sides in extremes]
+    edges = column_edges(len(trace.time_s), _COLUMNS)
+    borders = np.append(trace.time_s, trace.time_s[-1] + trace.period_s)[edges]
+    extremes = [column_extremes(trace.residual_nm, mask, edges) for mask, _ in kinds]
+    largest = [float(np.nanmax(np.abs(sides), initial=0.0)) for sides in extremes]
     peaks = [a.peak_nm for a in alarms] + [m.peak_nm for m in near_misses]
     height, beyond = _height(trace, peaks, max(largest[1:]), largest[0])
-    end = trace.time_s[-1] if len(trace.time_s) else 1.0
-    panel = Panel(
-        (0, 0, _WIDTH, _HEIGHT), (min(0.0, trace.time_s[0]) if len(trace.time_s) else 0.0, end), (-height, height)
-    )
+    panel = Panel((0, 0, _WIDTH, _HEIGHT), (min(0.0, trace.time_s[0]), trace.time_s[-1]), (-height, height))
     for mask, kind in ((trace.standing, "shade-standing"), (out, "shade-out")):
-        starts, stops = _mostly(mask)
-        panel.shade(_edge_times(trace, starts), _edge_times(trace, stops), kind)
-    for (edges, low, high), (_, kind) in zip(extremes, kinds, strict=True):
-        middle = trace.time_s[(edges[:-1] + edges[1:]) // 2] if len(trace.time_s) else np.empty(0)
+        starts, stops = run_bounds(column_shares(mask, edges) >= 0.5)
+        panel.shade(borders[starts], borders[stops], kind)
+    middle = trace.time_s[(edges[:-1] + edges[1:]) // 2]
+    for (low, high), (_, kind) in zip(extremes, kinds, strict=True):
         panel.columns(middle, low, high, kind)
     if np.isfinite(trace.gamma_nm):
         for sign in (-1, 1):
@@ -71,34 +70,3 @@ def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest
     out = ~(trace.judged | trace.standing)
     beyond = int(np.count_nonzero(np.abs(trace.residual_nm[out]) > height))
     return height, f"{beyond} samples that were not judged lie outside the axis, the largest at {largest:.4g}"
-
-
-def _mostly(mask: BoolArray) -> tuple[np.ndarray, np.ndarray]:
-    """First sample of, and first after, the pixel columns that are mostly masked, neighbours joined."""
-    shares = column_shares(mask, _COLUMNS)
-    edges = np.linspace(0, len(mask), len(shares) + 1).astype(np.int64)
-    change = np.flatnonzero(np.diff(np.concatenate(([False], shares >= 0.5, [False])).astype(np.int8)))
-    return edges[change[::2]], edges[change[1::2]]
-
-
-def _edge_times(trace: JointTrace, samples: np.ndarray) -> np.ndarray:
-    """Times of samples; one period after the last for the sample after it."""
-    n = len(trace.time_s)
-    inside = trace.time_s[np.minimum(samples, n - 1)] if n else np.empty(0)
-    return inside + trace.period_s * (samples >= n)
-
-
-def _column_extremes(values: Series, mask: BoolArray, columns: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Extremes of the masked finite samples in each of ``columns`` equal stretches.
-
-    Args:
-        values: (n,).
-        mask: (n,) samples that count.
-        columns: how many stretches, at most n are made.
-
-    Returns:
-        First sample of each stretch (k + 1,), then least and greatest (k,); NaN where none counts.
-    """
-    edges = np.linspace(0, len(values), min(columns, len(values)) + 1).astype(np.int64)
-    shown = np.where(mask & np.isfinite(values), values, np.nan)
-    return edges, np.fmin.reduceat(shown, edges[:-1]), np.fmax.reduceat(shown, edges[:-1])

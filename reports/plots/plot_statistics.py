@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.reports.plots.downsample import column_edges
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
@@ -77,9 +76,9 @@ def draw_trend(trace: JointTrace, name: str, label: str) -> Markup | None:
     known = _known(trace)
     if np.count_nonzero(known) < _LEAST:
         return None
-    edges = np.linspace(0, known.size, _PIECES + 1).astype(int)
-    pieces = (trace.residual_nm[start:stop][known[start:stop]] for start, stop in pairwise(edges.tolist()))
-    rms = np.array([np.sqrt(np.mean(piece**2)) if piece.size else np.nan for piece in pieces])
+    edges = column_edges(known.size, _PIECES)
+    power, counts = (np.add.reduceat(x, edges[:-1]) for x in (np.where(known, trace.residual_nm**2, 0.0), 1.0 * known))
+    rms = np.sqrt(np.divide(power, counts, out=np.full(_PIECES, np.nan), where=counts > 0))
     middle = trace.time_s[(edges[:-1] + edges[1:]) // 2]
     panel = Panel(
         (0, 2, _WIDTH, _HEIGHT - 4), (trace.time_s[0], trace.time_s[-1]), (0.0, 1.1 * float(np.nanmax(rms)) or 1.0)

@@ -7,11 +7,11 @@ from base64 import b64encode
 from collections.abc import Sequence
 
 import numpy as np
-from tsdownsample import MinMaxDownsampler
 
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.reports.plots.downsample import extremes
 from collaudit.reports.plots.joint_trace import JointTrace, Series
 from collaudit.reports.plots.plot_contact import model_range
 
@@ -45,8 +45,8 @@ def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float
     shown = trace.residual_nm.astype(np.float32)
     found = [np.array([0, n - 1])]
     for mask, share in ((trace.judged, 0.5), (trace.standing, 0.15), (out, 0.1)):
-        found.append(_extremes(np.where(mask, shown, np.float32(np.nan)), round(share * points)))
-    found.append(_extremes(trace.measured_nm, round(0.25 * points)))
+        found.append(extremes(np.where(mask, shown, np.float32(np.nan)), round(share * points)))
+    found.append(extremes(trace.measured_nm, round(0.25 * points)))
     found += _in_windows(trace, windows_s, most)
     kept = np.unique(np.concatenate(found))
     return np.asarray(kept[(kept >= 0) & (kept < n)], dtype=np.int64)
@@ -59,7 +59,7 @@ def _in_windows(trace: JointTrace, windows_s: Sequence[tuple[float, float]], mos
         share = max(_LEAST_OF_WINDOW, room // (min(len(windows_s), most // _LEAST_OF_WINDOW) - k))
         a, b = (int(i) for i in np.searchsorted(trace.time_s, [start, stop]))
         every = np.arange(a, b)
-        inside = every if b - a <= share else a + _extremes(np.ascontiguousarray(trace.residual_nm[a:b]), share)
+        inside = every if b - a <= share else a + extremes(np.ascontiguousarray(trace.residual_nm[a:b]), share)
         found.append(inside)
         room -= len(inside)
     return found
@@ -122,18 +122,6 @@ def _same_side_of_gamma(steps: np.ndarray, values: FloatArray, low: float, step:
     away = np.where(values >= 0, 1, -1)
     moved = steps.astype(np.int64) + np.where(over, away, 0) - np.where(under, away, 0)
     return np.clip(moved, 0, UNKNOWN).astype("<u2")
-
-
-def _extremes(values: Series, points: int) -> IntArray:
-    """Samples with the least and the greatest finite value of each of ``points`` / 2 stretches."""
-    finite = np.isfinite(values)
-    if not finite.any():
-        return np.empty(0, dtype=np.int64)
-    if len(values) <= points:
-        return np.flatnonzero(finite)
-    index = np.asarray(MinMaxDownsampler().downsample(values, n_out=2 * max(2, points // 2)))  # type: ignore[no-untyped-call]
-    index = index.astype(np.int64)
-    return np.asarray(index[finite[index]])
 
 
 def _to_steps(values: Series, low: float, step: float) -> np.ndarray:

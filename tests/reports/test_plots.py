@@ -25,7 +25,7 @@ from collaudit.reports.files.run_folder import write_run
 from collaudit.reports.page.html import html_text
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.coverage_bar import coverage_bar
-from collaudit.reports.plots.downsample import column_shares, thin
+from collaudit.reports.plots.downsample import column_edges, column_shares, thin
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_friction import band, curve, draw_friction
@@ -79,9 +79,8 @@ def test_a_one_sample_spike_survives_a_million_samples() -> None:
 @given(st.lists(st.booleans(), min_size=1, max_size=300), st.integers(1, 50))
 def test_column_shares_add_up(mask: list[bool], columns: int) -> None:
     array = np.array(mask)
-    shares = column_shares(array, columns)
-    sizes = np.diff(np.linspace(0, len(mask), min(columns, len(mask)) + 1).astype(int))
-    assert (shares * sizes).sum() == pytest.approx(array.sum())
+    edges = column_edges(len(mask), columns)
+    assert (column_shares(array, edges) * np.diff(edges)).sum() == pytest.approx(array.sum())
 
 
 def only(audit: Audit, **signals: np.ndarray) -> JointTrace:
@@ -189,8 +188,9 @@ def test_a_few_samples_are_enough(count: int) -> None:
     s = audit.signals
     names = ("time_s", "position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "state")
     short = replace(audit, signals=replace(s, **{name: getattr(s, name)[:count] for name in names}))
-    assert overview(only(short), audit.result)[0].startswith("<svg")
     assert "FAIL" in html_text([short])
+    if count:
+        assert overview(only(short), audit.result)[0].startswith("<svg")
 
 
 def test_a_one_sample_spike_is_drawn_and_kept_for_the_pages_own_plots() -> None:

@@ -12,8 +12,9 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
+from collaudit.reports.files.stored_signals import StoredSignals
 from collaudit.reports.plots.coverage_bar import coverage_bar
-from collaudit.reports.plots.joint_trace import JointTrace, SignalSource
+from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_against import draw_against
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
 from collaudit.reports.plots.plot_overview import draw_overview
@@ -62,7 +63,7 @@ class JointFigures:
 
 
 def joint_figures(
-    source: SignalSource,
+    source: TracesInMemory | StoredSignals,
     result: AuditResult,
     contacts: Mapping[int, Contact],
     key: str,

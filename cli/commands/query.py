@@ -36,7 +36,7 @@ def command(store: str, sql: str, as_json: bool) -> int:
         say_object("collaudit/query/1", {"columns": found.columns, "rows": found.rows}, indent=1)
         return EXIT_PASS
     lines = [[_shown(value) for value in row] for row in found.rows]
-    say(table(found.columns, lines, found.numeric, terminal_width(), fold=True), nl=False)
+    say(table(found.columns, lines, found.numeric, terminal_width()), nl=False)
     return EXIT_PASS
 
 

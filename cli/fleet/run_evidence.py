@@ -141,7 +141,7 @@ def _text(found: StoredRecommendation, per_hour: float) -> str:
         lines.append(
             f"{found.left_out} logs judged with another friction file, model, detector or persistence do not count"
         )
-    return "\n".join(lines) + "\n" + table(head, rows, range(1, len(head)), terminal_width(), fold=True)
+    return "\n".join(lines) + "\n" + table(head, rows, range(1, len(head)), terminal_width())
 
 
 def _since(what: str, night: str | None, asked: str, more_hours: float) -> str:

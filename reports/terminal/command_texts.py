@@ -70,4 +70,4 @@ def checks_text(checks: Sequence[tuple[bool, str, str, str, str]], width: int | 
     lines = [("ok" if passed else "WRONG", *cells) for passed, *cells in checks]
     passed = sum(check[0] for check in checks)
     head = ("", "robot", "check", "wanted", "found")
-    return table(head, lines, width=width, fold=True) + f"\n{passed} of {len(checks)} checks passed\n"
+    return table(head, lines, width=width) + f"\n{passed} of {len(checks)} checks passed\n"

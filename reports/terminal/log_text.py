@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from itertools import groupby
 
 from collaudit.core.logs.log_summary import ColumnInfo, LogSummary, TopicInfo
-from collaudit.reports.terminal.text_table import table, table_with_text
+from collaudit.reports.terminal.text_table import table
 
 _LONGEST_LIST = 24
 _INDENT = "  "
@@ -46,7 +46,7 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
             for topic in summary.topics
         ]
         head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
-        lines.append(_indent(table_with_text(head, rows, (3, 4, 5), room).rstrip()))
+        lines.append(_indent(table(head, rows, (3, 4, 5), room, text_below=True).rstrip()))
         lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
     return "\n".join(lines)
 
@@ -87,7 +87,7 @@ def columns_text(columns: Sequence[ColumnInfo], width: int | None = None) -> str
     """
     several = len({column.file for column in columns}) > 1
     rows = [_row(list(group), several=several) for _, group in groupby(columns, _family)]
-    return table(("column", "unit", "min", "max", "changes", "role", "why"), rows, (2, 3, 4), width, fold=True).rstrip()
+    return table(("column", "unit", "min", "max", "changes", "role", "why"), rows, (2, 3, 4), width).rstrip()
 
 
 def _family(column: ColumnInfo) -> tuple[str, ...]:

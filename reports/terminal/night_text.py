@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.reports.terminal.text_table import table_with_text
+from collaudit.reports.terminal.text_table import table
 from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.words import NONE, VERDICT_WORD, plural
 
@@ -38,7 +38,7 @@ def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most:
     ]
     left = len(entries) - len(listed)
     more = f"… and {plural(left, 'more log')}; -v lists all\n" if left else ""
-    return table_with_text(head, lines, (2, 3, 4), width) + more + "\n" + total_text(entries)
+    return table(head, lines, (2, 3, 4), width, text_below=True) + more + "\n" + total_text(entries)
 
 
 def _reasons(entry: IndexEntry, brief: bool) -> str:

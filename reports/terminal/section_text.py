@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from collaudit.reports.sections.section import Section
-from collaudit.reports.terminal.text_table import table, table_with_text, wrapped
+from collaudit.reports.terminal.text_table import table, wrapped
 
 
 def section_text(found: Section, width: int | None = None, text_below: bool = False) -> str:
@@ -21,9 +21,7 @@ def section_text(found: Section, width: int | None = None, text_below: bool = Fa
     if not found.rows:
         return title + notes
     shown = found.units_in_headings()
-    if text_below:
-        return title + table_with_text(shown.columns, shown.rows, shown.numeric, width) + notes
-    return title + table(shown.columns, shown.rows, shown.numeric, width, fold=True) + notes
+    return title + table(shown.columns, shown.rows, shown.numeric, width, text_below) + notes
 
 
 def sections_text(found: Iterable[Section], width: int | None = None) -> str:

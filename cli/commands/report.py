@@ -140,12 +140,20 @@ def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
     from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.page.comparison_page import body_regions_html
-    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
+    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
     from collaudit.reports.terminal.comparison_text import body_region_text
 
     stated = read_limits(limits)
     results = [read_run(run).result for run in runs]
-    logs = [{"log": r.log.name, "verdict": r.verdict, "contacts": body_region_rows(r, stated)} for r in results]
+    names = ("onset", "joints", "force", "region", "limit", "beside")
+    logs = [
+        {
+            "log": result.log.name,
+            "verdict": result.verdict,
+            "contacts": [dict(zip(names, row, strict=True)) for row in body_region_section(result, stated).rows],
+        }
+        for result in results
+    ]
     content = {"schema": "collaudit/body-regions/1", "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
     page, text = (
         partial(body_regions_html, results, stated),

@@ -73,7 +73,7 @@ def written_into(text: str, found: ArmRecommendation, robot: str | None = None) 
             raise ConfigError(
                 "the file does not describe this robot", found=", ".join(robots) or None, expected=expected
             )
-        _set(robots[robot], "gamma_nm", _kept(robots[robot], found) | gammas)
+        _set(robots[robot], found, gammas)
         return tomlkit.dumps(document)
     if "detect" not in document:
         document.append("detect", tomlkit.table())
@@ -81,32 +81,25 @@ def written_into(text: str, found: ArmRecommendation, robot: str | None = None) 
     if found.chosen_by != "set" or not {"n", "persistence_ms"} & set(detect):
         detect.pop("n", None)
         detect["persistence_ms"] = round(1e3 * found.persistence_s, 6)
-    _set(detect, "gamma_nm", _kept(detect, found) | gammas)
+    _set(detect, found, gammas)
     detect.pop("evidence", None)
     detect.append("evidence", _evidence(found))
     return tomlkit.dumps(document)
 
 
-def _kept(table: Any, found: ArmRecommendation) -> dict[str, float]:
-    """Thresholds that the file has, of all joints or of each."""
-    stated = table.get("gamma_nm")
-    if isinstance(stated, int | float):
-        return dict.fromkeys(found.joints, float(stated))
-    return {str(joint): float(gamma) for joint, gamma in stated.items()} if isinstance(stated, dict) else {}
-
-
-def _set(table: Any, key: str, gammas: Mapping[str, float]) -> None:
+def _set(table: Any, found: ArmRecommendation, gammas: Mapping[str, float]) -> None:
     """Change thresholds where they stand, so that comments beside them stay; else put a table in their place."""
-    if isinstance(table.get(key), dict):
+    stated = table.get("gamma_nm")
+    if isinstance(stated, dict):
         for joint, gamma in gammas.items():
-            table[key][joint] = gamma
+            stated[joint] = gamma
         return
-    table.pop(key, None)
-    table.append(key, _table(gammas))
+    of_all = dict.fromkeys(found.joints, float(stated)) if isinstance(stated, int | float) else {}
+    table.pop("gamma_nm", None)
+    table.append("gamma_nm", _table(of_all | gammas))
 
 
 def _table(gammas: Mapping[str, float]) -> Table:
-
     thresholds = tomlkit.table()
     for joint, gamma in gammas.items():
         thresholds.append(_key(joint), gamma)
@@ -114,21 +107,19 @@ def _table(gammas: Mapping[str, float]) -> Table:
 
 
 def _evidence(found: ArmRecommendation) -> Table:
-
     ranges = tomlkit.table(is_super_table=True)
     for joint, known in found.ranges.items():
-        table = tomlkit.table()
-        table.append("fastest_rad_s", float(f"{known.fastest_rad_s:.4g}"))
-        table.append("hardest_rad_s2", float(f"{known.hardest_rad_s2:.4g}"))
-        table.append("load_nm", [float(f"{known.least_nm:.4g}"), float(f"{known.most_nm:.4g}")])
-        if known.phases:
-            table.append("phases", sorted(known.phases))
-        if known.temperature_c is not None:
-            table.append("temperature_c", [float(f"{x:.4g}") for x in known.temperature_c])
-        if known.reversals_per_h is not None:
-            table.append("reversals_per_h", float(f"{known.reversals_per_h:.3g}"))
-        table.append("standing", known.standing > 0)
-        ranges.append(_key(joint), table)
+        warmth, reversals = known.temperature_c, known.reversals_per_h
+        stated = {
+            "fastest_rad_s": float(f"{known.fastest_rad_s:.4g}"),
+            "hardest_rad_s2": float(f"{known.hardest_rad_s2:.4g}"),
+            "load_nm": [float(f"{known.least_nm:.4g}"), float(f"{known.most_nm:.4g}")],
+            "phases": sorted(known.phases) or None,
+            "temperature_c": None if warmth is None else [float(f"{x:.4g}") for x in warmth],
+            "reversals_per_h": None if reversals is None else float(f"{reversals:.3g}"),
+            "standing": known.standing > 0,
+        }
+        ranges.append(_key(joint), tomlkit.item({name: x for name, x in stated.items() if x is not None}))
     return ranges
 
 

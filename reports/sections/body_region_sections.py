@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
 from typing import Annotated
 
 from msgspec import Meta
@@ -43,43 +42,18 @@ class BodyLimits(ConfigTable, frozen=True, kw_only=True):
     region: Annotated[tuple[BodyRegion, ...], Meta(min_length=1)]
 
 
-@dataclass(frozen=True, slots=True)
-class BodyRegionRow:
-    """One contact beside one limit, as text.
-
-    Attributes:
-        onset, joints, force: of the contact.
-        region, limit: from the user's file.
-        beside: how the force's interval lies to the limit.
-    """
-
-    onset: str
-    joints: str
-    force: str
-    region: str
-    limit: str
-    beside: str
-
-
-def body_region_rows(result: AuditResult, limits: BodyLimits) -> list[BodyRegionRow]:
-    """Every contact beside every limit of the file."""
-    made = []
+def body_region_section(result: AuditResult, limits: BodyLimits) -> Section:
+    """Every contact of a log beside every limit of the file: onset, joints, force, region, limit, and how they lie."""
+    rows = []
     for contact, record in zip(result.contacts, contact_section(result).records, strict=True):
+        shown = (record["onset"], record["joints"], record["force (95 %)"])
         for region in limits.region:
             for kind, limit in (("quasi-static", region.quasi_static_n), ("transient", region.transient_n)):
                 if limit is not None:
-                    beside = _against_limit(contact.force, limit)
-                    shown = (record["onset"], record["joints"], record["force (95 %)"])
-                    made.append(BodyRegionRow(*shown, region.name, f"{limit:g} N {kind}", beside))
-    return made
-
-
-def body_region_section(result: AuditResult, limits: BodyLimits) -> Section:
-    """Every contact of a log beside every limit."""
+                    rows.append((*shown, region.name, f"{limit:g} N {kind}", _against_limit(contact.force, limit)))
     head = ("onset", "joints", "estimated force (95 %)", "region", "limit", "force beside limit")
     none = "not judged" if nothing_judged(result) else "no contact was found in the time that was judged"
-    lines = tuple(astuple(row) for row in body_region_rows(result, limits))
-    return Section(result.log.name, head, lines, () if lines else (none,))
+    return Section(result.log.name, head, tuple(rows), () if rows else (none,))
 
 
 def _against_limit(force: ContactForce | None, limit_n: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import pairwise
 
 UNKNOWN = "not known"
@@ -162,18 +162,11 @@ def with_interval(value: float, bounds: tuple[float | None, float | None] | None
 def _outward(value: float | None, digits: int, *, up: bool) -> str:
     """In significant digits, never moved into the interval."""
     text = significant(value, digits)
-    if value is None or text == UNKNOWN or _holds(text, value, up=up):
+    if value is None or text == UNKNOWN:
         return text
-    shown = Decimal(text)
-    exponent = shown.as_tuple().exponent
-    step = Decimal(1).scaleb(int(exponent))
-    moved = shown + step if up else shown - step
-    return f"{moved:e}" if "e" in text else f"{moved:f}"
-
-
-def _holds(text: str, value: float, *, up: bool) -> bool:
-    shown, exact = Decimal(text), Decimal(repr(float(value)))
-    return shown >= exact if up else shown <= exact
+    rounding = ROUND_CEILING if up else ROUND_FLOOR
+    shown = Decimal(repr(float(value))).quantize(Decimal(text), rounding)
+    return f"{float(shown):.{digits - 1}e}" if "e" in text else f"{shown:f}"
 
 
 def _decimals_apart(values: Sequence[float], least: int) -> int | None:

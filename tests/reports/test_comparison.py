@@ -20,7 +20,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
-from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
+from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
 from collaudit.reports.terminal.comparison_text import body_region_text, comparison_text
 from collaudit.reports.values.comparison import compare
 
@@ -141,9 +141,9 @@ def _with_force(audit: Audit, low: float, high: float, blind: int) -> Audit:
 def test_a_force_beside_a_limit(audit: Audit, tmp_path: Path, low: float, high: float, blind: int, beside: str) -> None:
     (tmp_path / "limits.toml").write_text(LIMITS)
     result = _with_force(audit, low, high, blind).result
-    rows = body_region_rows(result, read_limits(tmp_path / "limits.toml"))
-    assert [row.limit for row in rows] == ["100 N quasi-static", "200 N transient"]
-    assert rows[0].beside == beside
+    rows = body_region_section(result, read_limits(tmp_path / "limits.toml")).rows
+    assert [row[-2] for row in rows] == ["100 N quasi-static", "200 N transient"]
+    assert rows[0][-1] == beside
     text = body_region_text([result], read_limits(tmp_path / "limits.toml"), 80)
     assert CANNOT_BE_CONCLUDED in " ".join(text.split()) and "3 March" in text
 

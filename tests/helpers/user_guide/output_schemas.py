@@ -29,7 +29,6 @@ from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import Difference
 from collaudit.reports.files.run_files import AUDITS_SCHEMA
-from collaudit.reports.sections.body_region_sections import BodyRegionRow
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 from collaudit.reports.values.trend_values import TREND_SCHEMA
 from user_guide.result_schemas import schema_of
@@ -102,6 +101,24 @@ class Written:
     schema: Literal["collaudit/written/1"]
     files: dict[str, list[str]]
     verdicts: dict[str, Verdict]
+
+
+@dataclass(frozen=True, slots=True)
+class BodyRegionRow:
+    """One contact beside one limit, as text.
+
+    Attributes:
+        onset, joints, force: of the contact.
+        region, limit: from the user's file.
+        beside: how the force's interval lies to the limit.
+    """
+
+    onset: str
+    joints: str
+    force: str
+    region: str
+    limit: str
+    beside: str
 
 
 @dataclass(frozen=True, slots=True)

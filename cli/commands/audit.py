@@ -195,8 +195,7 @@ def command(
     from collaudit.reports.page.index import summary_json, write_index
     from collaudit.reports.page.scripts import write_assets
     from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.values.entries import verdict_counts
-    from collaudit.reports.values.night import night_sentence, nights_before
+    from collaudit.reports.values.entries import night_sentence, nights_before, verdict_counts
 
     key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
@@ -266,7 +265,7 @@ def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Se
 
 def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:
     """Print as much as was asked for: of one log its screen, of several the worst."""
-    from collaudit.reports.terminal.night_text import summary_table, total_text
+    from collaudit.reports.terminal.command_texts import summary_table, total_text
     from collaudit.reports.terminal.screen_text import audit_text, screen_text
     from collaudit.reports.values.entries import worst_verdict
     from collaudit.reports.values.visible_text import visible

@@ -127,7 +127,7 @@ def command(
 
 def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
     from collaudit.reports.page.comparison_page import comparison_html
-    from collaudit.reports.terminal.comparison_text import comparison_text
+    from collaudit.reports.terminal.command_texts import comparison_text
     from collaudit.reports.values.comparison import compare
 
     if len(runs) != 2:
@@ -141,7 +141,7 @@ def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as
     from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.page.comparison_page import body_regions_html
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
-    from collaudit.reports.terminal.comparison_text import body_region_text
+    from collaudit.reports.terminal.command_texts import body_region_text
 
     stated = read_limits(limits)
     results = [read_run(run).result for run in runs]

@@ -34,7 +34,7 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], since: str
     """
     from collaudit.core.history.robot_trend import robot_trends
     from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.terminal.trend_text import trend_text
+    from collaudit.reports.terminal.command_texts import trend_text
     from collaudit.reports.values.trend_values import trend_json
 
     with progress("reading the store"):

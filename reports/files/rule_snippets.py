@@ -87,7 +87,7 @@ def written_into(text: str, found: ArmRecommendation, robot: str | None = None) 
     return tomlkit.dumps(document)
 
 
-def _set(table: Any, found: ArmRecommendation, gammas: Mapping[str, float]) -> None:
+def _set(table: Any, found: ArmRecommendation, gammas: dict[str, float]) -> None:
     """Change thresholds where they stand, so that comments beside them stay; else put a table in their place."""
     stated = table.get("gamma_nm")
     if isinstance(stated, dict):

@@ -19,7 +19,7 @@ from collaudit.reports.files.json_files import json_text, read_result
 
 if TYPE_CHECKING:
     from collaudit.core.data.rule_study_result import RuleStudy
-    from collaudit.reports.files.stored_signals import StoredSignals
+    from collaudit.reports.files.signals_file import StoredSignals
 
 __all__ = [
     "atomic_write",
@@ -172,7 +172,7 @@ def open_run(run_dir: Path) -> StoredRun:
     Raises:
         CollauditError: as :func:`read_run`.
     """
-    from collaudit.reports.files.stored_signals import StoredSignals
+    from collaudit.reports.files.signals_file import StoredSignals
 
     result = _result(run_dir)
     return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))

@@ -9,8 +9,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
-from collaudit.reports.values.night import night_sentence
+from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_sentence, worst_first
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import NONE, STATEMENT
 

@@ -19,11 +19,11 @@ from collaudit.reports.values.entries import (
     brief_reason,
     entry_of,
     entry_of_error,
+    night_sentence,
     verdict_counts,
     worst_first,
     worst_verdict,
 )
-from collaudit.reports.values.night import NightBefore, night_sentence
 
 __all__ = ["IndexEntry", "entry_of", "entry_of_error", "summary_json", "write_index"]
 
@@ -56,7 +56,7 @@ def write_index(
     out_dir: Path,
     entries: Sequence[IndexEntry],
     sentence: str = "",
-    before: Mapping[str, Sequence[NightBefore]] | None = None,
+    before: Mapping[str, Sequence[Verdict]] | None = None,
 ) -> None:
     """Write ``index.html`` and ``summary.json``; the same entries in any order give the same bytes.
 
@@ -98,7 +98,7 @@ def summarise(entries: Sequence[IndexEntry]) -> Summary:
 _Line = tuple[IndexEntry, str | None, str, tuple[str, ...], Markup | None]
 
 
-def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[NightBefore]]) -> str:
+def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[Verdict]]) -> str:
     lines = [_line(entry, before.get(entry.name, ())) for entry in summary.logs]
     return (
         environment()
@@ -115,7 +115,7 @@ def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[NightBe
     )
 
 
-def _line(entry: IndexEntry, nights: Sequence[NightBefore]) -> _Line:
+def _line(entry: IndexEntry, nights: Sequence[Verdict]) -> _Line:
     """A pass without events says in a word that something is left out of it; all else begins with its reason."""
     every = (*(entry.error or "").splitlines()[1:], *entry.reasons, *entry.exclusions)
     brief = brief_reason(entry)
@@ -124,19 +124,19 @@ def _line(entry: IndexEntry, nights: Sequence[NightBefore]) -> _Line:
     return entry, _link(entry.report), brief, () if every == (brief,) else every, _nights(nights)
 
 
-def _nights(nights: Sequence[NightBefore]) -> Markup | None:
+def _nights(nights: Sequence[Verdict]) -> Markup | None:
     """A bar a night, tonight last: high where the log failed, of half the height where it was not judged."""
     if len(nights) < _LEAST_NIGHTS:
         return None
     drawn = "".join(_bars(nights, verdict) for verdict in _HEIGHTS)
-    failed = sum(one.verdict == "fail" for one in nights)
-    label = f"{failed} of {len(nights)} nights failed, {sum(one.verdict == 'not_judged' for one in nights)} not judged"
+    failed, not_judged = nights.count("fail"), nights.count("not_judged")
+    label = f"{failed} of {len(nights)} nights failed, {not_judged} not judged"
     head = f'<svg class="nights" viewBox="0 0 {_BAR * len(nights)} 16" width="{_BAR * len(nights)}" height="16"'
     return Markup(f'{head} role="img" aria-label="{label}">{drawn}</svg>')
 
 
-def _bars(nights: Sequence[NightBefore], verdict: Verdict) -> str:
-    d = "".join(f"M{_BAR * k + 2} 15v-{_HEIGHTS[verdict]}" for k, one in enumerate(nights) if one.verdict == verdict)
+def _bars(nights: Sequence[Verdict], verdict: Verdict) -> str:
+    d = "".join(f"M{_BAR * k + 2} 15v-{_HEIGHTS[verdict]}" for k, one in enumerate(nights) if one == verdict)
     return f'<path class="night is-{verdict}" d="{d}"/>' if d else ""
 
 

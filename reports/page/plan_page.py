@@ -6,7 +6,7 @@ import numpy as np
 
 from collaudit.core.plan.planning import Plan
 from collaudit.reports.page.environment import environment
-from collaudit.reports.plots.moving_arm import moving_arm, positions_over_time
+from collaudit.reports.plots.arm_pose import moving_arm, positions_over_time
 from collaudit.reports.sections.plan_sections import plan_sections
 
 _FRAMES = 240

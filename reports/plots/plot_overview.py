@@ -1,4 +1,4 @@
-"""One joint's residual over the whole log, small: every extreme of every pixel column."""
+"""One joint over the whole log: its residual, every extreme of every pixel column, and how much of it was judged."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Collision, NearMiss
+from collaudit.core.data.signals import State
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.plots.downsample import column_edges, column_extremes, column_shares
 from collaudit.reports.plots.joint_trace import JointTrace
@@ -15,6 +17,7 @@ from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH, _HEIGHT = 1000, 84
 _COLUMNS = 200
+_BAR_HEIGHT = 100
 
 
 def draw_overview(
@@ -70,3 +73,36 @@ def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest
     out = ~(trace.judged | trace.standing)
     beyond = int(np.count_nonzero(np.abs(trace.residual_nm[out]) > height))
     return height, f"{beyond} samples that were not judged lie outside the axis, the largest at {largest:.4g}"
+
+
+def coverage_bar(trace: JointTrace, label: str) -> Markup:
+    """One joint's time as stacked shares: judged at the bottom, then friction known as a range, not judged, no data.
+
+    Args:
+        trace: of the joint.
+        label: text for those who cannot see the bar.
+    """
+    gap, judged, standing = trace.state == State.GAP, trace.judged, trace.standing
+    parts = {"judged": judged, "standing": standing, "out": ~(judged | standing | gap), "gap": gap}
+    edges = column_edges(len(trace.state), _WIDTH)
+    top = np.zeros(len(edges) - 1)
+    shapes: list[Markup] = []
+    for kind, mask in parts.items():
+        share = column_shares(mask, edges)
+        top = top + share
+        if share.any():
+            path = _path(np.rint(_BAR_HEIGHT * top).astype(int))
+            shapes.insert(0, Markup('<path class="{}" d="{}"/>').format(kind, path))
+    return Markup(
+        '<svg class="bar" viewBox="0 0 {} {}" preserveAspectRatio="none" role="img" aria-label="{}">{}</svg>'
+    ).format(_WIDTH, _BAR_HEIGHT, label, Markup().join(shapes))
+
+
+def _path(top: NDArray[np.int_]) -> str:
+    """All below a step line, as steps; what is drawn after it covers what is not its own."""
+    x = np.rint(np.linspace(0, _WIDTH, len(top) + 1)).astype(int)
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(top)) + 1))
+    across = np.diff(np.append(x[starts], _WIDTH)).tolist()
+    up = np.diff(top[starts], prepend=0).tolist()
+    steps = "".join(f"v{-rise}h{run}" for rise, run in zip(up, across, strict=True))
+    return f"M0 {_BAR_HEIGHT}{steps}V{_BAR_HEIGHT}z"

@@ -106,12 +106,10 @@ def _log_ranks(values: FloatArray, known: FloatArray) -> IntArray:
     return np.where(finite & (known.size > 0), np.minimum(len(_SHADES) - 1, ranks), -1)
 
 
-def _shade(
-    panel: Panel, ranks: IntArray, shades: Sequence[str], x: FloatArray, y: FloatArray, edge: str | None = None
-) -> None:
+def _shade(panel: Panel, ranks: IntArray, shades: Sequence[str], x: FloatArray, y: FloatArray) -> None:
     """Cells (rows, columns) by their shade, -1 in the colour of what is not known, below that none."""
     for rank, colour in enumerate((_UNKNOWN, *shades), -1):
-        panel.cells(ranks == rank, x, y, colour, edge or colour)
+        panel.cells(ranks == rank, x, y, colour)
 
 
 def force_map_plot(found: ForceMap, label: str) -> Markup:
@@ -150,7 +148,7 @@ def _space(found: ForceMap, upwards: int, words: str, left: float, known: FloatA
     panel.x_axis("x, m")
     ranks = np.where(worst == -np.inf, -2, _log_ranks(worst, known))
     x, y = (start + found.cell_m * np.arange(count + 1) for start, count in zip(low, worst.shape[::-1], strict=True))
-    _shade(panel, ranks, _SHADES, x, y, _EDGE)
+    _shade(panel, ranks, _SHADES, x, y)
     if _SIZE * found.cell_m / extent >= _NUMBERED:
         numbers = "".join(_numbers(panel, ranks, worst, (x[:-1] + x[1:]) / 2, (y[:-1] + y[1:]) / 2))
         panel.marks.append(f'<g class="numbers" text-anchor="middle">{numbers}</g>')

@@ -1,19 +1,28 @@
-"""What a fit, a plan, a rule study and the checks of an installation say on a terminal."""
+"""What nights, trends, comparisons, fits, plans, rule studies and the checks of an installation say on a terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PlanFile
 from collaudit.core.data.rule_study_result import RuleStudy
+from collaudit.core.history.robot_trend import RobotTrend
+from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
+from collaudit.reports.sections.comparison_sections import compared_notes, compared_sections, compared_sides
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import plan_sections
 from collaudit.reports.sections.study_sections import study_sections
+from collaudit.reports.sections.trend_sections import robot_section
 from collaudit.reports.terminal.section_text import section_text, sections_text
 from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.values.comparison import Comparison
+from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.trend_values import CAUSE_WORDS, change_text
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import NONE, VERDICT_WORD, plural
 
 
 def plan_text(plan: PlanFile, width: int | None = None) -> str:
@@ -71,3 +80,102 @@ def checks_text(checks: Sequence[tuple[bool, str, str, str, str]], width: int | 
     passed = sum(check[0] for check in checks)
     head = ("", "robot", "check", "wanted", "found")
     return table(head, lines, width=width) + f"\n{passed} of {len(checks)} checks passed\n"
+
+
+def trend_text(trends: Sequence[RobotTrend], width: int | None = None) -> str:
+    """What changed, robot by robot; then a table of all robots.
+
+    Args:
+        trends: of the robots.
+        width: columns of the terminal; None: any.
+    """
+    if not trends:
+        return "The store holds no log of these robots and nights.\n"
+    changed = [trend for trend in trends if trend.events]
+    lines = []
+    for trend in changed:
+        lines.append(visible(trend.robot))
+        for event in trend.events:
+            lines.append(wrapped(f"  {CAUSE_WORDS[event.cause]}: {visible(event.text)}", width, "    "))
+            lines += [wrapped(f"    {visible(change_text(change))}", width, "      ") for change in event.changes]
+    lines += [""] if changed else []
+    lines.append(f"{len(trends)} robots, {len(trends) - len(changed)} without a significant change.")
+    return "\n".join(lines) + f"\n\n{section_text(robot_section(trends), width)}"
+
+
+def comparison_text(found: Comparison, width: int | None = None) -> str:
+    """Verdicts, contacts, settings, friction, residual level, findings.
+
+    Args:
+        found: the comparison.
+        width: columns of the terminal that tables are cut to; None: any.
+    """
+    lines = []
+    for side, verdict, name, note in compared_sides(found):
+        lines.append(f"{side + ':':<8}{verdict}  {name}\n")
+        if note:
+            lines.append(f"{wrapped(' ' * 8 + note, width, ' ' * 8)}\n")
+    lines += [f"{wrapped(text, width)}\n" for text in compared_notes(found)]
+    return "".join(lines) + sections_text(compared_sections(found), width)
+
+
+def body_region_text(results: Sequence[AuditResult], limits: BodyLimits, width: int | None = None) -> str:
+    """A table of each log with contacts, then what cannot be concluded.
+
+    Args:
+        results: of the runs.
+        limits: as the user's file states them.
+        width: columns of the terminal that tables are cut to; None: any.
+    """
+    head = wrapped(f"Limits by body region, as stated by: {visible(limits.source)}", width)
+    found = sections_text((body_region_section(result, limits) for result in results), width)
+    return f"{head}\n{found}\n{wrapped(CANNOT_BE_CONCLUDED, width)}\n"
+
+
+#: Characters of the one reason beside a log among many.
+_REASON = 120
+
+
+def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most: int | None = None) -> str:
+    """One line per log, worst first, then the counts.
+
+    Args:
+        entries: one per log.
+        width: columns of the terminal that the table is cut to; None: any.
+        most: lines at most, each with its first reason and how many follow; None: any, with every reason.
+
+    Returns:
+        Text that ends in a line feed.
+    """
+    head = ("verdict", "log", "would have noticed", "contacts", "near misses", "reasons")
+    listed = worst_first(entries)[:most]
+    lines = [
+        (
+            entry.word,
+            entry.name,
+            entry.noticed or NONE,
+            entry.counted(entry.contacts),
+            entry.counted(entry.near_misses),
+            _reasons(entry, brief=most is not None),
+        )
+        for entry in listed
+    ]
+    left = len(entries) - len(listed)
+    more = f"… and {plural(left, 'more log')}; -v lists all\n" if left else ""
+    return table(head, lines, (2, 3, 4), width, text_below=True) + more + "\n" + total_text(entries)
+
+
+def _reasons(entry: IndexEntry, brief: bool) -> str:
+    """Why, then what the verdict leaves out; in brief the first of it, which a line of a file can hold."""
+    every = (*entry.reasons, *entry.exclusions)
+    if not brief or not every:
+        return "; ".join(every)
+    first = brief_reason(entry, _REASON)
+    return f"{first} (and {len(every) - 1} more)" if len(every) > 1 else first
+
+
+def total_text(entries: Sequence[IndexEntry]) -> str:
+    """How many logs have which verdict, in one line."""
+    counts = verdict_counts(entries)
+    total = ", ".join(f"{counts[verdict]} {word.lower()}" for verdict, word in VERDICT_WORD.items())
+    return f"{plural(len(entries), 'log')}: {total}\n"

@@ -45,7 +45,7 @@ def table(
         text = [line.pop() for line in cells][1:] if text_below else [""] * len(lines)
         notes = [[_BELOW + part for part in _folded(one, max(width, 40) - len(_BELOW))] if one else [] for one in text]
         widths = _widths(cells, numeric, width)
-        folded = [list(zip_longest(*map(_folded, line, widths), fillvalue="")) for line in cells]
+        folded: list[_Row] = [list(zip_longest(*map(_folded, line, widths), fillvalue="")) for line in cells]
         if text_below:
             folded[1:] = [[list(map(_cut, line, widths))] for line in cells[1:]]
         rows = [[_cut(line, width) for line in group] for group in _aligned(folded, numeric)]

@@ -1,16 +1,22 @@
-"""One line per audited log: what index pages, summaries and CI formats are made of."""
+"""One line per audited log, of which index pages, summaries and CI formats are made; a night of them in a sentence."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
+from collaudit.core.history.log_record import LogRecord
+from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.reports.values.noticed import noticed_brief, noticed_n
-from collaudit.reports.values.words import nothing_judged, verdict_word
+from collaudit.reports.values.trend_values import CAUSE_WORDS
+from collaudit.reports.values.words import nothing_judged, plural, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
+#: Nights that a line shows.
+_MOST_NIGHTS = 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,3 +136,53 @@ def verdict_counts(entries: Sequence[IndexEntry]) -> dict[Verdict, int]:
 def worst_verdict(entries: Sequence[IndexEntry]) -> Verdict:
     """The verdict on all of them: a breach outweighs what could not be judged, and that outweighs a pass."""
     return min((entry.verdict for entry in entries), key=_ORDER.__getitem__, default="not_judged")
+
+
+def night_sentence(entries: Sequence[IndexEntry], trends: Sequence[RobotTrend] = ()) -> str:
+    """How many logs were judged, contacts by robot, and joints that changed over the nights.
+
+    Args:
+        entries: the logs, as decided.
+        trends: of their robots, tonight included; none where no store is kept.
+    """
+    counts = verdict_counts(entries)
+    judged = len(entries) - counts["not_judged"]
+    said = [f"{judged} of {plural(len(entries), 'log')} judged"]
+    if counts["fail"]:
+        said.append(f"{counts['fail']} {'breaks' if counts['fail'] == 1 else 'break'} the policy")
+    robots = {entry.robot: [e for e in entries if e.robot == entry.robot] for entry in entries}
+    touched = [_contacts(robot, own) for robot, own in robots.items() if any(e.contacts for e in own)]
+    said += touched if touched or not judged else ["no contact"]
+    for trend in trends:
+        for event in trend.events:
+            lead = event.changes[0]
+            said.append(f"{lead.joint} of {trend.robot}: {CAUSE_WORDS[event.cause]} since {lead.night}")
+    return "; ".join(said) + "."
+
+
+def _contacts(robot: str | None, entries: Sequence[IndexEntry]) -> str:
+    where = "" if robot is None else f" on robot {robot}"
+    total = sum(entry.contacts for entry in entries)
+    compared = [entry.new_contacts for entry in entries if entry.new_contacts is not None]
+    if not compared:
+        return f"{plural(total, 'contact')}{where}"
+    known = total - sum(compared)
+    return f"{plural(sum(compared), 'new contact')}{where}" + (f" ({known} known)" if known else "")
+
+
+def nights_before(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> dict[str, list[Verdict]]:
+    """What became of each log in its last nights, tonight being the last; the worst, where a name was there twice.
+
+    Args:
+        tonight: by name of log, its record.
+        stored: records of nights before; of a log that was judged again tonight the new record counts.
+    """
+    again = {record.identity for record in tonight.values()}
+    found: dict[tuple[str, str], dict[str, Verdict]] = {(r.robot, r.log): {} for r in tonight.values()}
+    for record in [*(record for record in stored if record.identity not in again), *tonight.values()]:
+        nights = found.get((record.robot, record.log))
+        if nights is not None:
+            verdict = cast("Verdict", record.decided_verdict or record.verdict)
+            nights[record.night] = min(verdict, nights.get(record.night, verdict), key=_ORDER.__getitem__)
+    verdicts = {identity: [verdict for _, verdict in sorted(nights.items())] for identity, nights in found.items()}
+    return {name: verdicts[record.robot, record.log][-_MOST_NIGHTS:] for name, record in tonight.items()}

@@ -16,7 +16,7 @@ from collaudit.reports.files.run_files import result_json
 from collaudit.reports.formats.markdown import escaped
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 from collaudit.reports.page.index import entry_of, entry_of_error, summary_json, write_index
-from collaudit.reports.terminal.night_text import summary_table
+from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, worst_first
 

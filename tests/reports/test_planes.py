@@ -17,32 +17,32 @@ from collaudit.reports.plots.study_maps import plane_map
 from collaudit.reports.plots.svg import Panel
 from collaudit.reports.sections.study_sections import study_sections
 
-_CELLS = re.compile(r"M(\d+) ([\d.]+)H(\d+)V([\d.]+)H\d+z")
+_STROKE = re.compile(r"M(\d+) ([\d.]+)H(\d+)")
 
 
-def covered(path: str, x: float, y: float) -> bool:
-    """Whether a point lies in one of a path's rectangles."""
-    boxes = [tuple(map(float, box)) for box in _CELLS.findall(path)]
-    return any(left < x < right and top < y < bottom for left, bottom, right, top in boxes)
+def covered(path: str, width: float, x: float, y: float) -> bool:
+    """Whether a stroke of this width lies on a point."""
+    strokes = [(int(left), float(at), int(right)) for left, at, right in _STROKE.findall(path)]
+    return any(left < x < right and abs(y - at) < width / 2 for left, at, right in strokes)
 
 
 @given(arrays(np.bool_, st.tuples(st.integers(1, 6), st.integers(1, 6))))
 @settings(max_examples=60, deadline=None)
-def test_rectangles_cover_the_marked_cells_and_no_other(marked: np.ndarray) -> None:
+def test_strokes_cover_the_marked_cells_and_no_other(marked: np.ndarray) -> None:
     rows, columns = marked.shape
     panel = Panel((3.0, 2.0, 4.0 * columns, 5.0 * rows), (0.0, columns), (0.0, rows))
-    panel.cells(marked, np.arange(columns + 1.0), np.arange(rows + 1.0), "red", "red")
+    panel.cells(marked, np.arange(columns + 1.0), np.arange(rows + 1.0), "red")
     path = "".join(panel.marks)
     for share in (0.1, 2.5, 4.9):
         top = 2.0 + 5.0 * rows
-        shown = [[covered(path, 5.0 + 4 * c, top - 5 * r - share) for c in range(columns)] for r in range(rows)]
+        shown = [[covered(path, 5.0, 5.0 + 4 * c, top - 5 * r - share) for c in range(columns)] for r in range(rows)]
         assert shown == marked.tolist()
 
 
 def shades(drawn: str, x: float, y: float) -> str:
     """The colour seen at a point, the only one drawn there."""
-    layers = re.findall(r'<path fill="(#\w+)" stroke="#\w+" stroke-width=".5" d="([^"]*)"/>', drawn)
-    [colour] = [colour for colour, path in layers if covered(path, x, y)]
+    layers = re.findall(r'<path class="cells" stroke="(#\w+)" stroke-width="([\d.]+)" d="([^"]*)"/>', drawn)
+    [colour] = [colour for colour, width, path in layers if covered(path, float(width), x, y)]
     return colour
 
 

@@ -24,12 +24,11 @@ from collaudit.reports.files.run_files import open_run, read_run
 from collaudit.reports.files.run_folder import write_run
 from collaudit.reports.page.html import html_text
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
-from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.downsample import column_edges, column_shares, thin
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_friction import band, curve, draw_friction
-from collaudit.reports.plots.plot_overview import draw_overview
+from collaudit.reports.plots.plot_overview import coverage_bar, draw_overview
 from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
 from collaudit.reports.plots.study_maps import force_map_plot
@@ -380,6 +379,6 @@ def test_the_map_of_forces_shows_the_worst_of_what_lies_behind_each_other() -> N
     above, side = drawn.split("from the side")
     for panel in (above, side):
         assert sorted(re.findall(r"<text[^>]*>(80|20|–)</text>", panel.split("needs up to")[0])) == ["80", "–"]
-        assert len(re.findall(r"H[\d.]+V[\d.]+H[\d.]+z", panel)) == 2
+        assert len(re.findall(r"M\d+ [\d.]+H\d+", panel)) == 2
     assert "&lt;forces&gt;" in drawn and "<forces>" not in drawn
     assert str(force_map_plot(ForceMap(0.1, 500.0, (), ()), "")) == ""

@@ -25,7 +25,7 @@ from collaudit.reports.formats.markdown import markdown_text
 from collaudit.reports.page.html import html_text
 from collaudit.reports.page.index import summarise
 from collaudit.reports.sections.judged_sections import judged_section
-from collaudit.reports.terminal.night_text import summary_table
+from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text, important_findings, screen_text
 from collaudit.reports.values.contact_alarms import force_text
 from collaudit.reports.values.entries import entry_of

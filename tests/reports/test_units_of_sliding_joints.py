@@ -90,7 +90,7 @@ def test_of_a_study() -> None:
     assert f"{gamma.gamma_nm:.3g} N " in moved
     shown = study_view(moved_study)
     assert shown is not None
-    assert ["γ, N<" in str(plane) for _, plane in shown.planes] == [True, False]
+    assert ["γ, N; " in str(plane) for _, plane in shown.planes] == [True, False]
     rules = next(one for one in shown.sections if "rule" in one.columns and "γ" in one.columns)
     units = {record["joint"]: record["γ"].endswith(" N") for record in rules.records}
     assert units == {"lift": True, "elbow": False}

@@ -10,7 +10,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.plots.plot_friction import draw_friction
-from collaudit.reports.sections.friction_sections import friction_sections
+from collaudit.reports.sections.fit_sections import friction_sections
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible

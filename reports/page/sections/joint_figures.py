@@ -12,12 +12,11 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.reports.files.stored_signals import StoredSignals
-from collaudit.reports.plots.coverage_bar import coverage_bar
+from collaudit.reports.files.signals_file import StoredSignals
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_against import draw_against
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
-from collaudit.reports.plots.plot_overview import draw_overview
+from collaudit.reports.plots.plot_overview import coverage_bar, draw_overview
 from collaudit.reports.plots.plot_statistics import draw_autocorrelation, draw_histogram, draw_trend
 from collaudit.reports.plots.signal_data import kept_samples, packed, pose_samples
 from collaudit.reports.values.contact_alarms import contact_limits

@@ -20,8 +20,7 @@ from collaudit.reports.files.atomic import staged
 from collaudit.reports.values.contact_alarms import in_time
 from collaudit.reports.values.visible_text import visible
 
-_CSV_ROWS = 50_000
-_PARQUET_ROWS = 200_000
+_ROWS = 100_000
 _Writer = Callable[[pa.Table, Path, Progress], None]
 _TEXT, _NUMBER = pa.string(), pa.float64()
 _EVENT_COLUMNS: dict[str, pa.DataType] = {
@@ -96,16 +95,19 @@ def _csv(table: pa.Table, path: Path, progress: Progress) -> None:
     plain = [column.cast(pa.string()) if pa.types.is_dictionary(column.type) else column for column in table.columns]
     whole = pa.table(plain, names=table.column_names)
     with pa_csv.CSVWriter(path, whole.schema) as writer:
-        for first in range(0, max(1, whole.num_rows), _CSV_ROWS):
-            writer.write_table(whole.slice(first, _CSV_ROWS))
-            progress(min(first + _CSV_ROWS, whole.num_rows), whole.num_rows)
+        _write_rows(writer, whole, progress)
 
 
 def _parquet(table: pa.Table, path: Path, progress: Progress) -> None:
     with pq.ParquetWriter(path, table.schema, compression="zstd", write_statistics=True) as writer:
-        for first in range(0, max(1, table.num_rows), _PARQUET_ROWS):
-            writer.write_table(table.slice(first, _PARQUET_ROWS))
-            progress(min(first + _PARQUET_ROWS, table.num_rows), table.num_rows)
+        _write_rows(writer, table, progress)
+
+
+def _write_rows(writer: pa_csv.CSVWriter | pq.ParquetWriter, table: pa.Table, progress: Progress) -> None:
+    """A part after the other, so that progress is seen."""
+    for first in range(0, max(1, table.num_rows), _ROWS):
+        writer.write_table(table.slice(first, _ROWS))
+        progress(min(first + _ROWS, table.num_rows), table.num_rows)
 
 
 def _event_table(audits: Sequence[Audit]) -> pa.Table:

@@ -15,8 +15,7 @@ from collaudit.reports.values.words import verdict_word
 
 def comparison_html(found: Comparison) -> str:
     """The page of a comparison; the same comparison gives the same bytes."""
-    sides = [(side, kind, *rest) for (side, *rest), kind in zip(compared_sides(found), found.verdicts, strict=True)]
-    return _page("Two audits compared", sides, compared_notes(found), compared_sections(found))
+    return _page("Two audits compared", compared_sides(found), compared_notes(found), compared_sections(found))
 
 
 def body_regions_html(results: Sequence[AuditResult], limits: BodyLimits) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,8 +65,6 @@ def html_text(
     for k, audit in enumerate(ordered, 1):
         part = stage(progress, 0.9 * (k - 1) / len(ordered), 0.9 * k / len(ordered))
         views.append(make_view(audit, f"log{k}", _detail(audit, len(ordered)), part))
-    if len(views) > 1:  # each joint's plane is drawn on the page of its log alone
-        views = [view if view.study is None else replace(view, study=replace(view.study, planes=())) for view in views]
     versions = sorted({view.result.provenance.collaudit for view in views})
     scripts = page_scripts() if assets is None else shared_scripts(assets)
     return (
@@ -90,7 +87,7 @@ def _detail(audit: Audit | StoredRun, logs: int) -> Detail:
     long = audit.result.log.duration_s >= _LONG_S
     points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
     cards = _CARDS if logs < _MANY else _CARDS_OF_MANY
-    return Detail(cards, max(300, points // logs), max(300, around // logs))
+    return Detail(cards, max(300, points // logs), max(300, around // logs), planes=logs == 1)
 
 
 def _running_head(views: Sequence[AuditView]) -> str:

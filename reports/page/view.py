@@ -133,7 +133,7 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         friction=friction_sheets(result, key),
         residual=residual_section(result).only(*_RESIDUAL),
         figures=figures,
-        study=study_view(audit.study),
+        study=study_view(audit.study, detail.planes),
         detection=detection_sections(result),
         shortest_push="" if result.detection is None else shortest_push_text(result.detection.delay),
         findings=_findings(result),
@@ -170,7 +170,7 @@ class StudyView:
     forces: Markup | None = None
 
 
-def study_view(study: RuleStudy | None) -> StudyView | None:
+def study_view(study: RuleStudy | None, with_planes: bool = True) -> StudyView | None:
     """What the page shows of a study; None where none was made."""
     if study is None:
         return None
@@ -180,5 +180,6 @@ def study_view(study: RuleStudy | None) -> StudyView | None:
     planes = tuple(
         (joint, plane_map(plane, study.period_s, visible(_LABEL.format(joint)), study.units.get(joint, "N·m")))
         for joint, plane in study.joints.items()
+        if with_planes
     )
     return StudyView(study_sections(study), planes, forces)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from collaudit.core.data.audit_result import Verdict
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.comparison import Change, Comparison
@@ -14,12 +15,13 @@ from collaudit.reports.values.words import NONE, parameter_unit, verdict_word
 _SAME = "nothing differs"
 
 
-def compared_sides(found: Comparison) -> list[tuple[str, str, str, str]]:
-    """Before and after: side, verdict, log, and the force that would have been noticed."""
+def compared_sides(found: Comparison) -> list[tuple[str, Verdict, str, str, str]]:
+    """Before and after: side, verdict and its words, log, and the force that would have been noticed."""
     sides = zip(("before", "after"), found.logs, found.verdicts, found.exclusions, found.noticed, strict=True)
     return [
         (
             side,
+            verdict,
             verdict_word(verdict, excluded),
             visible(name),
             f"would have noticed {force}" if force else "",

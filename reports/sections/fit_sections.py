@@ -11,7 +11,7 @@ from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.reports.sections.identified_sections import identified_sections, threshold_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import interval, significant
+from collaudit.reports.values.numbers import interval, significant, with_interval
 from collaudit.reports.values.words import NONE, effort_unit, parameter_meaning, parameter_unit, speed_unit
 
 #: Points of a joint that the page lists one by one.
@@ -72,18 +72,9 @@ def _joints(friction: FrictionFile) -> Section:
 
 
 def _parameters(fit: FrictionFit) -> str:
-    parts = []
-    for name, value in fit.parameters.items():
-        bounds = fit.ci95.get(name)
-        interval = "" if bounds is None else f" [{_bound(bounds[0])}, {_bound(bounds[1])}]"
-        if bounds is not None and bounds[0] is not None and bounds[0] == bounds[1]:
-            interval = " (held at its limit)"  # where the data ask for what friction cannot have
-        parts.append(f"{name.partition('_')[0]} {value:.4g}{interval}")
-    return "  ".join(parts)
-
-
-def _bound(value: float | None) -> str:
-    return "open" if value is None else f"{value:.3g}"
+    return "  ".join(
+        f"{name.partition('_')[0]} {with_interval(value, fit.ci95.get(name))}" for name, value in fit.parameters.items()
+    )
 
 
 def _quality(fit: FrictionFit) -> str:

@@ -111,7 +111,7 @@ def comparison_text(found: Comparison, width: int | None = None) -> str:
         width: columns of the terminal that tables are cut to; None: any.
     """
     lines = []
-    for side, verdict, name, note in compared_sides(found):
+    for side, _, verdict, name, note in compared_sides(found):
         lines.append(f"{side + ':':<8}{verdict}  {name}\n")
         if note:
             lines.append(f"{wrapped(' ' * 8 + note, width, ' ' * 8)}\n")

@@ -13,11 +13,6 @@ from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate_words
 from collaudit.reports.values.words import with_unit
 
-_WHY = {
-    "stated": "as stated",
-    "set": "as set",
-}
-
 
 def recommendation_text(
     found: ArmRecommendation, as_set: str = "", width: int | None = None, detail: bool = False
@@ -36,7 +31,7 @@ def recommendation_text(
         torque = _listed({j: f"{r.noticed_nm:.3g}" for j, r in rules.items() if r.noticed_nm is not None}, found.units)
         persistence = f"{1e3 * found.persistence_s:.4g} ms"
         lines = [
-            f"Set      gamma {gamma}; persistence {persistence} ({_WHY[found.chosen_by]})",
+            f"Set      gamma {gamma}; persistence {persistence} (as {found.chosen_by})",
             f"Notices  torques of {torque} that last so long, at 95 % of the judged moments; {_forces(as_set)}",
         ]
     else:

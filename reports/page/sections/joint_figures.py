@@ -27,11 +27,18 @@ from collaudit.reports.values.words import speed_unit, torque_unit
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """How much of an audit is drawn: cards of contacts; samples a joint in the page's own plots, and around events."""
+    """How much of an audit is drawn.
+
+    Attributes:
+        cards: of contacts.
+        points, around_events: samples a joint in the page's own plots, and around events.
+        planes: whether a study shows the plane of each joint.
+    """
 
     cards: int
     points: int
     around_events: int
+    planes: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)

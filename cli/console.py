@@ -16,8 +16,7 @@ from typing import Any, TextIO
 import click
 
 from collaudit.core.findings import Finding
-from collaudit.reports.terminal.text_table import wrapped
-from collaudit.reports.values.visible_text import visible_json, visible_lines
+from collaudit.reports.values.visible_text import visible_json, visible_lines, wrapped
 
 _STEPS = 1000
 #: Clears a line; of a bar that has ended, which stands above the cursor.

@@ -70,7 +70,7 @@ def command(
     from collaudit.reports.files.run_files import earlier_friction, friction_json, read_plan, write_friction
     from collaudit.reports.sections.plan_sections import delivered_section
     from collaudit.reports.terminal.command_texts import fit_text
-    from collaudit.reports.terminal.section_text import section_text
+    from collaudit.reports.terminal.text_table import section_text
 
     loaded = load_settings()
     planned = None if plan is None else read_plan(plan)

@@ -145,7 +145,7 @@ def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
     from collaudit.reports.terminal.recommendation_text import recommendation_text
-    from collaudit.reports.values.noticed import noticed_brief, noticed_n
+    from collaudit.reports.values.words import noticed_brief, noticed_n
 
     worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))
     say(recommendation_text(found, noticed_brief(worst), terminal_width(), verbose), nl=False)

@@ -33,9 +33,9 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], since: str
     Exit code 3 when no log in the store was judged.
     """
     from collaudit.core.history.robot_trend import robot_trends
+    from collaudit.reports.sections.trend_sections import trend_json
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.command_texts import trend_text
-    from collaudit.reports.values.trend_values import trend_json
 
     with progress("reading the store"):
         records = ResultStore(store).records()

@@ -19,9 +19,8 @@ from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.svg import Panel, drawing
-from collaudit.reports.sections.trend_sections import robot_section
+from collaudit.reports.sections.trend_sections import CAUSE_WORDS, QUANTITY_WORDS, change_text, robot_section
 from collaudit.reports.values.numbers import significant
-from collaudit.reports.values.trend_values import CAUSE_WORDS, QUANTITY_WORDS, change_text
 from collaudit.reports.values.visible_text import visible
 
 _WIDTH, _HEIGHT = 260, 84

@@ -12,10 +12,9 @@ from collaudit.core.data.signals import Signals
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.files.run_files import StoredRun
 from collaudit.reports.page.sections.contact_cards import ContactCard, contact_cards
+from collaudit.reports.page.sections.first_screen import Fact, LogStrip, log_strip, verdict_facts
 from collaudit.reports.page.sections.friction_sheets import FrictionSheet, friction_sheets
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
-from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
-from collaudit.reports.page.sections.verdict_facts import Fact, verdict_facts
 from collaudit.reports.plots.joint_trace import TracesInMemory
 from collaudit.reports.plots.study_maps import force_map_plot, plane_map
 from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
@@ -33,10 +32,9 @@ from collaudit.reports.sections.judged_sections import (
 from collaudit.reports.sections.section import Section
 from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.noticed import noticed_line
 from collaudit.reports.values.numbers import stated
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import clock_text, torque_unit, verdict_word
+from collaudit.reports.values.words import clock_text, noticed_line, torque_unit, verdict_word
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500

@@ -14,14 +14,12 @@ from collaudit.reports.sections.comparison_sections import compared_notes, compa
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import plan_sections
 from collaudit.reports.sections.study_sections import study_sections
-from collaudit.reports.sections.trend_sections import robot_section
-from collaudit.reports.terminal.section_text import section_text, sections_text
-from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.sections.trend_sections import CAUSE_WORDS, change_text, robot_section
+from collaudit.reports.terminal.text_table import section_text, sections_text, table
 from collaudit.reports.values.comparison import Comparison
 from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.numbers import duration
-from collaudit.reports.values.trend_values import CAUSE_WORDS, change_text
-from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.visible_text import visible, wrapped
 from collaudit.reports.values.words import NONE, VERDICT_WORD, plural
 
 

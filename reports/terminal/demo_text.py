@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from collaudit.reports.sections.section import Section
-from collaudit.reports.terminal.section_text import sections_text
+from collaudit.reports.terminal.text_table import sections_text
 
 
 @dataclass(frozen=True, slots=True)

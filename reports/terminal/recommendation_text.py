@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from collaudit.core.data.recommendation_result import ArmRate
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.sections.recommendation_sections import recommendation_sections
-from collaudit.reports.terminal.section_text import sections_text
-from collaudit.reports.terminal.text_table import wrapped
+from collaudit.reports.terminal.text_table import sections_text
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate_words
+from collaudit.reports.values.visible_text import wrapped
 from collaudit.reports.values.words import with_unit
 
 

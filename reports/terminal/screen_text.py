@@ -17,12 +17,18 @@ from collaudit.reports.sections.event_sections import (
 from collaudit.reports.sections.finding_sections import finding_lines, worst_first
 from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.terminal.section_text import section_text, sections_text
-from collaudit.reports.terminal.text_table import wrapped
+from collaudit.reports.terminal.text_table import section_text, sections_text
 from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.noticed import noticed_line
-from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import BRIEF_STATEMENT, STATEMENT, nothing_judged, plural, torque_unit, verdict_word
+from collaudit.reports.values.visible_text import visible, wrapped
+from collaudit.reports.values.words import (
+    BRIEF_STATEMENT,
+    STATEMENT,
+    nothing_judged,
+    noticed_line,
+    plural,
+    torque_unit,
+    verdict_word,
+)
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3

@@ -1,14 +1,14 @@
-"""Aligned columns for a terminal; wcwidth knows how wide letters of every script are."""
+"""Sections and aligned columns for a terminal; wcwidth knows how wide letters of every script are."""
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain, zip_longest
 
 from wcwidth import clip, ljust, rjust, wcswidth, wrap
 
-from collaudit.reports.values.visible_text import visible
+from collaudit.reports.sections.section import Section
+from collaudit.reports.values.visible_text import visible, wrapped
 
 _GAP = "  "
 _LEAST_TEXT = 10
@@ -51,24 +51,6 @@ def table(
         rows = [[_cut(line, width) for line in group] for group in _aligned(folded, numeric)]
         groups = [rows[0], *(row + note for row, note in zip(rows[1:], notes, strict=True))]
     return "".join(f"{line}\n" for line in chain(*groups))
-
-
-def wrapped(text: str, width: int | None, indent: str = "") -> str:
-    """Text in lines of the terminal's width at most, the later ones indented; None: one line.
-
-    Names, paths and options are never broken, so that they can be copied.
-
-    Args:
-        text: one line.
-        width: columns of the terminal.
-        indent: before every line but the first.
-    """
-    if width is None:
-        return text
-    lines = textwrap.wrap(
-        text, max(width, 40), subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
-    )
-    return "\n".join(lines or [""])
 
 
 def _aligned(rows: Sequence[_Row], numeric: Sequence[int]) -> list[list[str]]:
@@ -116,3 +98,25 @@ def _folded(text: str, width: int) -> list[str]:
 def _cut(text: str, width: int) -> str:
     """Text in at most ``width`` columns; what was cut ends in a mark."""
     return text if wcswidth(text) <= width else clip(text, 0, max(width - 1, 0)).rstrip() + _CUT
+
+
+def section_text(found: Section, width: int | None = None, text_below: bool = False) -> str:
+    """Title, table and notes; of an empty section its title with the notes.
+
+    Args:
+        found: the section.
+        width: columns of the terminal that lines fit; None: any.
+        text_below: the last column is text, which goes below each row where there is no room beside it.
+    """
+    notes = "".join(f"{wrapped(f'  {note}', width, '    ')}\n" for note in found.notes)
+    title = f"{wrapped(found.title, width, '  ')}\n" if found.title else ""
+    if not found.rows:
+        return title + notes
+    shown = found.units_in_headings()
+    return title + table(shown.columns, shown.rows, shown.numeric, width, text_below) + notes
+
+
+def sections_text(found: Iterable[Section], width: int | None = None) -> str:
+    """Sections one below the other, a blank line before each; without those that are folded or say nothing."""
+    shown = [one for one in found if not one.folded and (one.rows or one.notes)]
+    return "".join(f"\n{section_text(one, width)}" for one in shown)

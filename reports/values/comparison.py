@@ -14,8 +14,7 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.verdict.noticed_words import place_text
-from collaudit.reports.values.noticed import noticed_brief
-from collaudit.reports.values.words import torque_unit
+from collaudit.reports.values.words import noticed_brief, torque_unit
 
 COMPARISON_SCHEMA = "collaudit/comparison/1"
 Bounds = tuple[float | None, float | None]

@@ -10,9 +10,8 @@ from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.robot_trend import RobotTrend
-from collaudit.reports.values.noticed import noticed_brief, noticed_n
-from collaudit.reports.values.trend_values import CAUSE_WORDS
-from collaudit.reports.values.words import nothing_judged, plural, verdict_word
+from collaudit.reports.sections.trend_sections import CAUSE_WORDS
+from collaudit.reports.values.words import nothing_judged, noticed_brief, noticed_n, plural, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
 #: Nights that a line shows.

@@ -1,9 +1,10 @@
-"""Text from logs, files and settings, in which nothing can hide or command."""
+"""Text from logs, files and settings, in which nothing can hide or command; and text in lines of a width."""
 
 from __future__ import annotations
 
 import re
 import struct
+import textwrap
 import unicodedata
 
 #: What runners of CI systems read as a command, at the beginning of a line.
@@ -53,3 +54,21 @@ def _spelt(char: str) -> str:
     if code < 0x100:
         return f"\\x{code:02x}"
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def wrapped(text: str, width: int | None, indent: str = "") -> str:
+    """Text in lines of the terminal's width at most, the later ones indented; None: one line.
+
+    Names, paths and options are never broken, so that they can be copied.
+
+    Args:
+        text: one line.
+        width: columns of the terminal.
+        indent: before every line but the first.
+    """
+    if width is None:
+        return text
+    lines = textwrap.wrap(
+        text, max(width, 40), subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
+    )
+    return "\n".join(lines or [""])

@@ -18,7 +18,7 @@ from collaudit.reports.files.run_files import write_friction
 #: descriptions, studies. SciPy is needed, and its half a second is the price of plain code.
 HEAVY = (
     "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "numba", "clarabel", "tsdownsample", "tomlkit", "IPython",
-    "pebble", "wcwidth", "pydantic",
+    "pebble", "pydantic",
     "collaudit.core.logs.tables.column_assignment", "collaudit.core.logs.log_description",
     "collaudit.core.data.rule_study_result",
 )  # fmt: skip

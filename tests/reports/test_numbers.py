@@ -85,7 +85,7 @@ def test_an_interval_without_width_is_none() -> None:
     fit = next(iter(result.friction.values()))
     held = replace(fit, parameters={"D_nm_s_per_rad": 0.0}, ci95={"D_nm_s_per_rad": (0.0, 0.0)})
     text = fit_text(FrictionFile("", {"j": held}, (), result.provenance))
-    assert "D 0 (held at its limit)" in text and "[0, 0]" not in text
+    assert "D 0 [none: held at its limit]" in text and "[0, 0]" not in text
     trend = Trend("load", 0.0, (0.0, 0.0), 1.0, "a.bag")
     (table,) = identified_sections(Identification(None, {}, {"j": FrictionVariation((trend,), ())}))
     assert "not determined" in table.rows[0]

@@ -29,7 +29,7 @@ from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text, important_findings, screen_text
 from collaudit.reports.values.contact_alarms import force_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.noticed import lost_share
+from collaudit.reports.values.words import lost_share
 
 JOINT = samples.JOINTS[0]
 FORCES = (ForceLevel(0.5, 34.0), ForceLevel(0.9, 61.3), ForceLevel(0.95, None))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collaudit.reports.formats.markdown import section_lines
 from collaudit.reports.page.environment import environment
 from collaudit.reports.sections.section import Section, section
-from collaudit.reports.terminal.section_text import section_text, sections_text
+from collaudit.reports.terminal.text_table import section_text, sections_text
 
 LEVELS = Section(
     "Levels",

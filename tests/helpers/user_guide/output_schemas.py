@@ -29,8 +29,8 @@ from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import Difference
 from collaudit.reports.files.run_files import AUDITS_SCHEMA
+from collaudit.reports.sections.trend_sections import TREND_SCHEMA
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
-from collaudit.reports.values.trend_values import TREND_SCHEMA
 from user_guide.result_schemas import schema_of
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -37,6 +37,8 @@ from collaudit.reports.values.words import STATEMENT, verdict_word
 
 _NANO = 1_000_000_000
 _TOPIC = "/collaudit/"
+#: Of a state, for diagnostics; all others are out of date.
+_LEVEL = {State.JUDGED: OK, State.FRICTION_INTERVAL: WARN, State.UNUSABLE: ERROR}
 #: Seconds between two messages of what does not change.
 _CONSTANT_S = 1.0
 
@@ -121,7 +123,8 @@ def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
     changed[1:] = signals.state[1:] != signals.state[:-1]
     at = np.flatnonzero(changed.any(axis=1))
     words = {
-        state.value: (_level(state), state.text, {"code": str(state.value), "state": state.code}) for state in State
+        state.value: (_LEVEL.get(state, STALE), state.text, {"code": str(state.value), "state": state.code})
+        for state in State
     }
     messages = []
     for k in at:
@@ -131,14 +134,6 @@ def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
             diagnostics(int(stamps[k]), [(level, name, text, facts) for (level, text, facts), name in status])
         )
     return Channel(f"{_TOPIC}state", DIAGNOSTICS, stamps[at], messages)
-
-
-def _level(state: State) -> int:
-    if state is State.JUDGED:
-        return OK
-    if state is State.FRICTION_INTERVAL:
-        return WARN
-    return ERROR if state is State.UNUSABLE else STALE
 
 
 def _events(result: AuditResult, stamps: NDArray[np.int64]) -> list[Channel]:

@@ -41,14 +41,12 @@ def json_text(value: object, indent: int = 1) -> str:
 
 def plain(value: object) -> Json:
     """The value as nothing but dict, list, str, int, float, bool and None."""
-    if value is None or isinstance(value, bool):
-        return value
     if isinstance(value, np.generic):
         return plain(value.item())
+    if value is None or isinstance(value, int):
+        return value
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    if isinstance(value, int):
-        return value
     if isinstance(value, str):
         return value.encode("utf-8", "backslashreplace").decode("utf-8")
     if is_dataclass(value) and not isinstance(value, type):

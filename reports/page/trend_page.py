@@ -6,7 +6,6 @@ All drawings are inline SVG without a script: a page of 10,000 joints carries no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,23 +29,8 @@ _ALWAYS: tuple[Quantity, ...] = ("friction", "residual", "margin")
 _MOST_QUIET = 20
 
 
-@dataclass(frozen=True, slots=True)
-class SeriesFigure:
-    """One series: its name, first and last value, and the drawing."""
-
-    joint: str
-    name: str
-    text: str
-    svg: Markup
-
-
-@dataclass(frozen=True, slots=True)
-class RobotSection:
-    """One robot on the page: events as (cause, sentences, lines), and figures; none where it is only in the table."""
-
-    trend: RobotTrend
-    events: tuple[tuple[str, str, tuple[str, ...]], ...]
-    figures: tuple[SeriesFigure, ...]
+#: One series: its joint, its name, first and last value, and the drawing.
+_Figure = tuple[str, str, str, Markup]
 
 
 def write_trend_page(path: Path, trends: Sequence[RobotTrend]) -> None:
@@ -65,40 +49,36 @@ def write_trend_page(path: Path, trends: Sequence[RobotTrend]) -> None:
 def trend_page(trends: Sequence[RobotTrend]) -> str:
     """The page as text; robots with changes first, those with most of them leading."""
     ordered = sorted(trends, key=lambda trend: (-len(trend.events), trend.robot))
-    quiet = 0
-    sections = []
-    for number, trend in enumerate(ordered, 1):
-        quiet += not trend.events
-        sections.append(_section(trend, number, drawn=bool(trend.events) or quiet <= _MOST_QUIET))
-    nights = sorted({night for trend in trends for night in trend.nights})
+    changed = sum(bool(trend.events) for trend in trends)
+    drawn = ordered[: changed + _MOST_QUIET]
     return (
         environment()
         .get_template("trend.html.j2")
         .render(
-            sections=sections,
-            nights=nights,
-            changed=sum(bool(trend.events) for trend in trends),
+            trends=ordered,
+            figures=[(trend.robot, _figures(trend, number)) for number, trend in enumerate(drawn, 1)],
+            nights=sorted({night for trend in trends for night in trend.nights}),
+            changed=changed,
             robots=robot_section(ordered),
+            cause_words=CAUSE_WORDS,
+            change_text=change_text,
         )
     )
 
 
-def _section(trend: RobotTrend, number: int, drawn: bool) -> RobotSection:
-    events = tuple(
-        (CAUSE_WORDS[event.cause], event.text, tuple(change_text(change) for change in event.changes))
-        for event in trend.events
-    )
+def _figures(trend: RobotTrend, number: int) -> list[_Figure]:
+    """What is always drawn of each joint, and what changed."""
     changes = [change for event in trend.events for change in event.changes]
-    figures: list[SeriesFigure] = []
+    figures: list[_Figure] = []
     for joint, own in trend.series.items():
         for quantity, series in own.items():
             found = [change for change in changes if change.joint == joint and change.quantity == quantity]
-            if drawn and series.nights and (found or quantity in _ALWAYS):
+            if series.nights and (found or quantity in _ALWAYS):
                 figures.append(_figure(joint, series, found, f"r{number}-{len(figures)}"))
-    return RobotSection(trend, events, tuple(figures))
+    return figures
 
 
-def _figure(joint: str, series: NightSeries, changes: Sequence[Change], key: str) -> SeriesFigure:
+def _figure(joint: str, series: NightSeries, changes: Sequence[Change], key: str) -> _Figure:
     name, unit = QUANTITY_WORDS[series.quantity]
     scale = 100.0 if series.quantity == "load" else 1.0
     t, y = series.days, scale * series.value
@@ -114,4 +94,4 @@ def _figure(joint: str, series: NightSeries, changes: Sequence[Change], key: str
     words = f"{name} of {joint}, {series.nights[0]} to {series.nights[-1]}: {significant(float(y[0]))} to "
     label = visible(f"{words}{significant(float(y[-1]))} {unit}".strip())
     text = f"{significant(float(y[0]))} → {significant(float(y[-1]))} {unit}".strip()
-    return SeriesFigure(joint, name, text, drawing(_WIDTH, _HEIGHT, label, [panel], key))
+    return joint, name, text, drawing(_WIDTH, _HEIGHT, label, [panel], key)

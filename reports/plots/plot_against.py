@@ -61,15 +61,13 @@ def _columns(panel: Panel, x: FloatArray, residual: FloatArray) -> None:
     """Extremes, 5 to 95 % and the median; nothing is drawn across what was never visited."""
     edges = np.linspace(float(x.min()), float(x.max()) + 1e-12, _COLUMNS + 1)
     column = np.minimum(np.searchsorted(edges, x, side="right") - 1, _COLUMNS - 1)
-    order = np.lexsort((residual, column))
-    y = residual[order]
-    bounds = np.searchsorted(column[order], np.arange(_COLUMNS + 1))
-    first, count = bounds[:-1], np.diff(bounds)
     part = np.full((_COLUMNS, 5), np.nan)
-    visited, enough = count > 0, count >= _LEAST
-    for k, share in enumerate(_SHARES):
-        rows = enough if 0 < share < 1 else visited
-        part[rows, k] = y[first[rows] + np.rint(share * (count[rows] - 1)).astype(np.int64)]
+    for k in range(_COLUMNS):
+        inside = residual[column == k]
+        if inside.size:
+            part[k] = np.quantile(inside, _SHARES, method="nearest")
+        if inside.size < _LEAST:
+            part[k, 1:4] = np.nan
     at = (edges[:-1] + edges[1:]) / 2
     panel.columns(at, part[:, 0], part[:, 4], "curve-out")
     panel.columns(at, part[:, 1], part[:, 3], "middle")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 
-from collaudit.core.data.audit_result import AuditResult, RuleFacts
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import Finding
 from collaudit.reports.sections.detection_sections import delay_text, detection_sections, shortest_push_text
 from collaudit.reports.sections.event_sections import (
@@ -178,30 +178,21 @@ def rule_text(result: AuditResult) -> str:
     """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
     rule = result.rule
     asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
-    units = {joint: torque_unit(result, joint) for joint in rule.gamma_nm if joint in rule.watch}
-    alike = len(set(units.values())) <= 1
-    heading = f"gamma in {next(iter(units.values()), 'N·m')}" if alike else "gamma"
+    lower = f"; for {plural(rule.lasting_n, 'sample')} also: {_thresholds(result, rule.lasting_nm)}"
     return (
         f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
-        f"{heading}: {_thresholds(rule, rule.gamma_nm, {} if alike else units)}{_lasting(rule, {} if alike else units)}"
+        f"gamma: {_thresholds(result, rule.gamma_nm)}{lower if rule.lasting_nm else ''}"
     )
 
 
-def _lasting(rule: RuleFacts, units: Mapping[str, str]) -> str:
-    """The lower thresholds of what lasts, if there are any."""
-    if not rule.lasting_nm:
-        return ""
-    return f"; for {plural(rule.lasting_n, 'sample')} also: {_thresholds(rule, rule.lasting_nm, units)}"
-
-
-def _thresholds(rule: RuleFacts, gamma: Mapping[str, float], units: Mapping[str, str]) -> str:
-    """Thresholds by joint, with their units where these differ."""
-    watched = {name: value for name, value in gamma.items() if name in rule.watch}
-    if not watched:
-        return "no joint is watched"
-    if len(watched) > 1 and not units and len(set(watched.values())) == 1:
-        return f"all {len(watched)} watched joints {next(iter(watched.values())):g}"
+def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:
+    """Thresholds of the watched joints."""
     shared: dict[str, list[str]] = {}
-    for name, value in watched.items():
-        shared.setdefault(f"{value:g} {units.get(name, '')}".rstrip(), []).append(name)
+    for name in [name for name in gamma if name in result.rule.watch]:
+        shared.setdefault(f"{gamma[name]:g} {torque_unit(result, name)}", []).append(name)
+    if not shared:
+        return "no joint is watched"
+    if len(shared) == 1:
+        [(value, names)] = shared.items()
+        return f"all {len(names)} watched joints {value}" if len(names) > 1 else f"{names[0]} {value}"
     return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())

@@ -189,9 +189,8 @@ def command(
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import json_text
-    from collaudit.reports.files.manifest_file import write_manifest
+    from collaudit.reports.files.manifest_file import signing_key, write_manifest, write_signature
     from collaudit.reports.files.run_files import read_friction
-    from collaudit.reports.files.signature_file import signing_key, write_signature
     from collaudit.reports.page.index import summary_json, write_index
     from collaudit.reports.page.scripts import write_assets
     from collaudit.reports.store.result_store import ResultStore

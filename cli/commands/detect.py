@@ -86,7 +86,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
 
 def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
-    from collaudit.reports.sections.detection_sections import score_section
+    from collaudit.reports.sections.event_sections import score_section
     from collaudit.reports.terminal.screen_text import audit_text, detection_text, screen_text
     from collaudit.reports.terminal.text_table import section_text
     from collaudit.reports.values.visible_text import visible

@@ -140,7 +140,7 @@ def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
     from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.page.comparison_page import body_regions_html
-    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
+    from collaudit.reports.sections.comparison_sections import CANNOT_BE_CONCLUDED, body_region_section
     from collaudit.reports.terminal.command_texts import body_region_text
 
     stated = read_limits(limits)

@@ -38,12 +38,12 @@ def command(folder: Path, inputs: bool, root: Path, key: Path | None, as_json: b
     """
     from collaudit.reports.files.manifest_file import (
         SIGNATURE_NAME,
+        check_signature,
         compare_inputs,
         compare_outputs,
         read_manifest,
         summed,
     )
-    from collaudit.reports.files.signature_file import check_signature
 
     manifest = read_manifest(folder)
     found = compare_outputs(folder, manifest)

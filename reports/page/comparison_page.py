@@ -6,8 +6,14 @@ from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.page.environment import environment
-from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
-from collaudit.reports.sections.comparison_sections import compared_notes, compared_sections, compared_sides
+from collaudit.reports.sections.comparison_sections import (
+    CANNOT_BE_CONCLUDED,
+    BodyLimits,
+    body_region_section,
+    compared_notes,
+    compared_sections,
+    compared_sides,
+)
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.comparison import Comparison
 from collaudit.reports.values.words import verdict_word

@@ -17,8 +17,12 @@ from collaudit.reports.page.sections.friction_sheets import FrictionSheet, frict
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.plots.joint_trace import TracesInMemory
 from collaudit.reports.plots.study_maps import force_map_plot, plane_map
-from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
-from collaudit.reports.sections.event_sections import contact_section, disturbance_section, near_miss_section
+from collaudit.reports.sections.event_sections import (
+    contact_section,
+    detection_sections,
+    disturbance_section,
+    near_miss_section,
+)
 from collaudit.reports.sections.finding_sections import fact_lines, finding_section
 from collaudit.reports.sections.identified_sections import identified_sections
 from collaudit.reports.sections.judged_sections import (
@@ -32,9 +36,8 @@ from collaudit.reports.sections.judged_sections import (
 from collaudit.reports.sections.section import Section
 from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.numbers import stated
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import clock_text, noticed_line, torque_unit, verdict_word
+from collaudit.reports.values.words import clock_text, verdict_word
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500
@@ -62,9 +65,7 @@ class AuditView:
         key: prefix of its anchors, unique in the page.
         end_s: time of the last sample.
         word: the verdict in words.
-        noticed: what would have been noticed, unless a reason says it.
         clocks: wall clock at its first and last sample, as text.
-        gammas: joint and threshold as text.
     """
 
     key: str
@@ -72,7 +73,6 @@ class AuditView:
     end_s: float
     clocks: tuple[str, str]
     word: str
-    noticed: str | None
     facts: tuple[Fact, ...]
     strip: LogStrip
     judged: Section
@@ -87,10 +87,8 @@ class AuditView:
     figures: tuple[JointFigures, ...]
     study: StudyView | None
     detection: tuple[Section, ...]
-    shortest_push: str
     findings: tuple[Section, ...]
     identified: tuple[Section, ...]
-    gammas: tuple[tuple[str, str], ...]
 
     def drawings(self, kind: str) -> list[Markup | None]:
         """A kind of drawing for each row of :attr:`residual`."""
@@ -118,7 +116,6 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         end_s=end,
         clocks=(clock_text(result.log.start, 0.0), clock_text(result.log.start, end)),
         word=verdict_word(result.verdict, result.exclusions),
-        noticed=noticed_line(result),
         facts=verdict_facts(result),
         strip=log_strip(result, end, figures),
         judged=judged_section(result),
@@ -133,17 +130,9 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         figures=figures,
         study=study_view(audit.study, detail.planes),
         detection=detection_sections(result),
-        shortest_push="" if result.detection is None else shortest_push_text(result.detection.delay),
         findings=_findings(result),
         identified=() if result.identification is None else identified_sections(result.identification),
-        gammas=tuple((joint, _gamma_text(joint, gamma, result)) for joint, gamma in result.rule.gamma_nm.items()),
     )
-
-
-def _gamma_text(joint: str, gamma: float, result: AuditResult) -> str:
-    """A joint's threshold in its unit, and the lower one of what lasts."""
-    lower = result.rule.lasting_nm.get(joint)
-    return f"{stated(gamma)}{'' if lower is None else f' ({stated(lower)})'} {torque_unit(result, joint)}"
 
 
 def _findings(result: AuditResult) -> tuple[Section, ...]:

@@ -1,16 +1,17 @@
-"""What happened in a log: contacts, alarms of single joints, near misses, disturbances at rest."""
+"""What happened in a log (contacts, alarms, near misses, pushes at rest), and what other detectors and labels say."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import assert_never
 
+import numpy as np
+
 from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, RuleFacts
-from collaudit.core.data.detection_result import Contact, ContactKind
-from collaudit.reports.sections.detection_sections import mark_text
+from collaudit.core.data.detection_result import Contact, ContactKind, ControllerAlarmComparison, DelayFacts, Score
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, force_text, height, in_time
-from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
+from collaudit.reports.values.numbers import against, apart, duration, fixed, percent, significant, speed, time_decimals
 from collaudit.reports.values.words import NONE, clock_text, speed_unit, torque_unit
 
 #: Kinds as readers are told them.
@@ -20,6 +21,12 @@ _MOST_ALARMS = 8
 #: Room around an event where its signals are shown, s.
 _AROUND_S = 0.2
 _AROUND_REST_S = 0.3
+_RELATION = {
+    "agreed": "agrees with a contact",
+    "missed": "did not alarm",
+    "spurious": "no contact found here (spurious)",
+    "not-judged": "not judged: no contact could have been noticed here",
+}
 
 
 def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None = None) -> Section:
@@ -170,3 +177,83 @@ def _clock(seconds: float, result: AuditResult) -> str:
 def _lasted(seconds: float, result: AuditResult) -> str:
     """How long, in as many digits as it takes to differ from the persistence."""
     return duration(seconds) if seconds >= 1 else f"{apart([1e3 * seconds, 1e3 * result.rule.persistence_s])[0]} ms"
+
+
+def delay_text(delay: DelayFacts) -> str:
+    """Filter, persistence and jitter apart."""
+    return (
+        f"{1e3 * delay.filter_s:.1f} ms filter + {1e3 * delay.persistence_s:.1f} ms persistence + up to "
+        f"{1e3 * delay.jitter_s:.1f} ms jitter"
+    )
+
+
+def shortest_push_text(delay: DelayFacts) -> str:
+    """What a push must last to alarm, by its height; empty where that is not known."""
+    listed = ", ".join(f"{1e3 * push.duration_s:.3g} ms at {push.ratio:g} γ" for push in delay.shortest_push)
+    asked = f"the rule asks for {1e3 * delay.persistence_s:.3g} ms above γ"
+    return f"Through the detector's filter a steady push alarms from {listed} on; {asked}." if listed else ""
+
+
+def detection_sections(result: AuditResult) -> tuple[Section, ...]:
+    """Other detectors, the controller's alarms and labels, scores against known events; what there is of them."""
+    facts = result.detection
+    if facts is None:
+        return ()
+    detectors = tuple(
+        (
+            name,
+            str(len(other.collisions)),
+            str(other.near_misses),
+            delay_text(other.delay),
+            f"{other.delay.noise_gain:.2f}",
+        )
+        for name, other in facts.detectors.items()
+    )
+    head = ("detector", "alarms", "near misses", "delay", "noise gain")
+    marks = tuple((mark_text(flag),) for flag in facts.flags)
+    title = f"The controller's alarms and the log's labels ({len(marks)})"
+    every = (
+        Section("Other detectors on this log", head, detectors),
+        Section(title, ("mark",), marks),
+        score_section(facts.scores),
+    )
+    return tuple(one for one in every if one.rows)
+
+
+def mark_text(flag: ControllerAlarmComparison) -> str:
+    """One mark: whose it is, how it relates to a contact, and how early or late it was."""
+    if flag.flag_s is None:
+        ours = "" if flag.detected_s is None else f" (ours at {flag.detected_s:.3f} s)"
+        return f"neither controller alarm nor label{ours}"
+    whose = "controller alarm" if flag.label is None else f"label {flag.label}"
+    lead = ""
+    if flag.lead_s is not None:
+        lead = f", {1000 * abs(flag.lead_s):.0f} ms {'before' if flag.lead_s < 0 else 'after'} the detection"
+    return f"{whose} at {flag.flag_s:.3f} s{lead}: {_RELATION[flag.relation]}"
+
+
+def score_section(scores: Sequence[Score]) -> Section:
+    """Scores of an audit against known events."""
+    rows = tuple(
+        (
+            row.joint or "all joints",
+            f"{row.found} of {row.events}",
+            str(row.not_observable),
+            NONE if row.recall is None else percent(row.recall),
+            NONE if row.precision is None else percent(row.precision),
+            NONE if row.false_alarms_per_hour is None else significant(row.false_alarms_per_hour),
+            _delay(row.delay_s),
+            NONE if row.auc is None else f"{row.auc:.3f}",
+        )
+        for row in scores
+    )
+    head = ("joint", "found", "not observable", "recall", "precision", "false alarms/h", "delay (5 to 95 %)", "AUC")
+    note = "Recall leaves out events hidden at rest or where nothing was judged."
+    return Section("Against the known events", head, rows, (note,) if rows else ())
+
+
+def _delay(delays_s: Sequence[float]) -> str:
+    if not delays_s:
+        return NONE
+    low, middle, high = (1e3 * x for x in np.percentile(delays_s, [5, 50, 95]))
+    return f"{middle:.0f} ({low:.0f} to {high:.0f}) ms"

@@ -9,8 +9,14 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PlanFile
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.history.robot_trend import RobotTrend
-from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
-from collaudit.reports.sections.comparison_sections import compared_notes, compared_sections, compared_sides
+from collaudit.reports.sections.comparison_sections import (
+    CANNOT_BE_CONCLUDED,
+    BodyLimits,
+    body_region_section,
+    compared_notes,
+    compared_sections,
+    compared_sides,
+)
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import plan_sections
 from collaudit.reports.sections.study_sections import study_sections

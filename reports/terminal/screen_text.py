@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import Finding
-from collaudit.reports.sections.detection_sections import delay_text, detection_sections, shortest_push_text
 from collaudit.reports.sections.event_sections import (
     alarm_section,
     contact_section,
+    delay_text,
+    detection_sections,
     disturbance_section,
     near_miss_section,
+    shortest_push_text,
 )
 from collaudit.reports.sections.finding_sections import finding_lines, worst_first
 from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
@@ -26,7 +28,7 @@ from collaudit.reports.values.words import (
     nothing_judged,
     noticed_line,
     plural,
-    torque_unit,
+    rule_text,
     verdict_word,
 )
 
@@ -172,27 +174,3 @@ def _listed(texts: Sequence[str], most: int | None, width: int | None) -> list[s
     left = len(texts) - len(shown)
     more = [f"  - {plural(left, 'more line')}: -v lists all\n"] if left else []
     return [f"{wrapped(f'  - {visible(text)}', width, '    ')}\n" for text in shown] + more
-
-
-def rule_text(result: AuditResult) -> str:
-    """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
-    rule = result.rule
-    asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
-    lower = f"; for {plural(rule.lasting_n, 'sample')} also: {_thresholds(result, rule.lasting_nm)}"
-    return (
-        f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
-        f"gamma: {_thresholds(result, rule.gamma_nm)}{lower if rule.lasting_nm else ''}"
-    )
-
-
-def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:
-    """Thresholds of the watched joints."""
-    shared: dict[str, list[str]] = {}
-    for name in [name for name in gamma if name in result.rule.watch]:
-        shared.setdefault(f"{gamma[name]:g} {torque_unit(result, name)}", []).append(name)
-    if not shared:
-        return "no joint is watched"
-    if len(shared) == 1:
-        [(value, names)] = shared.items()
-        return f"all {len(names)} watched joints {value}" if len(names) > 1 else f"{names[0]} {value}"
-    return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())

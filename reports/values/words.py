@@ -17,6 +17,7 @@ from collaudit.core.verdict.noticed_words import (
     place_text,
     too_insensitive,
 )
+from collaudit.reports.values.numbers import stated
 
 #: What stands where there is no value.
 NONE = "–"
@@ -170,3 +171,27 @@ def lost_share(result: AuditResult) -> float | None:
     lost = sum(sum(cover.not_judged_s.values()) for cover in watched)
     time_s = lost + sum(cover.judged_s + cover.standing_s for cover in watched)
     return lost / time_s if time_s > 0 else None
+
+
+def rule_text(result: AuditResult) -> str:
+    """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
+    rule = result.rule
+    asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
+    lower = f"; for {plural(rule.lasting_n, 'sample')} also: {_thresholds(result, rule.lasting_nm)}"
+    return (
+        f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
+        f"gamma: {_thresholds(result, rule.gamma_nm)}{lower if rule.lasting_nm else ''}"
+    )
+
+
+def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:
+    """Thresholds of the watched joints."""
+    shared: dict[str, list[str]] = {}
+    for name in [name for name in gamma if name in result.rule.watch]:
+        shared.setdefault(f"{stated(gamma[name])} {torque_unit(result, name)}", []).append(name)
+    if not shared:
+        return "no joint is watched"
+    if len(shared) == 1:
+        [(value, names)] = shared.items()
+        return f"all {len(names)} watched joints {value}" if len(names) > 1 else f"{names[0]} {value}"
+    return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())

@@ -15,7 +15,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding, fact, in_joint_units
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.reports.terminal.screen_text import rule_text
+from collaudit.reports.values.words import rule_text
 
 
 def test_findings_of_a_sliding_joint_speak_of_forces_and_ways() -> None:

@@ -22,7 +22,7 @@ from collaudit.reports.page.comparison_page import body_regions_html, comparison
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
 from collaudit.reports.page.scripts import write_assets
-from collaudit.reports.sections.body_region_sections import BodyLimits
+from collaudit.reports.sections.comparison_sections import BodyLimits
 from collaudit.reports.values.comparison import compare
 
 playwright = pytest.importorskip("playwright.sync_api")

@@ -20,7 +20,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
-from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
+from collaudit.reports.sections.comparison_sections import CANNOT_BE_CONCLUDED, body_region_section
 from collaudit.reports.terminal.command_texts import body_region_text, comparison_text
 from collaudit.reports.values.comparison import compare
 

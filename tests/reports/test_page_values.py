@@ -13,7 +13,7 @@ import samples
 from collaudit.core.data.detection_result import ControllerAlarmComparison
 from collaudit.core.errors import LogError
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
-from collaudit.reports.sections.detection_sections import mark_text
+from collaudit.reports.sections.event_sections import mark_text
 from collaudit.reports.sections.judged_sections import residual_section
 from collaudit.reports.values.words import clock_text, counted
 

@@ -97,15 +97,15 @@ class RunFolder:
         """Write what is left, and put all files in their places; arguments and errors as of :func:`write_run`."""
         from collaudit.reports.files.signals_file import write_signals
 
-        audit_text = result_json(audit.result)
-        friction_text = friction_json(friction) if friction is not None else None
-        study_text = result_json(audit.study) if audit.study is not None else None
+        texts = {
+            AUDIT_NAME: result_json(audit.result),
+            FRICTION_NAME: None if friction is None else friction_json(friction),
+            STUDY_NAME: None if audit.study is None else result_json(audit.study),
+        }
         with ExitStack() as stack:  # renames run in reverse order of entering
-            write_synced(stack.enter_context(staged(self._dir / AUDIT_NAME)), audit_text.encode())
-            if friction_text is not None:
-                write_synced(stack.enter_context(staged(self._dir / FRICTION_NAME)), friction_text.encode())
-            if study_text is not None:
-                write_synced(stack.enter_context(staged(self._dir / STUDY_NAME)), study_text.encode())
+            for name, text in texts.items():
+                if text is not None:
+                    write_synced(stack.enter_context(staged(self._dir / name)), text.encode())
             if self._begun is None:
                 path = stack.enter_context(staged(self._dir / SIGNALS_NAME))
                 write_signals(path, audit.signals, audit.result.log.sha256)
@@ -113,10 +113,9 @@ class RunFolder:
                 (unfinished, written), self._begun = self._begun, None
                 with unfinished:
                     written.result()
-            if friction_text is None:
-                (self._dir / FRICTION_NAME).unlink(missing_ok=True)
-            if study_text is None:
-                (self._dir / STUDY_NAME).unlink(missing_ok=True)
+            for name, text in texts.items():
+                if text is None:
+                    (self._dir / name).unlink(missing_ok=True)
 
 
 class _AbandonedError(Exception):

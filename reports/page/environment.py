@@ -13,7 +13,15 @@ from collaudit.core.findings import CODES
 from collaudit.reports.sections.event_sections import delay_text, shortest_push_text
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted, noticed_line, rule_text
+from collaudit.reports.values.words import (
+    STATEMENT,
+    VERDICT_SENTENCE,
+    VERDICT_WORD,
+    counted,
+    law_text,
+    noticed_line,
+    rule_text,
+)
 
 _FOLDER = Path(__file__).resolve().parent / "templates"
 _INDENT = re.compile(r"^ +", re.MULTILINE)
@@ -34,7 +42,9 @@ def environment() -> Environment:
     )
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
     made.filters.update(minus=_minus, share=_share, counted=counted, css_text=_css_text)
-    made.filters.update(noticed=noticed_line, rule=rule_text, delay=delay_text, shortest_push=shortest_push_text)
+    made.filters.update(
+        noticed=noticed_line, rule=rule_text, law=law_text, delay=delay_text, shortest_push=shortest_push_text
+    )
     made.globals.update(
         statement=STATEMENT,
         verdict_word=VERDICT_WORD,

@@ -54,6 +54,7 @@ _CONTACT = (
     "controller",
 )
 _RESIDUAL = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean")
+_SMALL = ("histogram, ±1.2 γ", "autocorrelation, to 0.5 s", "RMS over the log")
 _LABEL = "Alarms and sensitivity of {} over γ and n"
 
 
@@ -90,10 +91,11 @@ class AuditView:
     findings: tuple[Section, ...]
     identified: tuple[Section, ...]
 
-    def drawings(self, kind: str) -> list[Markup | None]:
-        """A kind of drawing for each row of :attr:`residual`."""
-        figures = {figure.joint: figure for figure in self.figures}
-        return [getattr(figures[row[0]], kind) if row[0] in figures else None for row in self.residual.rows]
+    def drawings(self) -> list[tuple[str, list[Markup | None]]]:
+        """Small drawings beside :attr:`residual`: of each kind its title, and one for each row."""
+        small = {figure.joint: figure.small for figure in self.figures}
+        none = (None,) * len(_SMALL)
+        return [(title, [small.get(row[0], none)[k] for row in self.residual.rows]) for k, title in enumerate(_SMALL)]
 
 
 def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Progress | None = None) -> AuditView:

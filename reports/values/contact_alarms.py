@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -29,10 +28,8 @@ def alarms_of(contact: Contact, result: AuditResult, alarms: Sequence[Collision]
         result: the audit.
         alarms: its alarms in order of time, for those who ask of many contacts.
     """
-    alarms = in_time(result.collisions) if alarms is None else alarms
-    first = bisect_left(alarms, contact.onset_s, key=lambda alarm: alarm.onset_s)
-    after = bisect_right(alarms, contact.end_s, key=lambda alarm: alarm.onset_s)
-    return [alarm for alarm in alarms[first:after] if alarm.joint in contact.joints]
+    found = in_time(result.collisions) if alarms is None else alarms
+    return [one for one in found if one.joint in contact.joints and contact.onset_s <= one.onset_s <= contact.end_s]
 
 
 def height(alarm: Collision) -> float:

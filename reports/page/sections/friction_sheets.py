@@ -14,7 +14,7 @@ from collaudit.reports.sections.fit_sections import friction_sections
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import effort_unit, law_text, speed_unit
+from collaudit.reports.values.words import effort_unit, speed_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,19 +22,16 @@ class FrictionSheet:
     """One joint's friction.
 
     Attributes:
-        model: the law in words.
         facts: points, speeds, quality, in a line.
         summary: what stands beside the curve.
     """
 
     joint: str
     fit: FrictionFit
-    model: str
     anchor: str
     plot: Markup | None
     sections: tuple[Section, ...]
     facts: str
-    has_band: bool
     summary: str
 
 
@@ -52,12 +49,10 @@ def _sheet(joint: str, fit: FrictionFit, anchor: str) -> FrictionSheet:
     return FrictionSheet(
         joint=joint,
         fit=fit,
-        model=law_text(fit.model) if fit.model else "not fitted",
         anchor=anchor,
         plot=plot,
         sections=friction_sections(fit),
         facts=_facts(fit, None if law is None else law.hold),
-        has_band=law is not None and fit.covariance is not None,
         summary=_summary(fit),
     )
 

@@ -49,6 +49,7 @@ class JointFigures:
         anchor: its id in the page.
         bar: its states over the log.
         overview, caption: its residual over the log, and words; None where no residual could be computed.
+        small: histogram, autocorrelation and trend of its residual, in this order.
         data: its curves for the page's own plots, None where there are none.
         windows: what it shows around the contacts that are drawn, by their number.
         pose: samples at which the arm is drawn, and its position there (n,); None without kinematics.
@@ -59,9 +60,7 @@ class JointFigures:
     bar: Markup
     overview: Markup | None
     caption: str
-    histogram: Markup | None
-    autocorrelation: Markup | None
-    trend: Markup | None
+    small: tuple[Markup | None, ...]
     against: Markup | None
     data: Mapping[str, object] | None
     windows: Mapping[int, ContactWindow]
@@ -119,9 +118,11 @@ def _of_joint(
         bar=coverage_bar(trace, visible(f"{joint}: judged, friction a range, not judged")),
         overview=overview,
         caption=caption,
-        histogram=draw_histogram(trace, f"{name}-h", f"Histogram of the judged residual {said}, with ±γ"),
-        autocorrelation=draw_autocorrelation(trace, f"{name}-a", f"Autocorrelation of the residual {said} up to 0.5 s"),
-        trend=draw_trend(trace, f"{name}-t", f"RMS of the residual {said} over the log"),
+        small=(
+            draw_histogram(trace, f"{name}-h", f"Histogram of the judged residual {said}, with ±γ"),
+            draw_autocorrelation(trace, f"{name}-a", f"Autocorrelation of the residual {said} up to 0.5 s"),
+            draw_trend(trace, f"{name}-t", f"RMS of the residual {said} over the log"),
+        ),
         against=_against(trace, result, name, unit),
         data=data,
         windows={number: window for number, window in windows.items() if window is not None},

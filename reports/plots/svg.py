@@ -7,7 +7,7 @@ names stand in the page around the plot.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -182,7 +182,7 @@ def polyline(x: FloatArray, y: FloatArray) -> str:
     """
     u, v = _tenths(x), _tenths(y)
     steps = np.stack([np.diff(u), np.diff(v)], axis=1).ravel().tolist()
-    return "M" + _joined((int(u[0]), int(v[0]))) + ("l" + _joined(steps) if steps else "")
+    return f"M{_joined((u[0], v[0]))}" + (f"l{_joined(steps)}" if steps else "")
 
 
 def strokes(x: FloatArray, y: FloatArray, end: FloatArray) -> str:
@@ -193,24 +193,16 @@ def strokes(x: FloatArray, y: FloatArray, end: FloatArray) -> str:
     across = np.diff(u, prepend=0).tolist()
     down = (v - np.concatenate(([0], w[:-1]))).tolist()
     moves = zip(across, down, (w - v).tolist(), strict=True)
-    return "".join(f"m{_joined((a, b))}v{_number(c)}" for a, b, c in moves)
+    return "".join(f"m{_joined((a, b))}v{c / 10:g}" for a, b, c in moves)
 
 
 def _tenths(pixels: FloatArray) -> np.ndarray:
     return np.rint(10.0 * np.asarray(pixels, dtype=np.float64)).astype(np.int64)
 
 
-def _joined(tenths: Sequence[int]) -> str:
-    """Numbers with a blank between them where no sign divides them."""
-    parts = [_number(value) for value in tenths]
-    return parts[0] + "".join(part if part[0] == "-" else " " + part for part in parts[1:])
-
-
-def _number(tenths: int) -> str:
-    """Tenths as a decimal number, without a zero before the point."""
-    whole, part = divmod(abs(tenths), 10)
-    text = (str(whole) if whole or not part else "") + (f".{part}" if part else "")
-    return f"-{text}" if tenths < 0 else text
+def _joined(tenths: Iterable[int]) -> str:
+    """Tenths as numbers."""
+    return " ".join(f"{value / 10:g}" for value in tenths)
 
 
 def _labelled(limits: tuple[float, float], count: int, decades: bool) -> tuple[list[float], list[str]]:

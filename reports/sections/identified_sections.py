@@ -14,7 +14,6 @@ from collaudit.core.data.identification_result import (
     Identified,
     SensorFacts,
     Trend,
-    TriedEstimate,
 )
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.reports.sections.section import Section
@@ -36,7 +35,8 @@ def identified_sections(found: Identification) -> tuple[Section, ...]:
         tables.append(_coupled(found.coupled))
     if found.channels:
         tables.append(_channels(found.channels))
-        tables += [_sensor(log, facts.sensor) for log, facts in found.channels.items() if facts.sensor is not None]
+        sensors = {log: facts.sensor for log, facts in found.channels.items()}
+        tables += [_sensor(log, sensor) for log, sensor in sensors.items() if sensor is not None]
     if found.trends:
         tables.append(_trends(found.trends))
     return tuple(tables)
@@ -47,7 +47,8 @@ def _choice(choice: EstimateChoice) -> Section:
     joints = tuple(dict.fromkeys(joint for one in choice.tried for joint in one.held_out_rms_nm))
     rows = [
         (
-            f"{'→ ' if one.what == choice.taken else ''}{one.what}{_why_not(one)}",
+            f"{'→ ' if one.what == choice.taken else ''}{one.what}"
+            + (f" (not taken: {one.refused})" if one.refused else ""),
             *(significant(one.held_out_rms_nm.get(joint)) for joint in joints),
         )
         for one in choice.tried
@@ -57,10 +58,6 @@ def _choice(choice: EstimateChoice) -> Section:
     if choice.better is not None:
         note = f'Stated: {choice.taken}. {choice.better} is {rule}: [fit] estimate = "auto" would take it.'
     return Section("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
-
-
-def _why_not(one: TriedEstimate) -> str:
-    return f" (not taken: {one.refused})" if one.refused else ""
 
 
 def threshold_section(found: FittedThresholds) -> Section:
@@ -178,8 +175,7 @@ def _channels(channels: dict[str, ChannelFacts]) -> Section:
     )
 
 
-def _sensor(log: str, sensor: SensorFacts | None) -> Section:
-    assert sensor is not None
+def _sensor(log: str, sensor: SensorFacts) -> Section:
     lines = [("mass carried, kg", with_interval(sensor.mass_kg, sensor.mass_ci95))]
     if sensor.com_m is not None and sensor.com_ci95 is not None:
         lines += _axes("centre of mass {}, m", "xyz", sensor.com_m, sensor.com_ci95)
@@ -233,6 +229,4 @@ def _each(trends: list[Trend], scale: float) -> str:
 
 
 def _delay(value: float | None, bounds: Bounds | None) -> str:
-    if value is None or bounds is None or bounds[0] is None or bounds[1] is None:
-        return NONE
-    return f"{value:.1f} ms [{bounds[0]:.1f} to {bounds[1]:.1f}]"
+    return NONE if value is None or bounds is None or None in bounds else f"{with_interval(value, bounds)} ms"

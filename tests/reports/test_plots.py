@@ -219,7 +219,7 @@ def test_paths_are_steps_between_rounded_points() -> None:
     numbers = [float(text) for text in re.findall(r"-?\d*\.?\d+", polyline(x, y))]
     ends = np.cumsum(np.array(numbers).reshape(-1, 2), axis=0)
     assert np.abs(ends - np.stack([x, y], axis=1)).max() <= 0.0501
-    assert polyline(np.array([0.04, 10.0, 10.0]), np.array([-0.5, -0.5, 3.26])) == "M0-.5l10 0 0 3.8"
+    assert polyline(np.array([0.04, 10.0, 10.0]), np.array([-0.5, -0.5, 3.26])) == "M0 -0.5l10 0 0 3.8"
     assert strokes(np.array([5.0, 6.5]), np.array([80.0, 70.0]), np.array([20.0, 69.0])) == "m5 80v-60m1.5 50v-1"
 
 

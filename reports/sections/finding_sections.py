@@ -60,14 +60,9 @@ def _lines(findings: Sequence[Finding], brief: bool = False, timed: bool = False
     said: dict[str, list[tuple[str, str]]] = {}
     for (text, joint, when), found in places.items():
         said.setdefault(_places((*found, when)), []).append((joint, text))
-    return [f"{visible(line)}{visible(place)}" for place, group in said.items() for line in _joined(group, brief)]
-
-
-def _joined(said: Sequence[tuple[str, str]], brief: bool) -> list[str]:
-    """As they are where nothing can be joined: a finding's text names its joint itself."""
-    joined = joint_lines(said, brief=brief)
-    names_itself = {f"{joint}: {text}": text for joint, text in said if joint and joint in text}
-    return [names_itself.get(line, line) for line in joined] if len(joined) < len(said) else [text for _, text in said]
+    return [
+        f"{visible(line)}{visible(place)}" for place, group in said.items() for line in joint_lines(group, brief=brief)
+    ]
 
 
 def _places(found: Sequence[str]) -> str:

@@ -17,7 +17,8 @@ _MOST_NUMBERS = 3
 def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0, brief: bool = False) -> list[str]:
     """Lines ``joint: text``; texts that differ in the joint's name, or in a number or two, are one line.
 
-    A number that differs becomes its range. What cannot be joined without doubt stays as it is.
+    A number that differs becomes its range. What cannot be joined without doubt stays as it is, without the joint where
+    the text names it.
 
     Args:
         said: joint and text, in the order of the joints; the joint may be empty.
@@ -37,7 +38,9 @@ def _joined(group: Sequence[tuple[str, str]], joints: int, brief: bool) -> list[
     slots = list(zip(*(_NUMBER.findall(text) for text in plain), strict=True))
     varying = sum(len(set(slot)) > 1 for slot in slots)
     if len(group) == 1 or varying > _MOST_RANGES or (varying and " to " in plain[0]):
-        lines = list(dict.fromkeys(f"{joint}: {text}" if joint else text for joint, text in group))
+        said = zip(group, plain, strict=True)
+        lines = [f"{joint}: {text}" if joint and _JOINT not in bare else text for (joint, text), bare in said]
+        lines = list(dict.fromkeys(lines))
         if not brief or len(lines) < _MANY_ALIKE or len(names) < len(lines):
             return lines
         return [lines[0], _others(names, slots)]

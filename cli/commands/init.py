@@ -133,7 +133,7 @@ def _answer(made: Drafted, output: Path | None) -> dict[str, object]:
 
 
 def _write(output: Path, text: str) -> None:
-    from collaudit.reports.files.run_files import atomic_write
+    from collaudit.reports.files.atomic import atomic_write
 
     atomic_write(output, text)
     note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")

@@ -21,17 +21,6 @@ if TYPE_CHECKING:
     from collaudit.core.data.rule_study_result import RuleStudy
     from collaudit.reports.files.signals_file import StoredSignals
 
-__all__ = [
-    "atomic_write",
-    "earlier_friction",
-    "friction_json",
-    "open_run",
-    "read_friction",
-    "read_run",
-    "result_json",
-    "write_friction",
-]
-
 AUDIT_NAME = "audit.json"
 SIGNALS_NAME = "signals.parquet"
 FRICTION_NAME = "friction.json"

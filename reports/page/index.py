@@ -17,15 +17,11 @@ from collaudit.reports.page.scripts import own_script
 from collaudit.reports.values.entries import (
     IndexEntry,
     brief_reason,
-    entry_of,
-    entry_of_error,
     night_sentence,
     verdict_counts,
     worst_first,
     worst_verdict,
 )
-
-__all__ = ["IndexEntry", "entry_of", "entry_of_error", "summary_json", "write_index"]
 
 SUMMARY_SCHEMA = "collaudit/summary/1"
 #: Width of a night's bar, height of each verdict's, pixels; and so many nights make a history.

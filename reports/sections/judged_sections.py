@@ -5,7 +5,7 @@ from __future__ import annotations
 from collaudit.core.data.audit_result import AuditResult, JointCoverage, RecommendedRule
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce
 from collaudit.core.verdict.noticed_words import force_text, time_text
-from collaudit.reports.sections.section import Section, section
+from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, duration, fixed, percent, rate, significant, stated, time_decimals
 from collaudit.reports.values.words import NONE, counted, reason_text, torque_unit
@@ -34,7 +34,7 @@ def judged_section(result: AuditResult) -> Section:
     title = "Smallest torque that would have alarmed; shares of the time watched"
     if sensitivity is None or not sensitivity.joints:
         title = "Shares of the time watched; nothing is known of what would have been noticed"
-    return section(title, head, rows, *joint_lines(said, len(joints)))
+    return Section(title, head, tuple(rows), tuple(joint_lines(said, len(joints)))).only(*head)
 
 
 def _shares(cover: JointCoverage) -> tuple[str, str, str]:

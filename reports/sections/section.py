@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 Rows = tuple[tuple[str, ...], ...]
@@ -74,9 +73,3 @@ class Section:
                 for row in cells:
                     row[k] = row[k].replace(f" {unit}", "")
         return replace(self, columns=tuple(columns), rows=tuple(tuple(row) for row in cells))
-
-
-def section(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *notes: str) -> Section:
-    """A section without the columns of which no row says anything."""
-    made = Section(title, tuple(columns), tuple(tuple(row) for row in rows), tuple(note for note in notes if note))
-    return made.only(*columns)

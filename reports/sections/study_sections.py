@@ -53,7 +53,13 @@ def study_sections(study: RuleStudy, answer: bool = True) -> tuple[Section, ...]
 
 def _noticed(study: RuleStudy) -> Section:
     rows = tuple(
-        (rule.name, contact.shape, str(contact.contacts), *_forces(contact), milliseconds(contact.delay_s))
+        (
+            rule.name,
+            contact.shape,
+            str(contact.contacts),
+            *_forces(contact),
+            "" if contact.delay_s is None else f"{1e3 * contact.delay_s:.0f}",
+        )
         for rule in study.rules
         for contact in rule.contacts
         if contact.place is None and contact.motion is None
@@ -96,11 +102,6 @@ def _force(noticed: ForceNoticed) -> str:
         return NEVER
     low, high = ("∞" if value is None else significant(value) for value in noticed.ci95_n)
     return f"{significant(noticed.force_n)} ({low} to {high})"
-
-
-def milliseconds(seconds: float | None) -> str:
-    """A delay as whole milliseconds; what looks ahead in time may be before the onset."""
-    return "" if seconds is None else f"{1e3 * seconds:.0f}"
 
 
 def plane_section(title: str, planes: Mapping[str, JointPlane], units: Mapping[str, str]) -> Section:

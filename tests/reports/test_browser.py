@@ -20,10 +20,11 @@ from collaudit.core.errors import LogError
 from collaudit.reports.page import html
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.page.html import write_html
-from collaudit.reports.page.index import entry_of, entry_of_error, write_index
+from collaudit.reports.page.index import write_index
 from collaudit.reports.page.scripts import write_assets
 from collaudit.reports.sections.comparison_sections import BodyLimits
 from collaudit.reports.values.comparison import compare
+from collaudit.reports.values.entries import entry_of, entry_of_error
 
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.browser

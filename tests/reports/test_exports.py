@@ -22,7 +22,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.reports.exports.audit_mcap import start_ns, write_audit_mcap
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
-from collaudit.reports.page.index import entry_of_error
+from collaudit.reports.values.entries import entry_of_error
 
 BROKEN = entry_of_error("broken.bag", LogError("the bag is cut short", where="broken.bag"))
 NANO = 1_000_000_000

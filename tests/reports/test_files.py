@@ -17,8 +17,8 @@ from collaudit.core.data.audit_result import Audit, ResidualStats
 from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files import atomic
+from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.run_files import (
-    atomic_write,
     friction_json,
     open_run,
     read_friction,

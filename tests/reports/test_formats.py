@@ -15,10 +15,10 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.formats.markdown import escaped
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
-from collaudit.reports.page.index import entry_of, entry_of_error, summary_json, write_index
+from collaudit.reports.page.index import summary_json, write_index
 from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text
-from collaudit.reports.values.entries import IndexEntry, worst_first
+from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, worst_first
 
 BROKEN = entry_of_error(
     "broken.bag", LogError("the bag is cut short", where="broken.bag", found="12 bytes", expected="a ROS 1 bag")

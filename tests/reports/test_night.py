@@ -15,8 +15,8 @@ from histories import history
 from collaudit.core.errors import LogError
 from collaudit.core.history.robot_trend import robot_trends
 from collaudit.reports.formats.registry import summary_text
-from collaudit.reports.page.index import entry_of, entry_of_error, write_index
-from collaudit.reports.values.entries import IndexEntry, night_sentence, nights_before
+from collaudit.reports.page.index import write_index
+from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, night_sentence, nights_before
 
 EXCLUSIONS = tuple(
     f"Joint {k} was not judged for {k} s of its motion, since friction is not known there." for k in range(1, 11)

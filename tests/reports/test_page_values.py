@@ -12,9 +12,10 @@ import samples
 
 from collaudit.core.data.detection_result import ControllerAlarmComparison
 from collaudit.core.errors import LogError
-from collaudit.reports.page.index import entry_of, entry_of_error, write_index
+from collaudit.reports.page.index import write_index
 from collaudit.reports.sections.event_sections import mark_text
 from collaudit.reports.sections.judged_sections import residual_section
+from collaudit.reports.values.entries import entry_of, entry_of_error
 from collaudit.reports.values.words import clock_text, counted
 
 BENCH = Path(__file__).resolve().parents[1] / "bench"

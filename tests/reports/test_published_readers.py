@@ -16,7 +16,7 @@ from npm_packages import installed, unpacked
 from collaudit.core.errors import LogError
 from collaudit.reports.exports.audit_mcap import start_ns, write_audit_mcap
 from collaudit.reports.formats.registry import report_text
-from collaudit.reports.page.index import entry_of_error
+from collaudit.reports.values.entries import entry_of_error
 
 FOXGLOVE = ["@mcap/core@2", "@foxglove/rosmsg@5", "@foxglove/rosmsg2-serialization@3", "@foxglove/wasm-zstd@1"]
 SCRIPT = Path(__file__).resolve().parents[1] / "helpers" / "read_mcap.mjs"

@@ -12,7 +12,8 @@ from user_guide.result_schemas import result_schema
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.errors import LogError
 from collaudit.reports.files.run_files import friction_json, result_json
-from collaudit.reports.page.index import entry_of, entry_of_error, summary_json
+from collaudit.reports.page.index import summary_json
+from collaudit.reports.values.entries import entry_of, entry_of_error
 
 
 @pytest.mark.parametrize("make", [samples.failed, samples.passed, samples.not_judged, samples.hostile])

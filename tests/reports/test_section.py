@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collaudit.reports.formats.markdown import section_lines
 from collaudit.reports.page.environment import environment
-from collaudit.reports.sections.section import Section, section
+from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
 
 LEVELS = Section(
@@ -41,8 +41,9 @@ def test_columns_of_numbers_are_known_by_their_cells() -> None:
 
 
 def test_a_column_that_says_nothing_is_left_out() -> None:
-    assert section("", ("joint", "asked"), [("a", ""), ("b", "")]).columns == ("joint",)
-    assert section("", ("joint", "asked"), [("a", ""), ("b", "2 N")]).columns == ("joint", "asked")
+    head = ("joint", "asked")
+    assert Section("", head, (("a", ""), ("b", ""))).only(*head).columns == ("joint",)
+    assert Section("", head, (("a", ""), ("b", "2 N"))).only(*head).columns == head
 
 
 def test_an_empty_section_says_its_notes_or_nothing() -> None:

@@ -27,7 +27,11 @@ def staged(path: Path) -> Iterator[Path]:
     target = path.resolve()
     temporary = target.with_name(f".{target.name[:80]}.{secrets.token_hex(6)}.part")
     try:
-        _check_target(path, target)
+        refuse_link(path)
+        if target.is_dir():
+            raise CollauditError(
+                "cannot write the file", where=str(target), found="a folder of that name", expected="a file name"
+            )
         target.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         temporary.replace(target)
@@ -65,17 +69,6 @@ def write_synced(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
-
-
-def _check_target(path: Path, target: Path) -> None:
-    refuse_link(path)
-    if target.is_dir():
-        raise CollauditError(
-            "cannot write the file",
-            where=str(target),
-            found="a folder of that name",
-            expected="a file name",
-        )
 
 
 def refuse_link(path: Path) -> None:

@@ -14,6 +14,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError
 
 SIGNALS_SCHEMA = "collaudit/signals/1"
+Values = np.ndarray[Any, Any]
 
 META = b"collaudit"
 WIDE = {
@@ -91,19 +92,6 @@ def _unreadable(path: Path, error: Exception) -> CollauditError:
 
 
 def _checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, Any]:
-    meta = _meta(schema, path)
-    if meta["log_sha256"] != log_sha256:
-        raise CollauditError(
-            "the signals are of another log than audit.json beside them",
-            where=str(path),
-            found=f"log sha256 {meta['log_sha256']}",
-            expected=f"log sha256 {log_sha256}",
-            hint="make the run again with collaudit detect",
-        )
-    return meta
-
-
-def _meta(schema: pa.Schema, path: Path) -> dict[str, Any]:
     try:
         meta: dict[str, Any] = json.loads((schema.metadata or {})[META])
         found = meta["schema"]
@@ -116,10 +104,15 @@ def _meta(schema: pa.Schema, path: Path) -> dict[str, Any]:
             found=f"schema {found!r}",
             expected=f"schema {SIGNALS_SCHEMA!r}",
         )
+    if meta["log_sha256"] != log_sha256:
+        raise CollauditError(
+            "the signals are of another log than audit.json beside them",
+            where=str(path),
+            found=f"log sha256 {meta['log_sha256']}",
+            expected=f"log sha256 {log_sha256}",
+            hint="make the run again with collaudit detect",
+        )
     return meta
-
-
-Values = np.ndarray[Any, Any]
 
 
 def column_of(values: Values) -> pa.Array:

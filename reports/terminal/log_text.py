@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from itertools import groupby
+from textwrap import indent
 
 from collaudit.core.logs.log_summary import ColumnInfo, LogSummary, TopicInfo
 from collaudit.reports.terminal.text_table import table
@@ -25,11 +26,11 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
     if summary.duration_s is not None:
         title.append(f"{summary.duration_s:.3f} s")
     if summary.start_ns is not None:
-        title.append(f"starts {_utc(summary.start_ns)}")
+        title.append(f"starts {datetime.fromtimestamp(summary.start_ns / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC")
     lines = ["  ".join(title)]
     room = None if width is None else width - len(_INDENT)
     if summary.columns:
-        lines.append(_indent(columns_text(summary.columns, room)))
+        lines.append(indent(columns_text(summary.columns, room), _INDENT))
     elif summary.csv_columns:
         lines.append(f"  {len(summary.csv_columns)} columns: {_listed(summary.csv_columns)}")
     if summary.topics:
@@ -46,7 +47,7 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
             for topic in summary.topics
         ]
         head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
-        lines.append(_indent(table(head, rows, (3, 4, 5), room, text_below=True).rstrip()))
+        lines.append(indent(table(head, rows, (3, 4, 5), room, text_below=True).rstrip(), _INDENT))
         lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
     return "\n".join(lines)
 
@@ -60,14 +61,6 @@ def _joints(topic: TopicInfo) -> str:
 def _listed(names: tuple[str, ...]) -> str:
     shown = [name for name in names if name][:_LONGEST_LIST]
     return ", ".join(shown) + (", …" if len(names) > _LONGEST_LIST else "")
-
-
-def _indent(text: str) -> str:
-    return "\n".join(f"{_INDENT}{line}" for line in text.splitlines())
-
-
-def _utc(start_ns: int) -> str:
-    return datetime.fromtimestamp(start_ns / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
 
 
 def _bytes(size: int) -> str:

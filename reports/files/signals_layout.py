@@ -26,6 +26,8 @@ WIDE = {
     "state": pa.int8(),
 }
 RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
+#: The NumPy type of an Arrow type of numbers.
+_KINDS = {pa.from_numpy_dtype(kind): np.dtype(kind) for kind in (np.int8, np.int32, np.int64, np.float32, np.float64)}
 WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
 
 
@@ -127,7 +129,7 @@ def values_of(column: pa.ChunkedArray) -> Values:
     Raises:
         KeyError: it holds no numbers.
     """
-    kind = number_kind(column.type)
+    kind = _KINDS[column.type]
     if column.null_count:
         return np.asarray(column.to_numpy(), dtype=kind)
     parts = [
@@ -136,15 +138,3 @@ def values_of(column: pa.ChunkedArray) -> Values:
         if len(chunk)
     ]
     return np.concatenate(parts) if parts else np.empty(0, dtype=kind)
-
-
-def number_kind(kind: pa.DataType) -> np.dtype[Any]:
-    """The NumPy type of an Arrow type of numbers.
-
-    Raises:
-        KeyError: it is none.
-    """
-    return _KINDS[kind]
-
-
-_KINDS = {pa.from_numpy_dtype(kind): np.dtype(kind) for kind in (np.int8, np.int32, np.int64, np.float32, np.float64)}

@@ -44,9 +44,10 @@ def sarif_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
     driver: dict[str, Any] = {"name": "collaudit", "rules": _rules({one["ruleId"] for one in found})}
     if version is not None:
         driver["version"] = version
+    logs = [result.log for result in results]
     run = {
         "tool": {"driver": driver},
-        "artifacts": [_artifact(result) for result in results],
+        "artifacts": [{"location": {"uri": _uri(log.name)}, "hashes": {"sha-256": log.sha256}} for log in logs],
         "results": found,
         "columnKind": "unicodeCodePoints",
     }
@@ -60,10 +61,6 @@ def _rules(used: set[str]) -> list[dict[str, Any]]:
 
 def _rule(name: str, level: str, text: str) -> dict[str, Any]:
     return {"id": name, "shortDescription": {"text": text}, "defaultConfiguration": {"level": level}}
-
-
-def _artifact(result: AuditResult) -> dict[str, Any]:
-    return {"location": {"uri": _uri(result.log.name)}, "hashes": {"sha-256": result.log.sha256}}
 
 
 def _results(result: AuditResult) -> Iterator[dict[str, Any]]:

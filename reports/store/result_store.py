@@ -24,7 +24,7 @@ from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import plain
+from collaudit.reports.files.json_files import json_text, plain
 
 _FOLDER = f"v{STORE_SCHEMA}"
 _NAME = "store.json"
@@ -146,12 +146,6 @@ class ResultStore:
             self._refuse_other(name.partition("/")[0].removeprefix("v"))
         return names
 
-    def _begin(self) -> None:
-        """Write the file that says what this is."""
-
-        text = {"schema": f"collaudit/store/{STORE_SCHEMA}", "note": "Results of collaudit audit --store. Append only."}
-        self._write(_NAME, (json.dumps(text, indent=1, allow_nan=False) + "\n").encode())
-
     def table(self, light: bool = False) -> pa.Table:
         """All records, oldest batch first, with the batch and the row in it as further columns.
 
@@ -196,7 +190,8 @@ class ResultStore:
 
         content = self._read_if_there(_NAME)
         if content is None and not must_exist and not self._holds_other():
-            self._begin()
+            note = "Results of collaudit audit --store. Append only."
+            self._write(_NAME, json_text({"schema": f"collaudit/store/{STORE_SCHEMA}", "note": note}).encode())
             return
         try:
             schema = str(json.loads(content or b"{}").get("schema", ""))

@@ -67,17 +67,10 @@ def in_steps_within(x: FloatArray, step: float, limit: float) -> np.ndarray[tupl
 def _next_to(limit: float, step: float, *, above: bool) -> np.float32:
     """The smallest 32-bit multiple of the step above a limit, or the largest up to it."""
     near = np.float32(limit if step == 0.0 else math.floor(limit / step) * step)
-    if above:
-        return near if float(near) > limit else _up(near, step)
-    return near if float(near) <= limit else _down(near, step)
-
-
-def _up(x: np.float32, step: float) -> np.float32:
-    return max(np.float32(x + step), np.nextafter(x, np.float32(np.inf)))
-
-
-def _down(x: np.float32, step: float) -> np.float32:
-    return min(np.float32(x - step), np.nextafter(x, np.float32(-np.inf)))
+    if (float(near) > limit) == above:
+        return near
+    further = np.nextafter(near, np.float32(np.inf if above else -np.inf))
+    return max(np.float32(near + step), further) if above else min(np.float32(near - step), further)
 
 
 def stored(name: str, values: np.ndarray[Any, Any], step: float, gamma_nm: float) -> np.ndarray[Any, Any]:

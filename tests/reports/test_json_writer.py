@@ -20,7 +20,6 @@ OTHERS = {
     "fixtures/truth.py": "known truth",
     "reports/files/signals_file.py": "metadata inside Parquet",
     "reports/page/html.py": "curves inside the page, on one line",
-    "reports/store/result_store.py": "what the folder is, not a result",
 }
 
 

@@ -32,9 +32,11 @@ class Fact:
 def verdict_facts(result: AuditResult) -> tuple[Fact, ...]:
     """Values in the order of the box."""
     lost = lost_share(result)
+    allowed = None if result.limits is None else result.limits.max_near_misses_per_hour
+    at_most = "" if allowed is None else f"at most {significant(allowed)} /h"  # no flag: it holds for a robot's logs
     return (
         _contacts(result),
-        Fact("Near misses", counted(len(result.near_misses), result), _near_misses_allowed(result)),
+        Fact("Near misses", counted(len(result.near_misses), result), at_most),
         *_noticed(result),
         Fact("Not judged", NONE if lost is None else percent(lost)),
         Fact("Joints watched", _watched(result)),
@@ -49,12 +51,6 @@ def _contacts(result: AuditResult) -> Fact:
         return Fact("Contacts", text)
     flag = "off" if count > limits.max_collisions else "ok" if text != NONE else ""
     return Fact("Contacts", text, f"at most {limits.max_collisions}", flag)
-
-
-def _near_misses_allowed(result: AuditResult) -> str:
-    """Without a flag: the rate is judged over all logs of a robot."""
-    allowed = None if result.limits is None else result.limits.max_near_misses_per_hour
-    return "" if allowed is None else f"at most {significant(allowed)} /h"
 
 
 def _noticed(result: AuditResult) -> list[Fact]:

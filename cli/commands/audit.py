@@ -189,9 +189,9 @@ def command(
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import json_text
-    from collaudit.reports.files.manifest_file import signing_key, write_manifest, write_signature
+    from collaudit.reports.files.manifest_file import MANIFEST_NAME, signing_key, write_signature
     from collaudit.reports.files.run_files import read_friction
-    from collaudit.reports.page.index import summary_json, write_index
+    from collaudit.reports.page.index import summarise, write_index
     from collaudit.reports.page.scripts import write_assets
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.values.entries import night_sentence, nights_before, verdict_counts
@@ -235,7 +235,7 @@ def command(
             text = summary_text(decisions.results, name, unread, sentence)
             atomic_write(output / f"summary{FORMATS[name].suffix}", text)
         manifest = night_manifest(output, work, outcomes, decisions, (loaded, *of_robots), own_files())
-        write_manifest(output, manifest)
+        atomic_write(output / MANIFEST_NAME, json_text(manifest))
         if key is not None:
             write_signature(output, key)
         if store is not None:
@@ -245,7 +245,7 @@ def command(
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
     print_findings(decisions.file.findings, err=True)
     if as_json:
-        say_json(summary_json(entries))
+        say_json(json_text(summarise(entries)))
     else:
         _say(entries, decisions.results, detail)
     if detail is not Detail.VERDICT:

@@ -65,15 +65,17 @@ def command(
     are mostly contact.
     """
     from collaudit.core import api
+    from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
     from collaudit.core.detection.fitted_rule import rise_findings
     from collaudit.core.plan.prediction import delivered
-    from collaudit.reports.files.run_files import earlier_friction, friction_json, read_plan, write_friction
+    from collaudit.reports.files.json_files import read_result
+    from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
     from collaudit.reports.sections.plan_sections import delivered_section
     from collaudit.reports.terminal.command_texts import fit_text
     from collaudit.reports.terminal.text_table import section_text
 
     loaded = load_settings()
-    planned = None if plan is None else read_plan(plan)
+    planned = None if plan is None else read_result(plan, PlanFile, PLAN_SCHEMA)
     found = api.find_logs(logs, loaded)
     known = known_contact(truth, len(found))
     with progress("fitting") as report:

@@ -44,9 +44,10 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], since: str
     with progress("looking for changes"):
         trends = robot_trends(records)
     if output is not None:
-        from collaudit.reports.page.trend_page import write_trend_page
+        from collaudit.reports.files.atomic import atomic_write
+        from collaudit.reports.page.trend_page import trend_page
 
-        write_trend_page(output, trends)
+        atomic_write(output, trend_page(trends))
     if as_json:
         say_json(trend_json(trends))
     else:

@@ -16,7 +16,7 @@ from typing import Any, Literal
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.small_files import check_regular, read_small
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import json_text, read_result
+from collaudit.reports.files.json_files import read_result
 
 MANIFEST_SCHEMA = "collaudit/manifest/1"
 MANIFEST_NAME = "manifest.json"
@@ -118,15 +118,6 @@ def written_files(out: Path, top: Iterable[str], folders: Iterable[str]) -> tupl
     files = [out / name for name in top] + [file for name in folders for file in (out / name).rglob("*")]
     there = sorted({file.relative_to(out).as_posix() for file in files if file.is_file() and not file.is_symlink()})
     return tuple(file_entry(out / name, name, "output") for name in there)
-
-
-def write_manifest(out: Path, manifest: Manifest) -> None:
-    """Write ``manifest.json``; the same audit gives the same bytes.
-
-    Raises:
-        CollauditError: it cannot be written.
-    """
-    atomic_write(out / MANIFEST_NAME, json_text(manifest))
 
 
 def read_manifest(out: Path) -> Manifest:

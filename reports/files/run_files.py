@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
-from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
+from collaudit.core.data.plan_result import PlanFile
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
 from collaudit.reports.files.atomic import atomic_write
@@ -165,15 +165,6 @@ def open_run(run_dir: Path) -> StoredRun:
 
     result = _result(run_dir)
     return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
-
-
-def read_plan(path: Path) -> PlanFile:
-    """Read and check a plan.
-
-    Raises:
-        CollauditError: it is missing, damaged, of another kind or version, or does not fit.
-    """
-    return read_result(path, PlanFile, PLAN_SCHEMA)
 
 
 def audits_json(audits: Sequence[Audit]) -> str:

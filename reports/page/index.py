@@ -70,11 +70,6 @@ def write_index(
     atomic_write(out_dir / "index.html", _page(summary, sentence or night_sentence(summary.logs), before or {}))
 
 
-def summary_json(entries: Sequence[IndexEntry]) -> str:
-    """``summary.json`` as text."""
-    return json_text(summarise(entries))
-
-
 def summarise(entries: Sequence[IndexEntry]) -> Summary:
     """Counts over all logs, and the logs worst first."""
     ordered = worst_first(entries)

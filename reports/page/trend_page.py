@@ -6,7 +6,6 @@ All drawings are inline SVG without a script: a page of 10,000 joints carries no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
@@ -15,7 +14,6 @@ from collaudit.core.history.joint_series import NightSeries, Quantity
 from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.core.history.series_changes import Change
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.svg import Panel, drawing
 from collaudit.reports.sections.trend_sections import CAUSE_WORDS, QUANTITY_WORDS, change_text, robot_section
@@ -33,21 +31,8 @@ _MOST_QUIET = 20
 _Figure = tuple[str, str, str, Markup]
 
 
-def write_trend_page(path: Path, trends: Sequence[RobotTrend]) -> None:
-    """Write the page; the same trends give the same bytes.
-
-    Args:
-        path: the file to make.
-        trends: of the robots.
-
-    Raises:
-        CollauditError: the file cannot be written.
-    """
-    atomic_write(path, trend_page(trends))
-
-
 def trend_page(trends: Sequence[RobotTrend]) -> str:
-    """The page as text; robots with changes first, those with most of them leading."""
+    """The page as text, the same for the same trends; robots with changes first, those with most of them leading."""
     ordered = sorted(trends, key=lambda trend: (-len(trend.events), trend.robot))
     changed = sum(bool(trend.events) for trend in trends)
     drawn = ordered[: changed + _MOST_QUIET]

@@ -128,7 +128,8 @@ class ResultStore:
             return None
         self.check()
         buffer = io.BytesIO()
-        pq.write_table(record_table(records), buffer, compression="zstd", compression_level=9)
+        rows = [plain(record) for record in records]  # numbers that are not finite become null
+        pq.write_table(pa.Table.from_pylist(rows, schema=SCHEMA), buffer, compression="zstd", compression_level=9)
         month = max(record.night for record in records)[:7]
         name = f"{_FOLDER}/{month}/{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(6)}.parquet"
         self._write(name, buffer.getvalue())
@@ -305,11 +306,6 @@ def column_paths(schema: pa.Schema) -> list[str]:
     """Names of a schema's columns, as Parquet calls them: those inside joints one by one."""
     flat = [name for name in schema.names if name != "joints"]
     return flat + [f"joints.list.element.{field.name}" for field in schema.field("joints").type.value_type]
-
-
-def record_table(records: Sequence[LogRecord]) -> pa.Table:
-    """Records as rows; numbers that are not finite become null."""
-    return pa.Table.from_pylist([plain(record) for record in records], schema=SCHEMA)
 
 
 def records_of(rows: Iterable[Mapping[str, Any]]) -> list[LogRecord]:

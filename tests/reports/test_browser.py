@@ -361,10 +361,10 @@ def test_the_page_of_trends_is_for_everybody(chromium: Any, axe: str, tmp_path: 
     from histories import history
 
     from collaudit.core.history.robot_trend import robot_trends
-    from collaudit.reports.page.trend_page import write_trend_page
+    from collaudit.reports.page.trend_page import trend_page
 
     worn = history("cell <b>7</b>", 40, friction=lambda k, j: 0.006 * max(0, k - 12) if j == "j2" else 0.0)
-    write_trend_page(tmp_path / "trend.html", robot_trends([*worn, *history("steady", 40, seed=1)]))
+    (tmp_path / "trend.html").write_text(trend_page(robot_trends([*worn, *history("steady", 40, seed=1)])))
     seen = Visit(chromium, tmp_path / "trend.html", color_scheme=scheme)
     seen.page.set_viewport_size({"width": width, "height": 900})
     assert not violations(seen.page, axe) and not seen.console and not seen.outside

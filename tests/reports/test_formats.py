@@ -12,10 +12,11 @@ import samples
 from sarif_pydantic import Sarif
 
 from collaudit.core.errors import ConfigError, LogError
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.formats.markdown import escaped
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
-from collaudit.reports.page.index import summary_json, write_index
+from collaudit.reports.page.index import summarise, write_index
 from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, worst_first
@@ -59,7 +60,7 @@ def test_the_index_links_and_escapes(tmp_path: Path, entries: list[IndexEntry]) 
 
 
 def test_the_summary_counts(entries: list[IndexEntry]) -> None:
-    summary = json.loads(summary_json(entries))
+    summary = json.loads(json_text(summarise(entries)))
     assert summary["schema"] == "collaudit/summary/1"
     assert summary["verdict"] == "fail"
     assert summary["counts"] == {"fail": 2, "not_judged": 2, "pass": 1}

@@ -11,8 +11,9 @@ from user_guide.result_schemas import result_schema
 
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.errors import LogError
+from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import friction_json, result_json
-from collaudit.reports.page.index import summary_json
+from collaudit.reports.page.index import summarise
 from collaudit.reports.values.entries import entry_of, entry_of_error
 
 
@@ -27,7 +28,7 @@ def test_friction_keeps_to_the_schema() -> None:
 
 def test_summaries_keep_to_the_schema() -> None:
     entries = [entry_of(samples.failed(3000).result, "a/report.html"), entry_of_error("b", LogError("cut short"))]
-    Draft202012Validator(result_schema("summary")).validate(json.loads(summary_json(entries)))
+    Draft202012Validator(result_schema("summary")).validate(json.loads(json_text(summarise(entries))))
 
 
 @pytest.mark.parametrize("schema", [result_schema("audit"), result_schema("friction"), result_schema("summary")])

@@ -12,7 +12,6 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
@@ -100,15 +99,11 @@ def _residuals(audit: Audit) -> list[Axes]:
 
 def _residual(axes: Axes, trace: JointTrace) -> None:
     known = trace.judged | trace.standing
-    axes.plot(trace.time_s, _where(trace, ~known), color="0.7", linewidth=0.8)
-    axes.plot(trace.time_s, _where(trace, known), color=_CURVE, linewidth=0.8)
+    for shown, color in ((~known, "0.7"), (known, _CURVE)):
+        axes.plot(trace.time_s, np.where(shown, trace.residual_nm, np.nan), color=color, linewidth=0.8)
     if np.isfinite(trace.gamma_nm):
         for level in (-trace.gamma_nm, trace.gamma_nm):
             axes.axhline(level, color=_LIMIT, linestyle="--", linewidth=0.8)
-
-
-def _where(trace: JointTrace, shown: BoolArray) -> np.ndarray[Any, Any]:
-    return np.where(shown, trace.residual_nm, np.nan)
 
 
 def _contact(audit: Audit, number: int) -> list[Axes]:

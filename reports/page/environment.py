@@ -17,6 +17,7 @@ from collaudit.reports.values.words import (
     STATEMENT,
     VERDICT_SENTENCE,
     VERDICT_WORD,
+    clock_text,
     counted,
     law_text,
     noticed_line,
@@ -43,7 +44,12 @@ def environment() -> Environment:
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
     made.filters.update(minus=_minus, share=_share, counted=counted, css_text=_css_text)
     made.filters.update(
-        noticed=noticed_line, rule=rule_text, law=law_text, delay=delay_text, shortest_push=shortest_push_text
+        noticed=noticed_line,
+        rule=rule_text,
+        law=law_text,
+        clock=clock_text,
+        delay=delay_text,
+        shortest_push=shortest_push_text,
     )
     made.globals.update(
         statement=STATEMENT,

@@ -77,7 +77,6 @@ def html_text(
             scripts=scripts,
             plot_style=page_style(),
             blocks={view.key: signal_block(view) for view in views},
-            running_head=_running_head(views),
             most_contacts=MOST_CONTACTS,
         )
     )
@@ -88,13 +87,6 @@ def _detail(audit: Audit | StoredRun, logs: int) -> Detail:
     points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
     cards = _CARDS if logs < _MANY else _CARDS_OF_MANY
     return Detail(cards, max(300, points // logs), max(300, around // logs), planes=logs == 1)
-
-
-def _running_head(views: Sequence[AuditView]) -> str:
-    """Log and verdict for the head of every printed page; of several logs their number."""
-    if len(views) > 1:
-        return f"collaudit: {len(views)} logs"
-    return f"collaudit: {views[0].result.log.name}: {views[0].word}"
 
 
 def signal_block(view: AuditView) -> Markup | None:

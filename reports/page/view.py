@@ -37,7 +37,7 @@ from collaudit.reports.sections.section import Section
 from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import clock_text, verdict_word
+from collaudit.reports.values.words import verdict_word
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500
@@ -66,13 +66,11 @@ class AuditView:
         key: prefix of its anchors, unique in the page.
         end_s: time of the last sample.
         word: the verdict in words.
-        clocks: wall clock at its first and last sample, as text.
     """
 
     key: str
     result: AuditResult
     end_s: float
-    clocks: tuple[str, str]
     word: str
     facts: tuple[Fact, ...]
     strip: LogStrip
@@ -116,7 +114,6 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         key=key,
         result=result,
         end_s=end,
-        clocks=(clock_text(result.log.start, 0.0), clock_text(result.log.start, end)),
         word=verdict_word(result.verdict, result.exclusions),
         facts=verdict_facts(result),
         strip=log_strip(result, end, figures),

@@ -27,28 +27,24 @@ def plan_sections(plan: PlanFile, of_joints_only: bool = False) -> tuple[Section
         of_joints_only: without the parameters of the whole arm, which are many.
     """
     of_arm = [one for one in plan.predictions if one.joint is None]
+    assumed: dict[str, Sequence[str]] = {
+        "Taken for granted, not stated": plan.assumed,
+        "Surroundings": plan.surroundings,
+        "Links with a shape of the description": plan.shapes,
+        "Links as capsules, with a radius guessed from the mass, or stated": [
+            f"{joint}: radius {1e3 * radius:.0f} mm" for joint, radius in plan.capsules_m.items()
+        ],
+        "Not kept apart, being neighbours or nearly so": plan.unchecked,
+        "Not planned or not predicted": plan.missing,
+    }
     return (
         _sweeps(plan),
         _predictions("What it should tell", [one for one in plan.predictions if one.joint is not None]),
         *([] if of_joints_only or not of_arm else [_predictions(_ARM, of_arm, folded=True)]),
         _clean(plan),
         _limits(plan),
-        *(Section(title, (), (), tuple(lines)) for title, lines in _assumed(plan) if lines),
+        *(Section(title, (), (), tuple(lines)) for title, lines in assumed.items() if lines),
     )
-
-
-def _assumed(plan: PlanFile) -> list[tuple[str, Sequence[str]]]:
-    return [
-        ("Taken for granted, not stated", plan.assumed),
-        ("Surroundings", plan.surroundings),
-        ("Links with a shape of the description", plan.shapes),
-        (
-            "Links as capsules, with a radius guessed from the mass, or stated",
-            [f"{joint}: radius {1e3 * radius:.0f} mm" for joint, radius in plan.capsules_m.items()],
-        ),
-        ("Not kept apart, being neighbours or nearly so", plan.unchecked),
-        ("Not planned or not predicted", plan.missing),
-    ]
 
 
 def _sweeps(plan: PlanFile) -> Section:

@@ -125,8 +125,8 @@ class RuleFacts:
 
     ``follows`` by joint how the threshold goes with the motion: gamma_nm in usual motion, and in proportion to the
     scale elsewhere; joints that are absent have a constant one. ``at_rest_nm`` comes on top where friction is known
-    only as a range. ``lasting_nm`` by joint a lower threshold that alarms after ``lasting_n`` samples: what lasts has
-    less noise in it.
+    only as a range. ``lasting_nm`` by joint a lower threshold for the mean of the residual over ``lasting_n`` samples,
+    which has less noise in it; ``lasting_follows`` is how it goes with the motion.
     """
 
     detector: str
@@ -142,6 +142,7 @@ class RuleFacts:
     at_rest_nm: dict[str, float] = field(default_factory=dict)
     lasting_nm: dict[str, float] = field(default_factory=dict)
     lasting_n: int = 0
+    lasting_follows: dict[str, MotionScale] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,12 +171,12 @@ class ResidualStats:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A run of at least n samples above gamma, or of more above the lower threshold of what lasts.
+    """A run of at least n samples above gamma, or a mean residual above the lower threshold of what lasts.
 
     Attributes:
         joint: watched joint.
         onset_s: first sample above it.
-        detected_s: when the rule fires: the n-th sample above it.
+        detected_s: when the rule fires: the n-th sample above it, or the last that the mean is taken over.
         duration_s: time above it.
         peak_nm: largest residual, with its sign.
         gamma_nm: the threshold that was passed.

@@ -192,6 +192,19 @@ class ThresholdLevel:
 
 
 @dataclass(frozen=True, slots=True)
+class LastingThreshold:
+    """Threshold of one joint for the mean of its residual over a tenth of a second or so.
+
+    Attributes:
+        level: of that mean; its persistence is the time that the mean is taken over.
+        scale: how the mean scatters with the motion.
+    """
+
+    level: ThresholdLevel
+    scale: MotionScale
+
+
+@dataclass(frozen=True, slots=True)
 class JointThreshold:
     """Thresholds of one joint, with their evidence.
 
@@ -207,6 +220,9 @@ class JointThreshold:
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
         reason: why there is no threshold.
         evidence: what that time covers.
+        lasting: threshold of what lasts; None where there is too little motion in one piece.
+        covered_nm: what friction may be wrong by (95 %) in the motion that the thresholds were read off, its median:
+            they hold so much of it.
     """
 
     levels: tuple[ThresholdLevel, ...]
@@ -219,6 +235,8 @@ class JointThreshold:
     reason: str | None = None
     evidence: RangeOfEvidence | None = None
     rest_nm: float = 0.0
+    lasting: LastingThreshold | None = None
+    covered_nm: float = 0.0
 
 
 def detector_key(name: str, causal: bool) -> str:
@@ -250,9 +268,11 @@ class FollowedMotion:
     Attributes:
         scales: of the residual.
         at_rest_nm: on top where friction is an interval.
-        lasting_nm: lower thresholds of what lasts.
+        lasting: lower thresholds of what lasts.
+        known: the thresholds as they stand in friction.json.
     """
 
     scales: dict[str, MotionScale] = field(default_factory=dict)
     at_rest_nm: dict[str, float] = field(default_factory=dict)
-    lasting_nm: dict[str, float] = field(default_factory=dict)
+    lasting: dict[str, LastingThreshold] = field(default_factory=dict)
+    known: dict[str, JointThreshold] = field(default_factory=dict)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind
 from collaudit.core.data.signals import State
-from collaudit.core.detection.rule import MERGE_S, Event, Level, apart, collisions, rule_events
+from collaudit.core.detection.rule import MERGE_S, Event, Level, apart, lasting_collisions, rule_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
@@ -78,12 +78,12 @@ def _events(
     series, residual, rule, (merge, width) = threshold.series, threshold.residual, threshold.rule, margins
     gamma = rule.gamma_nm[series.joint_names[j]]
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
-    (level, _), *lower = threshold.with_persistences(j)
-    x, level = np.ascontiguousarray(residual.torque_nm[:, j]), np.ascontiguousarray(level)
+    x, level = np.ascontiguousarray(residual.torque_nm[:, j]), np.ascontiguousarray(threshold.of(j))
     fired, low, brief = rule_events(
         x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
     )
-    held = [e for less, n in lower for e in apart(collisions(x, evidence, less, n, merge), fired, merge)]
+    lower = threshold.lasting(j)
+    held = [] if lower is None else apart(lasting_collisions(x, evidence, lower, rule.lasting_n, merge), fired, merge)
     low, brief = apart(low, held, merge), apart(brief, held, merge)
     ratios = dict(knocks(x, evidence, level, rule.n, width, rule.near_miss_impulse))
     left = apart(list(ratios), [*fired, *held, *low, *brief], max(merge, width))

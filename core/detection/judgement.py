@@ -137,7 +137,7 @@ def judge(
     rule, watch = make_rule(series, prepared.phases, config, follows)
     check_persistence(series, rule.n)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
-    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
+    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet, covered=follows.known)
     run = run_detector(prepared, inputs, config)
     step(4, 10)
     signals = judged_signals(series, run, rule.gamma_nm)

@@ -10,6 +10,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import trailing_means
 
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray
@@ -29,7 +30,7 @@ class Event:
             are one event).
         detected: the sample at which the rule fires (the n-th in a row), or the last of the longest run
             for events on which it does not.
-        longest: longest run of samples above the level.
+        longest: longest run of samples above the level; of a mean, the samples above it.
         peak: value of the largest |residual|, signed.
     """
 
@@ -74,19 +75,31 @@ def _tolerant_runs(residual: FloatArray, evidence: BoolArray, level: Level) -> t
     return run_bounds(above)
 
 
-def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, merge_samples: int = 0) -> list[Event]:
-    """Rule (6) for one joint: runs of at least n samples above gamma.
+def lasting_collisions(residual: FloatArray, evidence: BoolArray, level: FloatArray, n: int, merge: int) -> list[Event]:
+    """Stretches in which the mean of n samples of the residual exceeds that of the level.
 
-    :func:`rule_events` has near misses as well.
+    An event is from the first to the last of those samples above the level; it is detected at the last sample of the
+    first such mean.
 
     Args:
-        residual: (n,) N·m.
-        evidence: (n,) samples that may count.
-        gamma: threshold, N·m; one number, or (n,) when it varies.
-        n: persistence, samples.
-        merge_samples: collisions closer than this are one event (one push, not several).
+        residual: (m,) N·m.
+        evidence: (m,) samples that may count; all of a mean must.
+        level: (m,) N·m.
+        n: samples that a mean is taken over.
+        merge: events closer than so many samples are one.
     """
-    return _lasting(residual, exceedances(residual, evidence, gamma), n, merge_samples)
+    with np.errstate(invalid="ignore"):
+        high = np.abs(trailing_means(residual, evidence, n)) > trailing_means(level, evidence, n)
+    ends, after = run_bounds(high)
+    out = []
+    for group in _groups(ends - (n - 1), after, merge):
+        begin = int(ends[group[0]]) - (n - 1)
+        part = slice(begin, int(after[group[-1]]))
+        own = np.nan_to_num(residual[part])
+        above = begin + np.flatnonzero(np.abs(own) > level[part])
+        span = Span(int(above[0]), int(above[-1]) + 1)
+        out.append(Event(span, int(ends[group[0]]), above.size, float(own[np.argmax(np.abs(own))])))
+    return out
 
 
 def rule_events(
@@ -98,7 +111,15 @@ def rule_events(
     persistence: float,
     merge_samples: int = 0,
 ) -> tuple[list[Event], list[Event], list[Event]]:
-    """Collisions as of :func:`collisions`, and what nearly was one, away from any collision.
+    """Rule (6) for one joint: runs of at least n samples above gamma, and what nearly was one, away from those.
+
+    Args:
+        residual: (n,) N·m.
+        evidence: (n,) samples that may count.
+        gamma: threshold, N·m; one number, or (n,) when it varies.
+        n: persistence, samples.
+        amplitude, persistence: shares of gamma and of n.
+        merge_samples: collisions closer than this are one event (one push, not several).
 
     Returns:
         The collisions; ``amplitude``: n samples in a row above amplitude·gamma, where single samples may lie below;
@@ -124,11 +145,15 @@ def _lasting(residual: FloatArray, runs: tuple[IntArray, IntArray], n: int, merg
 
 def _events(residual: FloatArray, starts: IntArray, stops: IntArray, n: int, merge: int) -> list[Event]:
     """Merge runs that are close, and describe each group."""
+    return [_describe(residual, starts[g], stops[g], n) for g in _groups(starts, stops, merge)]
+
+
+def _groups(starts: IntArray, stops: IntArray, merge: int) -> list[IntArray]:
+    """Indices of the runs that are one event."""
     if starts.size == 0:
         return []
     first = np.flatnonzero(np.concatenate(([True], starts[1:] - stops[:-1] >= max(1, merge))))
-    groups = np.split(np.arange(starts.size), first[1:])
-    return [_describe(residual, starts[g], stops[g], n) for g in groups]
+    return np.split(np.arange(starts.size), first[1:])
 
 
 def _describe(residual: FloatArray, starts: IntArray, stops: IntArray, n: int) -> Event:

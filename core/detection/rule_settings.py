@@ -24,9 +24,9 @@ from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import contact_mask
 
-#: What lasts for this long alarms at a lower threshold too, where thresholds are automatic, s: of noise little is left
-#: then, and a person who is hit or held pushes back for longer.
-LASTING_S = 0.1
+#: The mean of the residual over this time alarms at a lower threshold too, where thresholds are automatic, s: of noise
+#: little is left in it, and a person who is hit or held pushes back for longer.
+LASTING_S = 0.12
 #: A spike of one sample or two does not alarm only to save time.
 _FEWEST_CAUSAL = 3
 
@@ -65,8 +65,9 @@ def make_rule(
         near_miss_impulse=config.near_miss.impulse,
         follows=follows.scales,
         at_rest_nm=follows.at_rest_nm,
-        lasting_nm=follows.lasting_nm,
+        lasting_nm={joint: one.level.gamma_nm for joint, one in follows.lasting.items()},
         lasting_n=persistence_samples(LASTING_S, series.period_s),
+        lasting_follows={joint: one.scale for joint, one in follows.lasting.items()},
     )
     return rule, watch
 

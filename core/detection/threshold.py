@@ -43,17 +43,20 @@ class Threshold:
             level = np.where(self.residual.state[:, j][part] == State.FRICTION_INTERVAL, level + extra, level)
         return level
 
-    def with_persistences(self, j: int) -> tuple[tuple[FloatArray, int], ...]:
-        """Each level (n,) of one joint, N·m, with its persistence in samples: gamma's, and a lower one of what lasts.
+    def lasting(self, j: int) -> FloatArray | None:
+        """(n,) the lower level of the mean residual of one joint, N·m; None where it has none.
 
-        In slow motion that is no lower: friction errs there for as long as the joint is slow.
+        In slow motion it is no lower: friction errs there for as long as the joint is slow. A norm over joints has
+        none: noise does not cancel in its mean.
         """
-        rule, joint, level = self.rule, self.series.joint_names[j], self.of(j)
-        if joint not in rule.lasting_nm:
-            return ((level, rule.n),)
-        fast = np.abs(self.series.velocity_rad_s[:, j]) > _SLOW_RAD_S
-        lower = (1.0 - rule.lasting_nm[joint] / rule.gamma_nm[joint]) * self._moving(j, joint)
-        return (level, rule.n), (level - np.where(fast, lower, 0.0), rule.lasting_n)
+        joint = self.series.joint_names[j]
+        if joint not in self.rule.lasting_nm or not self.residual.isolation.isolates:
+            return None
+        series, level = self.series, self.of(j)
+        relative = relative_scale(self.rule.lasting_follows[joint], series.velocity_rad_s, j, series.period_s)
+        lower = level - self._moving(j, joint) + self.rule.lasting_nm[joint] * relative
+        fast = np.abs(series.velocity_rad_s[:, j]) > _SLOW_RAD_S
+        return np.where(fast, lower, np.maximum(lower, level))
 
     def _moving(self, j: int, joint: str) -> FloatArray:
         """(n,) threshold of a joint that follows the motion, through the residual's kernel."""

@@ -1,4 +1,4 @@
-"""Smallest and largest values of windows that slide over a signal; a window that holds a NaN is NaN."""
+"""Smallest, largest and mean values of windows that slide over a signal; a window that holds a NaN is NaN."""
 
 from __future__ import annotations
 
@@ -39,4 +39,15 @@ def whole_window_minima(x: FloatArray, n: int) -> FloatArray:
     """(m,) smallest of the ``n`` values about each of ``x`` (m,), whose window begins at k - n // 2; 0 at the ends."""
     out, found = np.zeros(x.size), lowest_in_row(x, n)
     out[n // 2 : n // 2 + found.size] = found
+    return out
+
+
+def trailing_means(x: FloatArray, counts: BoolArray, n: int) -> FloatArray:
+    """(m,) mean of the ``n`` values of ``x`` (m,) up to each; NaN where one of them does not count, or is missing."""
+    out = np.full(x.size, np.nan)
+    if n <= x.size:
+        total = np.append(0.0, np.cumsum(np.where(counts, x, 0.0)))
+        lost = np.append(0, np.cumsum(~counts))
+        whole = lost[n:] == lost[:-n]
+        out[n - 1 :] = np.where(whole, (total[n:] - total[:-n]) / n, np.nan)
     return out

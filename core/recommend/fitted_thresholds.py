@@ -27,6 +27,7 @@ from collaudit.core.recommend.evidence_range import Driven, range_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual, residual_by
 from collaudit.core.recommend.null_level import (
     NullEvidence,
+    lasting_threshold,
     rest_level,
     scale_of,
     sustained_ratios,
@@ -94,7 +95,8 @@ def _joint(
     asked = config.detect.persistence_ms
     kept_ms = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
     counts = dict.fromkeys(tuple(persistence_samples(ms / 1e3, one.period_s) for one in data) for ms in kept_ms)
-    levels = [] if scale is None else threshold_levels(data, scale, counts, joints, config.fit.contact == "none")
+    free = config.fit.contact == "none"
+    levels = [] if scale is None else threshold_levels(data, scale, counts, joints, free)
     over = max((level.exceeded for level in levels), default=0.0)
     if over > _EXCEEDED and over * seconds > _EVENT_S:
         why = (
@@ -113,6 +115,8 @@ def _joint(
         reason=None if levels else _too_little(seconds),
         evidence=range_of([_driven(r, j) for r, j in columns]),
         rest_nm=rest_level([r.torque_nm[:, j] for r, j in columns], loose),
+        lasting=None if scale is None else lasting_threshold(data, scale, joints, free),
+        covered_nm=float(np.nanmedian(np.concatenate([r.doubt_nm[:, j] for r, j in columns]))),
     )
 
 

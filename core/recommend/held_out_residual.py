@@ -22,6 +22,7 @@ from collaudit.core.identification.candidates import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -50,6 +51,8 @@ class HeldOutResidual:
         evidence: (n, j) samples on which the rule could fire.
         judged: (n, j) those of them at which friction is a value.
         held_out: (n, j) those whose law was fitted without them.
+        doubt_nm: (k, j) what friction may be wrong by (95 %), its median over the judged samples of each fold; NaN
+            without any.
     """
 
     prepared: Prepared
@@ -58,6 +61,7 @@ class HeldOutResidual:
     evidence: BoolArray
     judged: BoolArray
     held_out: BoolArray
+    doubt_nm: FloatArray
 
     @property
     def series(self) -> UniformSeries:
@@ -133,13 +137,14 @@ class _Filling:
     corrected: FloatArray | None
     state: NDArray[np.int8]
     held_out: BoolArray
+    doubts: list[FloatArray]
 
     @classmethod
     def of(cls, log: Prepared, corrected: bool) -> _Filling:
         shape = log.judged_series.position_rad.shape
         torque = np.full(shape, np.nan, order="F")
         state = np.full(shape, State.NO_FRICTION, dtype=np.int8, order="F")
-        return cls(torque, torque.copy(order="K") if corrected else None, state, np.zeros(shape, dtype=np.bool_))
+        return cls(torque, torque.copy(order="K") if corrected else None, state, np.zeros(shape, dtype=np.bool_), [])
 
     def fill(
         self,
@@ -164,6 +169,7 @@ class _Filling:
         laws = laws_at_temperature({**laws, **own}, covariates.variation, series)[0]
         found = residual_by(part, laws, config.detect)
         self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[inside], found.state[inside], held
+        self.doubts.append(_usual_doubt(found, inside))
         if self.corrected is not None and not np.isfinite(self.corrected).any():  # one fold tells whether they help
             with_them = corrected_laws(laws, covariates.corrections)
             self.corrected[rows] = residual_by(part, with_them, config.detect).torque_nm[inside]
@@ -172,7 +178,14 @@ class _Filling:
         """The whole of it."""
         usable = np.isfinite(self.torque) & ~log.judged_series.saturated
         evidence, judged = (np.asarray((self.state <= s) & usable) for s in (State.FRICTION_INTERVAL, State.JUDGED))
-        return HeldOutResidual(log, self.torque, self.corrected, evidence, judged, self.held_out)
+        return HeldOutResidual(log, self.torque, self.corrected, evidence, judged, self.held_out, np.array(self.doubts))
+
+
+def _usual_doubt(found: Residual, inside: BoolArray) -> FloatArray:
+    """(j,) the median over the judged samples of what friction may be wrong by; NaN without any."""
+    judged = inside[:, None] & (found.state == State.JUDGED)
+    columns = zip(found.uncertainty_nm.T, judged.T, strict=True)
+    return np.array([median_of(doubt[its]) if its.any() else np.nan for doubt, its in columns])
 
 
 def _with_surroundings(mask: BoolArray, period_s: float) -> BoolArray:

@@ -9,13 +9,23 @@ from math import sqrt
 import numpy as np
 import scipy
 
-from collaudit.core.data.recommendation_result import MotionScale, ThresholdLevel
+from collaudit.core.data.recommendation_result import LastingThreshold, MotionScale, ThresholdLevel
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.rule_settings import LASTING_S
 from collaudit.core.detection.threshold import LEAST_SHARE, motion_features, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, MARGIN, block_peaks, null_tail
+from collaudit.core.numeric.null_tail import (
+    ARM_PER_HOUR,
+    BLOCK_S,
+    FEWEST_BLOCKS,
+    MARGIN,
+    NullTail,
+    block_peaks,
+    null_tail,
+)
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import whole_window_minima
+from collaudit.core.numeric.sliding_extremes import trailing_means, whole_window_minima
 from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 
 #: A residual counts as at most so many times the scale while the scale is found.
@@ -30,6 +40,8 @@ _REST_SHARE = 0.9
 #: What lasts counts as at least this share of what half of the peaks of single samples reach: most of its own are zero
 #: where a residual swings.
 _LASTING = 0.4
+#: On top of what the mean reaches: from one recording of an arm to another, slow errors grow by up to a quarter.
+_LASTING_MARGIN = 1.3
 #: Share of the samples in which a feature must show to be followed.
 _SEEN = 0.02
 
@@ -132,12 +144,11 @@ def threshold_levels(
     def peaks(counts: Sequence[int]) -> FloatArray:
         return np.concatenate([_sustained(*each) for each in zip(evidence, ratios, counts, strict=True)])
 
-    highest, rate = peaks([1] * len(evidence)), ARM_PER_HOUR / joints
+    rate = ARM_PER_HOUR / joints
     out: list[ThresholdLevel] = []
-    single = null_tail(highest, contact_free)
+    single, clean = _clean_blocks(_peaks(evidence, evidence, scale), contact_free)
     if single is None:
         return []
-    clean = (highest <= single.ceiling(highest.size)) | contact_free
     for counts in persistences:
         sustained = peaks(counts)
         lasting = null_tail(sustained[clean], contact_free=True)
@@ -155,6 +166,55 @@ def threshold_levels(
         gamma = MARGIN * level * scale.usual_nm
         out.append(ThresholdLevel(max(counts), seconds, gamma, lasting.rate(level), lasting.interval(level), over))
     return out
+
+
+def _clean_blocks(highest: FloatArray, contact_free: bool) -> tuple[NullTail | None, BoolArray]:
+    """The law of the highest single samples (b,) of the blocks, and the blocks (b,) that hold no contact by it."""
+    single = null_tail(highest, contact_free)
+    ceiling = 0.0 if single is None else single.ceiling(highest.size)
+    return single, (highest <= ceiling) | contact_free
+
+
+def lasting_threshold(
+    evidence: Sequence[NullEvidence], scale: MotionScale, joints: int, contact_free: bool = False
+) -> LastingThreshold | None:
+    """Best estimate of the level that the mean over ``LASTING_S`` passes as seldom as gamma; None without peaks.
+
+    Noise is all but gone from the mean, and what the model errs by is left. So the mean has a scale of its own, and a
+    margin of its own: such errors differ more from one log to the next than noise does.
+
+    Args:
+        evidence, scale, joints, contact_free: as of :func:`threshold_levels`.
+    """
+    counts = [persistence_samples(LASTING_S, one.period_s) for one in evidence]
+    means = [_averaged(one, n) for one, n in zip(evidence, counts, strict=True)]
+    own = scale_of(means)
+    if own is None:
+        return None
+    _, clean = _clean_blocks(_peaks(evidence, evidence, scale), contact_free)
+    peaks = _peaks(means, evidence, own)
+    tail = null_tail(peaks[clean], contact_free=True)
+    if tail is None:
+        return None
+    level = tail.level(ARM_PER_HOUR / joints)
+    if contact_free:
+        level = max(level, float(peaks.max()))
+    seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
+    gamma, over = _LASTING_MARGIN * level * own.usual_nm, float(np.mean(peaks > level))
+    found = ThresholdLevel(max(counts), seconds, gamma, tail.rate(level), tail.interval(level), over)
+    return LastingThreshold(found, own)
+
+
+def _averaged(one: NullEvidence, n: int) -> NullEvidence:
+    """The mean of n samples up to each, where all of them count."""
+    mean = trailing_means(one.residual_nm, one.moving, n)
+    return NullEvidence(mean, np.isfinite(mean), one.features, one.period_s)
+
+
+def _peaks(evidence: Sequence[NullEvidence], blocks_of: Sequence[NullEvidence], scale: MotionScale) -> FloatArray:
+    """(b,) the largest ratio to the scale in each block of which most samples of ``blocks_of`` count."""
+    pairs = zip(evidence, blocks_of, strict=True)
+    return np.concatenate([block_peaks(_ratio(one, scale), of.moving, one.period_s) for one, of in pairs])
 
 
 def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray]) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.recommendation_result import JointThreshold
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, load_doubt, scatter_beyond
@@ -40,11 +41,14 @@ class ResidualInputs:
         laws: fitted friction by joint.
         not_judged: joints that a finding forbids judging.
         quiet: level of still joints, which are judged for changes where they have no law.
+        covered: by joint the automatic threshold, which was read off a residual with errors of friction in it: the
+            usual ones, those of speeds above the fastest fitted one that it moved at, and its ripple.
     """
 
     laws: Mapping[str, FrictionModel]
     not_judged: frozenset[str]
     quiet: Mapping[str, QuietLevel] = field(default_factory=dict, kw_only=True)
+    covered: Mapping[str, JointThreshold] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +61,7 @@ class Residual:
         effort_nm: (n, j) measured torque that the model was compared with; None when nothing was compared.
         state: (n, j) codes of :class:`State`.
         uncertainty_nm: (n, j) what friction may be wrong by (95 %): its level, and its curve above the fastest fitted
-            speed; the threshold is raised by it.
+            speed; less what the threshold covers. The threshold is raised by it.
         levels: friction level by joint, where there is a law and a model.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         isolation: which columns are judged apart, and what they tell of the place of a contact.
@@ -66,7 +70,7 @@ class Residual:
         span_nm: two (n, j), the least and the greatest residual that friction within its interval allows, meaningful in
             state FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
         ripple_not_shown_nm: by joint the amplitude of a ripple that the friction file knows and this log does not show
-            at its place; the threshold is raised by it.
+            at its place; the threshold is raised by it, or covers it.
     """
 
     torque_nm: FloatArray
@@ -119,12 +123,16 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
 
     def fill_joint(j: int) -> tuple[FrictionLevel, float]:
         law = inputs.laws[names[j]]
-        return _fill_joint(made, j, series, law, config, carried_load(prepared, names[j], law))
+        seen = inputs.covered.get(names[j])
+        fastest = 0.0 if seen is None or seen.fastest_rad_s is None else seen.fastest_rad_s
+        return _fill_joint(made, j, series, law, config, carried_load(prepared, names[j], law), fastest)
 
     for j, (level, ripple_nm) in zip(known, ordered_map(fill_joint, known), strict=True):
         made.levels[names[j]] = level
         if ripple_nm > 0:
             made.ripple_not_shown_nm[names[j]] = ripple_nm
+            if names[j] not in inputs.covered:
+                uncertainty[:, j] += ripple_nm
     if usable:
         _fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
         for j in missing:
@@ -137,6 +145,9 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         doubt = coupled_doubt(prepared.series, prepared.calibration.coupled, config.reversal_travel_rad)
         own = doubt[:, prepared.columns()]
         uncertainty += np.nan_to_num(balance.kernel.apply(own, series.segments, series.period_s))
+    for j in known:
+        if seen := inputs.covered.get(names[j]):
+            np.maximum(uncertainty[:, j] - seen.covered_nm, 0.0, out=uncertainty[:, j])
     return made
 
 
@@ -147,8 +158,9 @@ def _fill_joint(
     law: FrictionModel,
     config: DetectConfig,
     load_nm: FloatArray | None,
+    fastest_rad_s: float,
 ) -> tuple[FrictionLevel, float]:
-    """Fill the columns of one joint with a friction law.
+    """Fill the columns of one joint with a friction law; its threshold covers errors up to a speed.
 
     Returns:
         The level of its friction, and the amplitude of a ripple of the friction file that the log does not show at its
@@ -187,14 +199,18 @@ def _fill_joint(
         shown = scatter_beyond(law, velocity, torque, seen, series.period_s)
         doubt = np.minimum(extrapolation_doubt(law, velocity), shown)
         state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
+        covered = extrapolation_doubt(law, np.clip(velocity, -fastest_rad_s, fastest_rad_s))
+        doubt = np.maximum(doubt - covered, 0.0)
     if law.load is not None and load_nm is not None:
         carried = load_doubt(law.load, load_nm, velocity)
         doubt = carried if doubt is None else doubt + carried
     if doubt is not None and doubt.any():
         smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
         uncertainty += np.nan_to_num(smoothed[:, 0])
+    if isinstance(ripple, float):
+        return level, ripple_doubt_nm
     uncertainty += ripple_doubt_nm
-    return level, ripple_doubt_nm if isinstance(ripple, float) else 0.0
+    return level, 0.0
 
 
 def _span(

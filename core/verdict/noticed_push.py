@@ -7,7 +7,7 @@ Whatever is beyond a place does not feel it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,13 +99,23 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
         push: the push.
         moments: of :meth:`Push.moments`.
     """
-    levels = run.threshold.with_persistences(j)
-    found = [_exceeding(run, j, level, replace(push, n=n), moments) for level, n in levels]
-    return np.asarray(np.minimum.reduce(found))
+    found = _exceeding(run, j, run.threshold.of(j), push, moments, _height)
+    lower = run.threshold.lasting(j)
+    if lower is None:
+        return found
+    mean = replace(push, n=run.threshold.rule.lasting_n)
+    return np.minimum(found, _exceeding(run, j, lower, mean, moments, _height_of_mean))
 
 
-def _exceeding(run: DetectorRun, j: int, threshold: FloatArray, push: Push, moments: IntArray) -> FloatArray:
-    """(k,) the same of one threshold (n,) and the push's persistence."""
+def _exceeding(
+    run: DetectorRun,
+    j: int,
+    threshold: FloatArray,
+    push: Push,
+    moments: IntArray,
+    height: Callable[[FloatArray, Push], FloatArray],
+) -> FloatArray:
+    """(k,) the same of one threshold (n,) and the push's persistence; ``height`` says what must exceed it."""
     residual = run.residual.torque_nm[:, j]
     out = np.empty(moments.size)
     for part in blocks(moments.size, max(1, _AT_ONCE // max(1, push.response.size))):
@@ -115,7 +125,7 @@ def _exceeding(run: DetectorRun, j: int, threshold: FloatArray, push: Push, mome
             level += run.residual.hidden_nm[rows, j]
         own = np.where(state == State.JUDGED, residual[rows], 0.0)
         unknown = (state > State.FRICTION_INTERVAL) | np.isnan(level)
-        out[part] = np.maximum(*(_height(np.where(unknown, np.inf, level - r), push) for r in (own, -own)))
+        out[part] = np.maximum(*(height(np.where(unknown, np.inf, level - r), push) for r in (own, -own)))
     return out
 
 
@@ -123,6 +133,14 @@ def _height(needed_nm: FloatArray, push: Push) -> FloatArray:
     """(k,) smallest height of a push that exceeds what is needed (k, w) for ``n`` samples in a row."""
     peaks = -lowest_in_row(-np.maximum(needed_nm, 0.0) / push.response, push.n)
     return peaks.min(axis=1) if peaks.shape[1] else np.full(len(needed_nm), np.inf)
+
+
+def _height_of_mean(needed_nm: FloatArray, push: Push) -> FloatArray:
+    """(k,) smallest height of a push whose mean over ``n`` samples exceeds the mean of what is needed (k, w)."""
+    if push.response.size < push.n:
+        return np.full(len(needed_nm), np.inf)
+    needed, shown = (np.lib.stride_tricks.sliding_window_view(x, push.n, axis=-1) for x in (needed_nm, push.response))
+    return np.asarray((np.maximum(needed.mean(axis=-1), 0.0) / shown.mean(axis=-1)).min(axis=1))
 
 
 #: A force is noticed when it alarms from so many of the directions that load a watched joint. All of them would ask for

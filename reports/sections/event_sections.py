@@ -42,7 +42,7 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
     head = tuple(records[0]) if records else ("#",)
     windows = tuple(contact_limits(one, result.log.sample_period_s) for one in listed.values())
     rows = tuple(tuple(record.values()) for record in records)
-    lower = f", or above its lower γ for {result.rule.lasting_n}" if result.rule.lasting_nm else ""
+    lower = f", or its mean over {result.rule.lasting_n} samples above the lower γ" if result.rule.lasting_nm else ""
     note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more{lower}."
     return Section("Contacts in order of time", head, rows, (note,) if rows else (), windows=windows)
 

@@ -177,7 +177,7 @@ def rule_text(result: AuditResult) -> str:
     """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
     rule = result.rule
     asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
-    lower = f"; for {plural(rule.lasting_n, 'sample')} also: {_thresholds(result, rule.lasting_nm)}"
+    lower = f"; the mean of {plural(rule.lasting_n, 'sample')} from: {_thresholds(result, rule.lasting_nm)}"
     return (
         f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
         f"gamma: {_thresholds(result, rule.gamma_nm)}{lower if rule.lasting_nm else ''}"

@@ -12,7 +12,6 @@ from simulated_arm import ARMS, forget, settings_of, simulated
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.detection.rule_settings import LASTING_S
 
 #: Length of one log, s, and of the log that is fitted.
 LENGTH_S = 600.0
@@ -57,9 +56,9 @@ def claimed(friction: FrictionFile, persistence_s: float) -> float | None:
         return float(whole)
     rates = []
     for known in friction.thresholds.joints.values():
-        for lasting_s in (persistence_s, LASTING_S):
-            near = min(known.levels, key=lambda one: abs(one.persistence_s - lasting_s), default=None)
-            rates += [near.false_alarms_per_hour] if near is not None else []
+        near = min(known.levels, key=lambda one: abs(one.persistence_s - persistence_s), default=None)
+        rates += [near.false_alarms_per_hour] if near is not None else []
+        rates += [known.lasting.level.false_alarms_per_hour] if known.lasting is not None else []
     told = [rate for rate in rates if rate is not None]
     return sum(told) if told and len(told) == len(rates) else None
 

@@ -29,10 +29,10 @@ def found(*pushes: tuple[int, int, float]) -> tuple[list[Collision], list[NearMi
         near_miss_persistence=0.5,
         near_miss_impulse=0.4,
     )
-    levels = (np.full(x.size, GAMMA), N), (np.full(x.size, LOWER), LASTING_N)
     threshold: Any = SimpleNamespace(
         rule=rule,
-        with_persistences=lambda _: levels,
+        of=lambda _: np.full(x.size, GAMMA),
+        lasting=lambda _: np.full(x.size, LOWER),
         series=SimpleNamespace(time_s=np.arange(x.size, dtype=float), period_s=1.0, joint_names=("a",)),
         residual=SimpleNamespace(torque_nm=x[:, None], isolation=EachJoint(("a",))),
     )
@@ -42,14 +42,14 @@ def found(*pushes: tuple[int, int, float]) -> tuple[list[Collision], list[NearMi
 
 def test_what_lasts_alarms_below_gamma_and_is_no_near_miss_besides() -> None:
     hits, near = found((100, LASTING_N, 3.5))
-    assert [(e.onset_s, e.duration_s, e.detected_s, e.gamma_nm, e.lasting) for e in hits] == [
-        (100, LASTING_N, 100 + LASTING_N - 1, LOWER, True)
-    ]
+    ((hit),) = hits
+    assert (hit.onset_s, hit.duration_s, hit.gamma_nm, hit.lasting) == (100, LASTING_N, LOWER, True)
+    assert 100 + 0.8 * LASTING_N < hit.detected_s < 100 + LASTING_N
     assert not near
 
 
-def test_what_is_a_sample_shorter_is_a_near_miss() -> None:
-    hits, near = found((100, LASTING_N - 1, 3.5))
+def test_what_is_too_short_for_the_mean_is_a_near_miss() -> None:
+    hits, near = found((100, LASTING_N - 4, 3.5))
     assert not hits
     assert [(e.onset_s, e.kind) for e in near] == [(100, "amplitude")]
 

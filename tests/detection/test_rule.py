@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from plain_rule import collisions
 
 from collaudit.core.config.schema import DetectConfig
-from collaudit.core.detection.rule import collisions, exceedances, persistence_samples, rule_events
+from collaudit.core.detection.rule import exceedances, lasting_collisions, persistence_samples, rule_events
 from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.recommend.sustained_levels import CleanResidual, sustained_level
 
@@ -124,3 +127,41 @@ def test_the_sustained_level_is_the_threshold_at_which_alarms_stop(x: np.ndarray
     assert collisions(x, clean, level, n) == []
     if level > 1e-6:
         assert collisions(x, clean, level * (1 - 1e-9), n) != []
+
+
+def mean_fires(x: np.ndarray, evidence: np.ndarray, level: np.ndarray, n: int) -> list[int]:
+    """The last samples of all means of n samples that exceed that of the level, one by one."""
+    out = []
+    for k in range(n - 1, x.size):
+        part = slice(k - n + 1, k + 1)
+        if evidence[part].all() and abs(x[part].mean()) > level[part].mean():
+            out.append(k)
+    return out
+
+
+@given(st.integers(1, 200), MASKS, st.integers(1, 12), st.integers(0, 30))
+def test_a_mean_alarms_where_its_definition_says(size: int, seed: int, n: int, merge: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, level, evidence = rng.normal(size=size), rng.uniform(0.1, 1.5, size), rng.random(size) > 0.05
+    x[~evidence] = np.nan
+    fired = mean_fires(x, evidence, level, n)
+    events = lasting_collisions(x, evidence, level, n, merge)
+    assert bool(events) is bool(fired)
+    for event in events:
+        assert event.detected in fired
+        assert event.span.start <= event.detected, "nothing alarms before it begins"
+        assert abs(x[event.span.start]) > level[event.span.start]
+        assert abs(x[event.span.stop - 1]) > level[event.span.stop - 1]
+    assert all(any(e.span.start - n < k < e.span.stop + n for e in events) for k in fired)
+    assert [e.detected for e in events][:1] == fired[:1]
+    gaps = [b.span.start - a.span.stop for a, b in pairwise(events)]
+    assert all(gap >= merge for gap in gaps), "closer ones are one"
+
+
+def test_a_mean_sees_through_noise_what_no_run_of_samples_does() -> None:
+    x = np.random.default_rng(1).normal(0.0, 1.0, 5000)
+    x[2000:2060] += 1.5
+    evidence = np.ones(x.size, dtype=bool)
+    (event,) = lasting_collisions(x, evidence, np.full(x.size, 0.9), 60, 100)
+    assert 1960 < event.span.start < event.detected < 2060
+    assert collisions(x, evidence, 0.9, 20) == [], "noise breaks the run"

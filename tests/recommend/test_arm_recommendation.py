@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plain_rule import collisions
 from residual_audits import audit_of, coloured
 
 from collaudit.core.config.schema_detect import EvidenceConfig
@@ -95,8 +96,6 @@ def test_what_is_set_is_judged(gamma: float, opinion: str) -> None:
     assert found.false_alarms_per_hour <= found.false_alarms_per_hour_upper95
     if opinion == "too tight":
         truth = coloured(9, 3600.0)[:, 0]
-        from collaudit.core.detection.rule import collisions
-
         alarms = len(collisions(truth, np.ones(truth.size, dtype=bool), gamma, 13, 100))
         assert 0.5 * alarms < found.false_alarms_per_hour < 2 * alarms
     else:

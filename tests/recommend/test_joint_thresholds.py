@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from plain_rule import collisions
 from residual_audits import audit_of, coloured
 
-from collaudit.core.detection.rule import collisions
 from collaudit.core.recommend.arm_evidence import gather_evidence
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation, recommend_arm
 from collaudit.core.recommend.joint_thresholds import (

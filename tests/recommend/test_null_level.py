@@ -10,8 +10,16 @@ from scipy.signal import lfilter
 
 from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import exceeded_findings
+from collaudit.core.detection.rule_settings import LASTING_S
 from collaudit.core.detection.threshold import motion_features, relative_scale, scale_over
-from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_levels
+from collaudit.core.numeric.sliding_extremes import trailing_means
+from collaudit.core.recommend.null_level import (
+    NullEvidence,
+    lasting_threshold,
+    rest_level,
+    scale_of,
+    threshold_levels,
+)
 
 PERIOD = 0.002
 N = 13
@@ -108,6 +116,45 @@ def test_a_residual_that_swings_has_a_level_of_what_lasts() -> None:
     assert 0.3 * single.gamma_nm < lasting.gamma_nm < 0.6 * single.gamma_nm
     over = np.abs(residual) > lasting.gamma_nm
     assert np.convolve(over, np.ones(50), "valid").max() < 25
+
+
+@pytest.mark.parametrize("seconds", [30.0, 600.0])
+def test_the_mean_of_what_lasts_has_a_lower_level_that_is_seldom_passed(seconds: float) -> None:
+    """Over an hour and more of the same no mean passes it; it is below the level of n samples."""
+    n = round(LASTING_S / PERIOD)
+    for seed in range(4):
+        noise = coloured(seconds, seed)
+        one = evidence(noise)
+        scale = scale_of([one])
+        assert scale is not None
+        found = lasting_threshold([one], scale, 6)
+        assert found is not None and found.level.n == n and found.level.exceeded == 0.0
+        more = coloured(3600.0, 100 + seed)
+        means = trailing_means(more, np.ones(more.size, dtype=bool), n)[n - 1 :]
+        assert np.abs(means).max() < found.level.gamma_nm < 8.5 * np.std(means)
+        assert found.level.gamma_nm < 0.95 * level_of(one).gamma_nm
+
+
+def test_contact_in_the_fitted_log_does_not_lift_the_level_of_the_mean() -> None:
+    """A push of 0.3 s every three seconds, twice as high as gamma: a tenth of the motion."""
+    clean = coloured(300.0, 7)
+    touched = clean.copy()
+    for start in range(500, touched.size, round(3.0 / PERIOD)):
+        touched[start : start + round(0.3 / PERIOD)] += 12.0
+    levels = []
+    for residual in (clean, touched):
+        one = evidence(residual)
+        scale = scale_of([one])
+        assert scale is not None
+        found = lasting_threshold([one], scale, 6)
+        assert found is not None
+        levels.append(found.level.gamma_nm)
+    assert levels[1] == pytest.approx(levels[0], rel=0.3)
+    one = evidence(touched)
+    scale = scale_of([one])
+    assert scale is not None
+    stated = lasting_threshold([one], scale, 6, contact_free=True)
+    assert stated is not None and stated.level.gamma_nm > 11.0, "what was seen without contact raises no alarm"
 
 
 def test_it_follows_speed() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_rule import collisions
 
-from collaudit.core.detection.rule import collisions
 from collaudit.core.rule_study.joint_plane import (
     COUNTS,
     GAMMAS,

@@ -29,6 +29,14 @@ RUN_S = 20.0
 HALF_WITHIN = 2 * 0.5 / 144**0.5
 
 
+def height_of(result: AuditResult, joint: str, share: float) -> float:
+    """The push on a joint that is said to alarm at a share of the moments, N·m."""
+    assert result.sensitivity is not None
+    (height,) = [x.torque_nm for x in result.sensitivity.joints[joint].levels if x.share == share]
+    assert height is not None
+    return height
+
+
 @pytest.mark.parametrize(
     ("push_ms", "detect", "share", "least", "most"),
     [
@@ -40,7 +48,7 @@ HALF_WITHIN = 2 * 0.5 / 144**0.5
 def test_a_push_alarms_as_often_as_is_said(
     made: Made, friction_of: Fitted, push_ms: float, detect: dict[str, Any], share: float, least: float, most: float
 ) -> None:
-    """At any moment, of either sign, on joints with much and with little friction; the half within two errors."""
+    """At any moment, whichever its sign, on joints with much and with little friction; the half within two errors."""
     files, friction = made("free-clean", "paper6", seed=4, duration_s=90.0), friction_of("paper6")
     settings = load_config(files.config, {"policy.observable_ms": push_ms, **detect})
     log = open_log(files.log, settings)
@@ -51,28 +59,30 @@ def test_a_push_alarms_as_often_as_is_said(
         return audit_log(prepared, settings.config, friction, NOBODY).result
 
     clean, rng = judged(log.effort), np.random.default_rng(0)
-    assert clean.sensitivity is not None
-    effort, pushes = np.array(log.effort), {}
-    for joint in ("joint2", "joint6"):
-        (height,) = [x.torque_nm for x in clean.sensitivity.joints[joint].levels if x.share == share]
-        assert height is not None
-        pushes[joint] = starts = np.arange(1.0, 87.0, 1.2) + rng.uniform(0.0, 0.3, 72)
-        for start, sign in zip(starts, rng.choice([-1.0, 1.0], starts.size), strict=True):
-            effort[(log.time_s >= start) & (log.time_s < start + push_ms / 1e3), log.joint_names.index(joint)] += (
-                sign * height
-            )
-    found, result = 0, judged(effort)
-    for joint, starts in pushes.items():
-        alarms = [(c.onset_s, c.onset_s + c.duration_s) for c in result.collisions if c.joint == joint]
-        found += sum(any(a < s + push_ms / 1e3 + 0.1 and b > s - 0.1 for a, b in alarms) for s in starts)
-    tried = sum(starts.size for starts in pushes.values())
+    heights = {joint: height_of(clean, joint, share) for joint in ("joint2", "joint6")}
+    starts = {joint: np.arange(1.0, 87.0, 1.2) + rng.uniform(0.0, 0.3, 72) for joint in heights}
+
+    def noticed(sign: float) -> tuple[np.ndarray, AuditResult]:
+        effort = np.array(log.effort)
+        for joint, height in heights.items():
+            for start in starts[joint]:
+                pushed = (log.time_s >= start) & (log.time_s < start + push_ms / 1e3)
+                effort[pushed, log.joint_names.index(joint)] += sign * height
+        result = judged(effort)
+        alarms = [(c.joint, c.onset_s, c.onset_s + c.duration_s) for c in result.collisions]
+        return np.array([alarmed(alarms, joint, s) for joint in heights for s in starts[joint]]), result
+
+    def alarmed(alarms: list[tuple[str, float, float]], joint: str, start: float) -> bool:
+        return any(name == joint and a < start + push_ms / 1e3 + 0.1 and b > start - 0.1 for name, a, b in alarms)
+
+    (up, result), (down, _) = noticed(1.0), noticed(-1.0)
+    found, tried = np.count_nonzero(up & down), up.size
     assert least * tried <= found <= most * tried, f"{found} of {tried}"
 
-    rule, period = result.rule, result.log.sample_period_s
+    rule = result.rule
     lower = [c for c in result.collisions if c.lasting]
     assert bool(lower) is (detect.get("detect.gamma_nm") == "auto"), "what lasts alarms at a lower threshold too"
     assert all(c.gamma_nm == rule.lasting_nm[c.joint] for c in lower)
-    assert all(c.detected_s - c.onset_s > (rule.lasting_n - 1.5) * period for c in lower)
 
 
 def test_a_scale_that_the_fitted_log_had_too_is_no_secret(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:

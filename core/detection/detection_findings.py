@@ -16,7 +16,7 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import lasting, run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.friction_level import LARGEST
@@ -27,6 +27,8 @@ _NOTABLE_LEVEL = 0.05
 #: A push of the persistence this many times the threshold is to be seen.
 _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
+#: Beside a gap or an end filters know one side only: of clean logs the residual stays there within 1.1 thresholds.
+_FAR_AT_EDGE = 2.0
 #: A model that leaves this share of the torque's spread in so much motion, s, explains nothing.
 _NO_GAIN, _NO_GAIN_S = 0.9, 5.0
 #: What cuts an event off: signals that end or mean nothing there.
@@ -75,11 +77,14 @@ def _friction_levels(levels: Mapping[str, LevelFacts]) -> list[Finding]:
 
 
 def _ripple_not_shown(residual: Residual) -> list[Finding]:
-    """Thresholds that are raised since the ripple of the friction file is not where the file has it."""
+    """Joints of which the ripple is not where the friction file has it."""
     if not residual.ripple_not_shown_nm:
         return []
     listed = ", ".join(f"'{joint}' {nm:.2g} N·m" for joint, nm in residual.ripple_not_shown_nm.items())
-    text = f"The log does not show the friction file's gear ripple at its place; thresholds are raised by it: {listed}."
+    text = (
+        f"The log does not show the friction file's gear ripple at its place, so it is not subtracted: {listed}. "
+        "Constant thresholds are raised by it; automatic ones hold it."
+    )
     return [Finding("friction-level", "info", text)]
 
 
@@ -108,11 +113,12 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
 
     Faster than friction was measured, or between unjudged samples, the residual is no evidence, but no clean bill.
     """
-    state = run.detected.state[:, j]
-    above = np.abs(run.residual.torque_nm[:, j]) > run.threshold.of(j)
+    state, level = run.detected.state[:, j], run.threshold.of(j)
+    above = np.abs(run.residual.torque_nm[:, j]) > level
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
-    above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
+    far = (state == State.EDGE) & (np.abs(run.residual.torque_nm[:, j]) > _FAR_AT_EDGE * level)
+    above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF) | lasting(far, n)
     blind = np.logical_or.reduce([state == code for code in _BLIND])
     starts, stops = run_bounds(above | blind)
     out = []

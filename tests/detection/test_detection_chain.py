@@ -10,12 +10,13 @@ import pytest
 from origins import NOBODY
 from strong_pushes import strong_pushes
 
-from collaudit.core.api import prepare
+from collaudit.core.api import load_robot, open_log, prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
-from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.data.audit_result import Audit, AuditResult, FrictionFile
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
+from collaudit.core.prepare.preparation import prepare as prepare_log
 from collaudit.core.scoring.detection_score import JudgedResidual, score
 
 T = 0.002
@@ -136,6 +137,25 @@ def test_a_push_that_runs_into_a_gap_is_said(folder: Path, friction: FrictionFil
     assert not any(abs(c.onset_s - hit.onset_s) < 0.2 for c in cut.collisions if c.joint == hit.joint)
     findings = [f for f in cut.findings if f.code == "event-cut" and f.joint == hit.joint]
     assert any(f.start_s is not None and abs(f.start_s - hit.onset_s) < 0.05 for f in findings)
+
+
+@pytest.mark.parametrize("kept", ["before", "after"])
+def test_a_hard_contact_in_the_rows_beside_a_gap_is_said(hits: Path, friction: FrictionFile, kept: str) -> None:
+    """A logger that stops with the controller keeps 50 ms of a contact: filters know one side of it, and no more."""
+    loaded = load_config(hits.with_suffix(".toml"))
+    log = open_log(hits, loaded)
+    robot = load_robot(loaded, log.joint_names)
+
+    def judged(rows: np.ndarray) -> AuditResult:
+        return audit_log(prepare_log(log.samples(rows), robot, loaded.config), loaded.config, friction, NOBODY).result
+
+    hit = max(judged(log.time_s >= 0.0).collisions, key=lambda c: abs(c.peak_nm) / c.gamma_nm)
+    last = hit.onset_s + hit.duration_s
+    lost = (hit.onset_s + 0.05, last + 0.5) if kept == "before" else (hit.onset_s - 0.5, last - 0.05)
+    found = judged((log.time_s < lost[0]) | (log.time_s > lost[1]))
+    alarms = [c for c in found.collisions if c.joint == hit.joint and abs(c.onset_s - hit.onset_s) < 0.6]
+    cut = [f for f in found.findings if f.code == "event-cut" and f.joint == hit.joint]
+    assert alarms or any(f.start_s is not None and abs(f.start_s - hit.onset_s) < 0.6 for f in cut)
 
 
 def test_phases_are_found_from_the_force() -> None:

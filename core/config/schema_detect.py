@@ -150,7 +150,10 @@ class PhasesConfig(ConfigTable, frozen=True, kw_only=True):
 
     find: Annotated[
         Literal["off", "wrench"],
-        about("wrench: where no phase is given, find approach, contact and retreat from the measured force."),
+        about(
+            "wrench: where no phase is given, find approach, contact and retreat from the measured force. It "
+            "stays an exclusion, for a collision of the tool looks the same."
+        ),
     ] = "off"
     values: Annotated[
         dict[str, Literal["free", "approach", "contact", "retreat"]],
@@ -161,7 +164,7 @@ class PhasesConfig(ConfigTable, frozen=True, kw_only=True):
         Positive | None,
         about(
             "Largest tool force that is commanded, N; what exceeds it is judged. When absent: 1.5 times what "
-            "95 % of the contact stays below, and 5 N more."
+            "95 % of the contact stays below, and 5 N more; of contact that was found, from its other phases."
         ),
     ] = None
     approach: Annotated[list[Interval], about("No contact yet (t1).")] = []

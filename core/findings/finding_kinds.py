@@ -518,8 +518,8 @@ KINDS: dict[str, Kind] = {
         setting="policy.max_disturbed_at_rest",
     ),
     "phases-unknown": Kind(
-        "When contact is intended is not known, or not of every stretch of the log.",
-        'State phases in [phases] or [log] phase_topic, or set [phases] find = "wrench".',
+        "When contact is intended is not known, was found from the force alone, or is not known of all of the log.",
+        'State phases in [phases] or [log] phase_topic; [phases] find = "wrench" guesses them.',
         _EXCLUDES,
     ),
     "phases-outside": Kind(
@@ -528,8 +528,9 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "tool-force-unusual": Kind(
-        "The tool's force exceeded what was usual or allowed in contact; the excess was judged.",
-        "Look at what the tool met; [phases] force_limit_n states what is allowed.",
+        "The tool's force exceeded what was usual or allowed in contact; the excess was judged, or all of a contact "
+        "that was found and is unlike others.",
+        "Look at what the tool met; [phases] force_limit_n states what is allowed, contact when it is intended.",
         _WARNING,
     ),
     "waiver-expired": Kind(

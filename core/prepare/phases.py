@@ -84,6 +84,11 @@ def configured(config: PhasesConfig) -> bool:
     return bool(config.approach or config.contact or config.retreat)
 
 
+def found_by_force(config: PhasesConfig, logged: bool) -> bool:
+    """Whether the measured force alone says when contact is, for neither the configuration nor the log states it."""
+    return config.find == "wrench" and not configured(config) and not logged
+
+
 def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> NDArray[np.int8]:
     """Contact from the measured force, with approach and retreat as the two seconds before and after it.
 
@@ -134,16 +139,8 @@ def phase_findings(
         stated: whether the log itself stated them.
     """
     findings = _outside(time_s, config)
-    if not configured(config) and not stated:
-        if not labels.any():
-            findings.append(fact("No phases are configured ([phases]); the whole log is judged as free motion."))
-        else:
-            count = run_bounds(contact_mask(labels))[0].size
-            text = (
-                f"{count} contact phase{'' if count == 1 else 's'} found where the tool's force exceeds "
-                f"{config.contact_force_n:g} N; approach and retreat are the {_MARGIN_S:g} s before and after."
-            )
-            findings.append(fact(text))
+    if not configured(config) and not stated and not labels.any():
+        findings.append(fact("No phases are configured ([phases]); the whole log is judged as free motion."))
     if not labels.any():
         return findings
     for start, end in config.force_control:

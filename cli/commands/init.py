@@ -61,12 +61,14 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         raise ConfigError("this file exists", where=str(output), hint="--force replaces it")
     loaded = load_settings(replaced=output)
     files = one_log(logs, loaded)
+    robot = describe_robot(loaded.config.robot, loaded.base_dir)
+    movable = robot.movable if robot else ()
     known = Known(
         files,
-        describe(files, loaded.config.log),
-        guess_csv_columns(files),
+        describe(files, loaded.config.log, movable),
+        guess_csv_columns(files, movable),
         loaded,
-        describe_robot(loaded.config.robot, loaded.base_dir),
+        robot,
         given_paths(),
         guesses_of(loaded.path, overrides()),
     )

@@ -38,13 +38,15 @@ def command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
     Exit code 3 when something found here forbids judging.
     """
     from collaudit.core.logs.log_description import describe
+    from collaudit.core.robot.robot_description import describe_robot
     from collaudit.reports.terminal.log_text import log_text
     from collaudit.reports.values.visible_text import visible
 
     loaded = load_settings()
+    robot = describe_robot(loaded.config.robot, loaded.base_dir)
     looks, unusable = [], None
     for files in find_logs(logs, loaded):
-        summary = describe(files, loaded.config.log)
+        summary = describe(files, loaded.config.log, robot.movable if robot else ())
         error, checked = _audit_findings(files, loaded)
         unusable = unusable or (error if isinstance(error, ConfigError) else None)
         known = set(summary.findings)

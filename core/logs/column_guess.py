@@ -37,11 +37,12 @@ class ColumnGuess:
     wrench: WrenchColumns | None = None
 
 
-def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
+def guess_csv_columns(paths: Sequence[Path], robot: Sequence[str] = ()) -> ColumnGuess | None:
     """Column patterns and joint names recognised in tables.
 
     Args:
         paths: the files of one log.
+        robot: the robot's joints.
 
     Returns:
         None when no position columns are recognised.
@@ -50,7 +51,7 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     if not all(path.is_file() and is_table(path) for path in paths):
         return None
     try:
-        tables = assign_columns(open_tables(paths, CsvConfig()), CsvConfig())
+        tables = assign_columns(open_tables(paths, CsvConfig()), CsvConfig(), robot)
     except LogError:
         return None
     found = {q: parts for q in QUANTITIES if (parts := parts_of(tables, q))}

@@ -37,12 +37,13 @@ from collaudit.core.numeric.arrays import IntArray
 _OVERVIEW_FROM_BYTES = 128 << 20
 
 
-def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogSummary:
+def describe(paths: tuple[Path, ...], settings: LogConfig | None = None, robot: Sequence[str] = ()) -> LogSummary:
     """Say what is in a log.
 
     Args:
         paths: one file or bag folder, or several tables of one log.
         settings: column patterns of tables; common names are recognised without.
+        robot: the robot's joints, whose names the columns of a table may carry.
 
     Raises:
         LogError: a file cannot be read at all, or is of no known format.
@@ -51,7 +52,7 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
     check_there(paths)
     if all(is_table(path) for path in paths):
         try:
-            return _describe_tables(paths, settings)
+            return _describe_tables(paths, settings, robot)
         except LogError as error:
             raise misnamed(paths[0], error) from error
     summary = describe_by_overview(paths, settings)
@@ -187,16 +188,16 @@ def _holds(decoded: Decoded, quantity: str) -> bool:
     return any(group.holds(quantity) for group in decoded.groups.values())
 
 
-def _describe_tables(paths: Sequence[Path], settings: LogConfig) -> LogSummary:
+def _describe_tables(paths: Sequence[Path], settings: LogConfig, robot: Sequence[str]) -> LogSummary:
     """Columns, joints, rate and gaps of one log of tables; without joint signals, its columns."""
     readers = open_tables(paths, settings.csv)
-    files = assign_columns(readers, settings.csv)  # columns that are configured and absent are an error
+    files = assign_columns(readers, settings.csv, robot)  # columns that are configured and absent are an error
     columns = describe_columns(files, settings.csv)
     findings: tuple[Finding, ...] = ()
     name, layout = log_name(paths), readers[0].layout
     start, duration = None, None
     try:
-        table = join_tables([*readers, *open_tables(also_files(paths, settings.csv), settings.csv)], settings)
+        table = join_tables([*readers, *open_tables(also_files(paths, settings.csv), settings.csv)], settings, robot)
     except LogError as error:
         topic = TopicInfo(
             name,

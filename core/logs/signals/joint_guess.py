@@ -93,6 +93,14 @@ def joints_line(chain: Sequence[str]) -> str:
     return "[robot] joints = [" + ", ".join(f'"{name}"' for name in chain) + "]"
 
 
+def first_in_order(names: Sequence[str], robot: Sequence[str]) -> dict[str, str]:
+    """Names in the robot's order as far as both go; empty where a word of one, such as a limb's, is of other joints."""
+    pairs = dict(zip(names, robot, strict=False))
+    own = {name: len(_letters(name) & _letters(joint)) for name, joint in pairs.items()}
+    best = {name: max(len(_letters(name) & _letters(joint)) for joint in robot) for name in pairs}
+    return pairs if own == best else {}
+
+
 def _open(problem: str, by_order: Mapping[str, str], other: Mapping[str, str], why: str = "their names") -> JointGuess:
     return JointGuess(sure=False, problem=problem, candidates={"the order of the robot": by_order, why: other})
 
@@ -153,7 +161,8 @@ def _shifted(names: Sequence[str], robot: Sequence[str]) -> JointGuess:
 
 def _counts_differ(names: Sequence[str], robot: Sequence[str], by_words: Mapping[str, str]) -> JointGuess:
     candidates = {"words of their names": by_words} if by_words else {}
-    candidates["the first of the robot, in order"] = dict(zip(names, robot, strict=False))
+    if by_order := first_in_order(names, robot):
+        candidates["the first of the robot, in order"] = by_order
     problem = f"the log has {len(names)} joints and the robot {len(robot)}, under other names"
     return JointGuess(sure=False, problem=problem, candidates=candidates, chains=_chains(len(names), robot))
 
@@ -184,6 +193,10 @@ def _shared(one: str, other: str) -> int:
 
 def _words(name: str) -> set[str]:
     return {word for word in re.split(r"[^a-z0-9]+", name.lower()) if word} - {"joint"}
+
+
+def _letters(name: str) -> set[str]:
+    return set(re.findall("[a-z]+", name.lower())) - {"joint"}
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

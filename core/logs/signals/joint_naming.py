@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints, joints_line, mapping_line
+from collaudit.core.logs.signals.joint_guess import JointGuess, first_in_order, guess_joints, joints_line, mapping_line
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def _used(
         LogError: it is not sure enough to be used unasked.
     """
     if not guess.sure:
-        proposed = [guess.mapping] if guess.mapping else list(guess.candidates.values())
+        proposed = [guess.mapping] if guess.mapping else list(guess.candidates.values()) or [dict.fromkeys(names, "…")]
         raise LogError(
             "none of the log's joints is a joint of the robot" if not guess.problem else guess.problem,
             where=where,
@@ -125,7 +125,7 @@ def _kept(
             where=where,
             found=listed(names),
             expected=listed(robot),
-            hint="map them, " + mapping_line(dict(zip(names, robot, strict=False))),
+            hint="map them, " + mapping_line(first_in_order(names, robot) or dict.fromkeys(names, "…")),
         )
     findings = list(said)
     ignored = [log for target, log in mapped.items() if target not in set(robot)]

@@ -20,6 +20,7 @@ from collaudit.core.logs.tables.column_groups import (
     with_unknown,
 )
 from collaudit.core.logs.tables.column_patterns import (
+    MOTION,
     QUANTITIES,
     Found,
     bare,
@@ -90,13 +91,14 @@ def _meaning_in(names: Sequence[str], found: Found) -> Meaning:
     return known or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern)) or found.meaning
 
 
-def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assignment:
+def assign(names: Sequence[str], settings: CsvConfig, *, header: bool, robot: Sequence[str] = ()) -> Assignment:
     """Assign a file's columns.
 
     Args:
         names: column names.
         settings: the configuration's patterns; what it leaves open is recognised by common names.
         header: False for files without names, which are never guessed.
+        robot: the robot's joints; columns that carry their names are named, not numbered.
 
     Raises:
         LogError: the configuration names columns the file does not have.
@@ -110,7 +112,7 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
     quantities = {quantity: found for quantity, found in configured.items() if found is not None}
     choices: dict[str, Choice] = {}
     if header and not stated:
-        quantities, choices = recognise(names, time)
+        quantities, choices = recognise(names, time, robot)
         guessed = [*quantities, *guessed]
     wrench = [column_index(names, key) for key in settings.wrench or ()]
     six = tuple(index for index in wrench if index is not None)
@@ -127,7 +129,9 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
     )
 
 
-def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found], dict[str, Choice]]:
+def recognise(
+    names: Sequence[str], time: int | None, robot: Sequence[str] = ()
+) -> tuple[dict[str, Found], dict[str, Choice]]:
     """Quantities by the names of their columns, and what the vocabulary says of the numbered ones."""
     every = [name if index != time else "" for index, name in enumerate(names)]
     groups = numbered_groups(every)
@@ -140,16 +144,14 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     fast = choices["velocity"]
     if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
         choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
-    found: dict[str, Found] = {}
-    for quantity, choice in choices.items():
+    found = _named_joints(every, choices, robot)
+    choices |= {quantity: _beside(choices[quantity], each) for quantity, each in found.items()}
+    for quantity in [each for each in choices if each not in found]:
         named = _guess_named(unnumbered, quantity)
-        numbered = choice.taken
-        if numbered is not None and named is not None and _mostly_named(named, numbered):
-            # those with a number (wrist_1_joint) are named as well
-            named = _guess_named(every, quantity) or named
+        numbered = choices[quantity].taken
         if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
             found[quantity] = numbered
-        elif named is not None and not choice.open:
+        elif named is not None and not choices[quantity].open:
             found[quantity] = named
             unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
     used = {column for each in found.values() for column in each.columns}
@@ -157,26 +159,52 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
 
 
-def _mostly_named(named: Found, numbered: Found) -> bool:
-    """Whether as many joints have names without a number."""
-    return sum(not re.search(r"\d", joint) for joint in named.joints) >= len(numbered.columns)
+def _named_joints(names: Sequence[str], choices: Mapping[str, Choice], robot: Sequence[str]) -> dict[str, Found]:
+    """Quantities whose columns have numbers in the names of joints, such as ``wrist_1_joint``: numbering loses joints.
+
+    The names are alike in all quantities. As many joints as are numbered have other names, or names of the robot.
+    """
+    counted = [quantity for quantity, choice in choices.items() if choice.taken is not None or choice.open]
+    named = {quantity: found for quantity in counted if (found := _guess_named(names, quantity)) is not None}
+    joints = [set(named[quantity].joints) for quantity in MOTION if quantity in named]
+    alike = set.intersection(*joints) if "position" in named else set()
+    return {key: found for key, found in named.items() if _keeps_names(found, choices[key], alike, robot)}
+
+
+def _beside(choice: Choice, named: Found) -> Choice:
+    """What is passed over for columns that are named."""
+    return Choice(None, tuple(group for group in choice.passed if not {*group.columns} <= {*named.columns}))
+
+
+def _keeps_names(named: Found, choice: Choice, alike: set[str], robot: Sequence[str]) -> bool:
+    groups = (choice.taken,) if choice.taken is not None else choice.open
+    joint_of = dict(zip(named.columns, named.joints, strict=True))
+    numbered = {column for group in groups for column in group.columns}
+    other = {joint for column, joint in joint_of.items() if column not in numbered} & alike
+    own = alike & set(robot)
+    return numbered <= joint_of.keys() and any(
+        max(len(other), len(own - set(group.joints))) >= len(group.columns) for group in groups
+    )
 
 
 def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
     """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
-    words_of_pattern: dict[str, str] = {}
+    known: dict[str, Meaning] = {}
+    holders = set()
     for text in {form.strip().lower() for name in names for form in (name, bare(name))}:
         for cut in _BETWEEN.finditer(text):
-            words_of_pattern["{joint}" + text[cut.start() :]] = text[cut.end() :]
-            words_of_pattern[text[: cut.end()] + "{joint}"] = text[: cut.start()]
-    candidates = ((pattern, meaning_of(words)) for pattern, words in words_of_pattern.items())
-    known = [
-        (pattern, meaning)
-        for pattern, meaning in candidates
-        if meaning is not None and meaning.quantity == quantity and is_measured(meaning) and not meaning.motor
-    ]
+            for pattern, words in (
+                ("{joint}" + text[cut.start() :], text[cut.end() :]),
+                (text[: cut.end()] + "{joint}", text[: cut.start()]),
+            ):
+                meaning = meaning_of(words)
+                if meaning is not None and meaning.quantity == quantity and is_measured(meaning) and not meaning.motor:
+                    known[pattern] = meaning
+                    holders.add(text)
     best: Found | None = None
-    for pattern, meaning in sorted(known, key=lambda each: (preference(each[1]), len(each[0]), each[0])):
+    for pattern, meaning in sorted(known.items(), key=lambda each: (preference(each[1]), len(each[0]), each[0])):
+        if best is not None and len(best.columns) >= len(holders):
+            break  # no other pattern finds more
         matched = match_pattern(names, pattern)
         found = None if matched is None else _of_joints(replace(matched, meaning=meaning))
         if found is not None and (best is None or len(found.columns) > len(best.columns)):
@@ -186,10 +214,12 @@ def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
 
 def _of_joints(found: Found) -> Found | None:
     """Without columns of no joint, and with what stands before all joints' names as part of the pattern."""
+    turned = any(re.fullmatch(r"(.*[^a-z])?x\d*", joint.lower()) for joint in found.joints)
+    number = r"\d" if turned else r"(?<!^w)\d"  # w1 beside no x is a wrist, and no part of an orientation
     kept = [
         (joint, column)
         for joint, column in zip(found.joints, found.columns, strict=True)
-        if (words := [re.sub(r"\d", "", word) for word in words_of(joint)])
+        if (words := [re.sub(number, "", word) for word in words_of(joint)])
         and _NO_JOINT.isdisjoint((words[0], words[-1]))
         and _QUANTITIES.isdisjoint(words)
     ]

@@ -40,7 +40,9 @@ class AssignedTable:
     assignment: Assignment
 
 
-def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[AssignedTable]:
+def assign_columns(
+    readers: Sequence[TableReader], settings: CsvConfig, robot: Sequence[str] = ()
+) -> list[AssignedTable]:
     """Find out what the columns of each table are.
 
     Raises:
@@ -50,7 +52,7 @@ def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[
     first = _time_in_first(readers)
     for reader in readers:
         try:
-            out.append(AssignedTable(reader, _assigned(reader, settings, first)))
+            out.append(AssignedTable(reader, _assigned(reader, settings, first, robot)))
         except LogError as error:
             error.where = str(reader.path)
             raise
@@ -97,9 +99,10 @@ def _time_in_first(readers: Sequence[TableReader]) -> int | None:
     return 0 if len(unnamed) > 1 and len({reader.first_cells(0) for reader in unnamed}) == 1 else None
 
 
-def _assigned(reader: TableReader, settings: CsvConfig, first: int | None) -> Assignment:
+def _assigned(reader: TableReader, settings: CsvConfig, first: int | None, robot: Sequence[str]) -> Assignment:
     own = settings.changed(_of_this_file(reader, settings))
-    assignment = _with_named_joints(reader, assign(reader.names, own, header=reader.named))
+    assignment = assign(reader.names, own, header=reader.named, robot=robot)
+    assignment = _with_named_joints(reader, assignment, robot)
     if assignment.quantities or any(getattr(settings, key) is not None for key in QUANTITIES):
         return assignment
     if assignment.time is None and settings.row_period_s is None:
@@ -165,20 +168,29 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
     return (quantity, Found.numbered(whole[0].places, f"{file}:{whole[0].pattern}", meaning)) if whole else None
 
 
-def _with_named_joints(reader: TableReader, assignment: Assignment) -> Assignment:
-    """Numbered columns of a message under the names that the table holds beside them; else as they are.
+def _with_named_joints(reader: TableReader, assignment: Assignment, robot: Sequence[str]) -> Assignment:
+    """Numbered columns under the names that the table holds beside a message's, or the robot's in theirs.
 
     Raises:
         LogError: the names differ from row to row: several publishers take turns, and no column is one joint's.
     """
     quantities = dict(assignment.quantities)
-    for quantity in MOTION:
-        found = quantities.get(quantity)
-        if found is not None and counts_message(found.pattern) and found.is_numbered:
-            joints = _joint_names_of(reader, found)
-            if joints is not None:
-                quantities[quantity] = replace(found, joints=joints)
+    for quantity, found in quantities.items():
+        if not found.is_numbered:
+            continue
+        joints = _joint_names_of(reader, found) if quantity in MOTION and counts_message(found.pattern) else None
+        joints = joints or _robot_names_of(reader, found, robot)
+        if joints is not None:
+            quantities[quantity] = replace(found, joints=joints)
     return replace(assignment, quantities=quantities)
+
+
+def _robot_names_of(reader: TableReader, found: Found, robot: Sequence[str]) -> tuple[str, ...] | None:
+    """The robot's joint whose whole name is in each column's, where each has one of its own."""
+    whole = [(joint, re.compile(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])")) for joint in robot]
+    hits = [[joint for joint, name in whole if name.search(reader.names[index])] for index in found.columns]
+    joints = tuple(max(hit, key=len) for hit in hits if hit)
+    return joints if len(set(joints)) == len(found.columns) else None
 
 
 def _joint_names_of(reader: TableReader, found: Found) -> tuple[str, ...] | None:

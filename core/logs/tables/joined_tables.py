@@ -62,17 +62,18 @@ class JointTable:
     texts: dict[str, tuple[str, ...]]
 
 
-def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTable:
+def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequence[str] = ()) -> JointTable:
     """Read one log from one or several tables.
 
     Args:
         readers: the tables, those of :func:`~collaudit.core.logs.opening.also_files` among them.
         settings: patterns and units.
+        robot: the robot's joints, as of :func:`collaudit.core.logs.tables.column_assignment.assign`.
 
     Raises:
         LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
-    files = sorted(assign_columns(readers, settings.csv), key=lambda file: file.assignment.time is None)
+    files = sorted(assign_columns(readers, settings.csv, robot), key=lambda file: file.assignment.time is None)
     check_columns(files)
     _check_signals(files, settings.csv)
     names = _joints_of(files)

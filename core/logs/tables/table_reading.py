@@ -49,7 +49,7 @@ def read_table_log(
     Raises:
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
-    table = join_tables(readers, settings)
+    table = join_tables(readers, settings, robot_joints or ())
     bounds.take_values(table.time_s.size, 1 + sum(values.shape[1] for values in table.columns.values()))
     _check_stated(table, settings.csv, name)
     names = list(table.names)

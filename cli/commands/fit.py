@@ -61,8 +61,8 @@ def command(
 
     Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
 
-    Exit code 3 when no joint has usable friction (none could be fitted, or every effort looks inverted), or the logs
-    are mostly contact.
+    Exit code 3 when no joint has usable friction (none could be fitted, or every effort looks inverted), or most of
+    the motion looks like contact.
     """
     from collaudit.core import api
     from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile

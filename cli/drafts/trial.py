@@ -46,6 +46,7 @@ class Trial:
         result: of the audit; None where it could not be made.
         findings: of reading and preparing, as ``inspect`` shows them.
         obstacle: the error that ended the trial.
+        unfitted: the error for which nothing was fitted on it.
     """
 
     log: JointLog | None = None
@@ -54,6 +55,7 @@ class Trial:
     result: AuditResult | None = None
     findings: tuple[Finding, ...] = ()
     obstacle: CollauditError | None = None
+    unfitted: CollauditError | None = None
 
     @property
     def tried_s(self) -> float:
@@ -104,8 +106,11 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
         # a fit tells automatic thresholds, and the gain of an effort in a unit of its own
         own = friction is None and (config.detect.gamma_nm == "auto" or config.log.units.effort == "raw")
         report(2, 10)
-        if own and (friction := _own_fit(prepared, loaded, origin, stage(report, 0.2, 0.6))) is not None:
-            prepared = calibrated(prepared, Calibration.of(friction, config), config)
+        fitted = _own_fit(prepared, loaded, origin, stage(report, 0.2, 0.6)) if own else None
+        if isinstance(fitted, CollauditError):
+            trial = replace(trial, unfitted=fitted)
+        elif fitted is not None:
+            friction, prepared = fitted, calibrated(prepared, Calibration.of(fitted, config), config)
         report(6, 10)
         # What is fitted on the log itself is no evidence, and enough to see whether the log can be judged.
         config = config.changed({"policy": config.policy.changed({"same_log": "allow"})})
@@ -115,8 +120,13 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
     return replace(trial, result=judged.result)
 
 
-def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance, report: Progress) -> FrictionFile | None:
-    """Friction and thresholds of the log that is tried; None where it shows no friction, as of an arm at rest."""
+def _own_fit(
+    prepared: Prepared, loaded: LoadedConfig, origin: Provenance, report: Progress
+) -> FrictionFile | CollauditError | None:
+    """Friction and thresholds of the log that is tried; None where it shows no friction, as of an arm at rest.
+
+    An error where it cannot be fitted at all.
+    """
     from collaudit.core.fitting import fit_logs
 
     try:
@@ -124,8 +134,8 @@ def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance, repor
         quick = fit.changed({"max_samples": min(fit.max_samples, _SAMPLES), "blocks": min(fit.blocks, _FOLDS)})
         config, others = loaded.config.changed({"fit": quick}), bool(loaded.config.detect.compare)
         fitted = fit_logs([prepared], config, origin, progress=report, detectors=others)
-    except CollauditError:
-        return None
+    except CollauditError as error:
+        return error
     return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None
 
 
@@ -203,7 +213,9 @@ def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]
         out += list(result.reasons[:_SHOWN])
         if len(result.reasons) > _SHOWN:
             out.append(f"… and {len(result.reasons) - _SHOWN} more reasons, which collaudit detect lists")
-        if result.friction and all(fit.model is None for fit in result.friction.values()):
+        if trial.unfitted is not None:
+            out.append(trial.unfitted.render())
+        elif result.friction and all(fit.model is None for fit in result.friction.values()):
             out.append(
                 "friction, which this log is too short or too still to show: fit it on a run in which the joints move, "
                 "collaudit fit LOG -c FILE -o friction.json, and add --friction friction.json"

@@ -409,6 +409,7 @@ class LeftOut:
         share: of the time in which the arm moved, margins included.
         share_seen: the same without margins, of the motion of the joint that has the least left.
         refused: whether so much of the log looks like contact that nothing was fitted on it.
+        by_joint: share of the motion of each joint in which its own effort looks so; empty by labels.
     """
 
     by: LeftOutBy
@@ -417,3 +418,4 @@ class LeftOut:
     share: float
     share_seen: float
     refused: bool
+    by_joint: dict[str, float] = field(default_factory=dict)

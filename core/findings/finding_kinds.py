@@ -382,7 +382,8 @@ KINDS: dict[str, Kind] = {
         "Stretches of a log were left out of its fit: contact, a stop or a fault, found or labelled; or the whole log, "
         "since most of it is inconsistent with the rest.",
         'Nothing, if something did happen there. If the log is free of contact, state [fit] contact = "none". If '
-        "nothing was fitted on it, record motion without contact, or label the contacts: --truth, --labels.",
+        "nothing was fitted on it, check description, mounting, order of joints, signs and units first; else record "
+        "motion without contact, or label the contacts: --truth, --labels.",
         _EITHER,
         setting="fit.contact",
     ),

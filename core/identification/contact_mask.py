@@ -11,6 +11,7 @@ Nothing here is a result of its own: friction and inertials are fitted afterward
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from math import ceil
 
@@ -66,17 +67,18 @@ def find_contact(
     fits = list(ordered_map(partial(_fit, motion), joints))
     rests = motion.rests(joints, fits, stage(progress, 0.5, 1.0))
     core = np.zeros(motion.rows.size, dtype=np.bool_)
-    ratios = []
+    ratios, shares = [], {}
     for joint, fit, rest in zip(joints, fits, rests, strict=True):
         stretches, ratio = _stretches(joint, fit, *rest)
         core |= stretches
         ratios.append((names[joint.j], ratio))
+        shares[names[joint.j]] = _share(stretches, joint.settled)
     wide = widened(core, round(_MARGIN_S / motion.period_s))
     spans = _spans(wide, ratios, series.time_s[motion.rows])
     wide = motion.samples(wide)
     seen = max(_share(core, part) for part in (motion.moving, *(joint.settled for joint in joints)))
     facts = _facts("stated" if stated_free else "found", wide, seen, prepared, spans)
-    return (np.zeros(n, dtype=bool) if stated_free else wide), facts
+    return (np.zeros(n, dtype=bool) if stated_free else wide), replace(facts, by_joint=shares)
 
 
 def labelled_contact(prepared: Prepared, times_s: Sequence[tuple[float, float]]) -> tuple[BoolArray, LeftOut]:

@@ -18,6 +18,14 @@ from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
 
 _SHOWN = 6  # stretches that a message lists
+_TOLD = 0.01  # share of a joint's motion from which it is named
+#: What makes most of a log look like contact. A wrong statement spoils every log alike, so it comes first.
+_CAUSES = (
+    "if nothing touched the arm, check the description (is it of this arm?), its mounting ([robot] base_rpy_deg), the "
+    "order of the joints, and sign and unit of their efforts ([log.units]). If something did, record a run without "
+    "contact, or say where it was: --truth, --labels. Last, --free-of-contact: all is fitted, what looks like contact "
+    "too, and thresholds grow by it"
+)
 Times = Sequence[tuple[float, float]]
 
 
@@ -78,19 +86,25 @@ def cleaned(
 
 
 def refuse_if_nothing_is_left(found: CleanedLogs) -> None:
-    """Fitting needs one log that is not mostly contact.
+    """Fitting needs one log that for the most part agrees with itself.
 
     Raises:
         NotJudgedError: there is none.
     """
     if found.left_out and all(facts.refused for facts in found.left_out.values()):
-        shares = ", ".join(f"{100 * facts.share_seen:.0f} % of {name}" for name, facts in found.left_out.items())
         raise NotJudgedError(
-            "nothing can be fitted: most of the motion looks like contact, a stop or a fault",
-            found=shares,
-            expected="motion that for the most part is free of contact",
-            hint="record such a log, or say where the contacts are: --truth, --labels, or --free-of-contact",
+            "nothing can be fitted: most of the motion is not what the described arm does without contact",
+            found="; ".join(f"{_share_text(facts)} of {name}" for name, facts in found.left_out.items()),
+            expected="efforts that the arm needs without contact, in most of the motion",
+            hint=_CAUSES,
         )
+
+
+def _share_text(facts: LeftOut) -> str:
+    """The share of a log that is off, and the joints that show it with theirs, the largest first."""
+    largest = sorted(facts.by_joint.items(), key=lambda item: -item[1])
+    joints = ", ".join(f"{joint} {100 * share:.0f} %" for joint, share in largest if share >= _TOLD)
+    return f"{100 * facts.share_seen:.0f} %{f' ({joints})' if joints else ''}"
 
 
 def times_text(spans: Sequence[LeftOutSpan]) -> str:
@@ -107,8 +121,8 @@ def _findings(name: str, facts: LeftOut, suspected: Sequence[LeftOutSpan]) -> li
     out = []
     if facts.refused:
         text = (
-            f"{100 * facts.share_seen:.0f} % of the motion in {name} is inconsistent with the rest: mostly contact, "
-            "stops or faults. Nothing of this log was fitted."
+            f"{_share_text(facts)} of the motion in {name} is inconsistent with the rest: contact, stops or faults, or "
+            "another arm, mounting, order of joints, sign or unit of an effort than stated. Nothing of it was fitted."
         )
         out.append(Finding("fit-left-out", "warning", text, where=name))
     elif facts.by != "stated" and facts.spans:

@@ -38,7 +38,7 @@ def fit_sections(friction: FrictionFile, detail: bool = False) -> tuple[Section,
 def _left_out(facts: LeftOut) -> str:
     """What the fit of one log did without; empty where it used all."""
     if facts.refused:
-        return "mostly contact, nothing of it was fitted"
+        return "most of its motion is inconsistent with the rest, nothing of it was fitted"
     what = f"{len(facts.spans)} stretches, {facts.seconds:.3g} s, {100 * facts.share:.2g} % of the motion, left out"
     match facts.by:
         case "stated":

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from collaudit.cli.drafts import trial as trials
+from collaudit.core.identification import contact_mask
 
 
 def _moved(arm, path: Path, rows: int) -> Path:
@@ -76,6 +77,16 @@ def test_a_missing_robot_is_said_with_its_line(arm, collaudit, tmp_path: Path) -
     assert outcome.code == 3
     assert '[robot] urdf = "arm.urdf"' in outcome.err and "next:" not in outcome.err
     assert "joint1, joint2" in outcome.err
+
+
+def test_a_refused_fit_keeps_its_own_reason(arm, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Joints that move for a minute and look like contact all the time: neither too short nor too still."""
+    monkeypatch.setattr(contact_mask, "MOSTLY", -1.0)
+    text = re.sub(r"^gamma_nm.*\n", "", arm.config.read_text(), flags=re.MULTILINE)
+    (tmp_path / "robot.toml").write_text(text)
+    outcome = collaudit("init", arm.clean, "-c", tmp_path / "robot.toml", "-o", tmp_path / "c.toml")
+    assert outcome.code == 3
+    assert "too still" not in outcome.err and "base_rpy_deg" in outcome.err, outcome.err
 
 
 def test_a_log_too_still_for_friction_asks_for_another_run(arm, collaudit, tmp_path: Path) -> None:

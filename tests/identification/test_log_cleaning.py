@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -17,7 +18,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.contact_mask import FAR, _reaching, find_contact, labelled_contact
-from collaudit.core.identification.log_cleaning import cleaned
+from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
@@ -124,6 +125,21 @@ def test_a_log_that_is_mostly_contact_is_refused(free: Any) -> None:
     assert [f.code for f in both.findings] == ["fit-left-out"]
     assert both.logs[1].series.effort is not None
     assert np.isnan(both.logs[1].series.effort).all()
+
+
+def test_two_swapped_efforts_are_named_and_contact_is_not_their_only_cause(free: Any) -> None:
+    clean, settings = free("paper6")
+    series = clean.start.series
+    swapped = replace(series, effort=np.asfortranarray(series.effort[:, [0, 1, 2, 3, 5, 4]]))
+    log = _modelled(replace(clean.start, series=swapped), clean.calibration, settings.config, None)
+    found = cleaned([log], settings.config)
+    with pytest.raises(NotJudgedError) as refused:
+        refuse_if_nothing_is_left(found)
+    assert re.fullmatch(r"\d+ % \(joint5 \d+ %, joint6 \d+ %\) of .*", refused.value.found or "")
+    assert "joint5" in found.findings[0].text and "order of joints" in found.findings[0].text
+    said = refused.value.hint or ""
+    causes = ("description", "base_rpy_deg", "order of the joints", "sign and unit", "--labels", "--free-of-contact")
+    assert sorted(causes, key=said.index) == list(causes)
 
 
 def test_a_wrong_statement_leaves_nothing_out_and_is_said(free: Any) -> None:

@@ -116,7 +116,7 @@ class Draft:
         inverted = {finding.joint: -1 for finding in findings if finding.kind.setting == "log.units.effort_sign"}
         units = self.sections["log.units"]
         if inverted and not any(line.key == "effort_sign" and line.active for line in units.lines):
-            why = "these run against the model; uncomment the line if their effort is inverted"
+            why = "these run against the model; uncomment the line if the mounting is right and their effort inverted"
             units.put(Line("effort_sign", inverted, why, active=False))
 
     def _main_topic(self) -> TopicInfo | None:

@@ -125,6 +125,8 @@ def _add_sign_choice(units: Section, prepared: Prepared) -> None:
     silent = [name for name in prepared.judged if name not in (*inverted, *upright)]
     if prepared.sign_delay is not None or len(inverted) < 2 or upright or not silent:
         return
+    if prepared.upright.intersection(inverted):  # the mounting is asked for there, and no sign
+        return
     shown = "; ".join(
         f"{g.joint} {g.gain:.2f} ({g.ci95[0]:.2f} to {g.ci95[1]:.2f})" for g in prepared.gains if g.inverted
     )

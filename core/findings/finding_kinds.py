@@ -274,7 +274,8 @@ KINDS: dict[str, Kind] = {
     "effort-sign-inverted": Kind(
         "Effort runs against the model's gravity torque, or along the motion where friction opposes it: its sign looks "
         "inverted.",
-        "State [log.units] effort_sign: -1 if it is inverted, 1 if not. Check model, mounting and joint names.",
+        "Check model, mounting ([robot] base_rpy_deg) and joint names; then state [log.units] effort_sign: -1 if it is "
+        "inverted, 1 if not.",
         _JOINT,
         setting="log.units.effort_sign",
     ),
@@ -402,9 +403,16 @@ KINDS: dict[str, Kind] = {
         setting="fit.contact",
     ),
     "friction-not-physical": Kind(
-        "The data fit best with physically impossible friction: it would generate power, or fall below a bound.",
+        "The data fit best with physically impossible friction, which falls below a bound.",
         "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",
         _DOUBTS,
+    ),
+    "friction-gives-power": Kind(
+        "A joint's friction gives power, in a log or as a law that was fitted: no joint has such friction, and contact "
+        "in it may go unseen.",
+        "Check mounting ([robot] base_rpy_deg), sign, delay and unit of the effort, and the robot's inertials, and "
+        "whether the arm was led by hand.",
+        {"warning": "excludes-and-doubts"},
     ),
     "friction-same-log": Kind(
         "Friction, and thresholds with it, were fitted on the log that is judged: on it alone (error) or among others.",

@@ -247,22 +247,23 @@ def _physics_findings(joint: str, fit: FrictionFit, known: Sequence[EffortGain])
         return []
     if not fit.dissipates:
         cause = (
-            "while its gravity torque has the right sign: a delay, an error of the model's torque, or a hand that "
-            "leads the arm."
+            "while its gravity torque has the right sign: sign and mounting ([robot] base_rpy_deg) are both wrong, or "
+            "a delay, an error of the model's torque, or a hand that leads the arm."
             if known
-            else "as an effort with inverted sign does; see [log.units] effort_sign."
+            else "as an effort with inverted sign does, or one turned to suit a wrong mounting; see [log.units] "
+            "effort_sign and [robot] base_rpy_deg."
         )
         text = (
             f"Friction of joint '{joint}' is negative at nearly every speed measured: it would drive the joint, "
-            f"{cause} The law was fitted as the data say."
+            f"{cause} The law was fitted as the data say: contact may go unseen by it."
         )
-    elif fit.unphysical:
-        text = (
-            f"The data of joint '{joint}' ask for {', '.join(fit.unphysical)}, which friction cannot have; it was held "
-            "at 0. An error of the model's torque, a delay, or too narrow a range of speeds can cause this."
-        )
-    else:
+        return [Finding("friction-gives-power", "warning", text, joint=joint)]
+    if not fit.unphysical:
         return []
+    text = (
+        f"The data of joint '{joint}' ask for {', '.join(fit.unphysical)}, which friction cannot have; it was held "
+        "at 0. An error of the model's torque, a delay, or too narrow a range of speeds can cause this."
+    )
     return [Finding("friction-not-physical", "warning", text, joint=joint)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import few_values, weighted_median
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
-from collaudit.core.prepare.effort.gain_findings import gains_at
+from collaudit.core.prepare.effort.gain_findings import MOUNTING_FIRST, gains_at
 from collaudit.core.prepare.prepared import Prepared
 
 _AS_TORQUE = (0.6, 1.67)
@@ -58,7 +58,7 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
     heard = weight > _HEARD * weight.sum()
     negative = float(np.mean(gain[heard] < 0))
     numbers = "; ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g}, {g.ci95[1]:.3g}]" for g in known)
-    text = _words(known, typical, alike, negative, prepared.series.effort_unit)
+    text = _words(known, typical, alike, negative, prepared.series.effort_unit, prepared.upright)
     if delay is not None:
         text = f"After correction of its delay of {1e3 * delay.seconds:.0f} ms: {text[0].lower()}{text[1:]}"
     doubt = prepared.series.effort_unit == "Nm" and not (alike >= _MOST and _AS_TORQUE[0] <= typical < _DOUBLED[0])
@@ -66,10 +66,14 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
     return [Finding("effort-kind", "warning" if doubt else "info", text)]
 
 
-def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: float, unit: str) -> str:
+def _words(
+    known: Sequence[EffortGain], typical: float, alike: float, negative: float, unit: str, upright: Collection[str]
+) -> str:
     signs = "its sign is inverted" if negative == 1.0 else "its signs are mixed" if negative > 0.0 else ""
     flip = ", ".join(f'"{g.joint}" = -1' for g in known if g.gain < 0)
     mend = f" To correct it: [log.units] effort_sign = {{ {flip} }}." if flip else ""
+    turned = ", ".join(g.joint for g in known if g.gain < 0 and g.joint in upright)
+    mend = f" {turned}: {MOUNTING_FIRST}.{mend.replace('it:', 'a sign that is inverted:')}" if turned else mend
     if alike < _MOST or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:
         constants = ", ".join(f'"{g.joint}" = {1 / abs(g.gain):.3g}' for g in known)
         also = f", and {signs}" if signs else ""

@@ -27,7 +27,7 @@ from collaudit.core.prepare.commanded_force import contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import effort_kind
-from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.friction_sign import FrictionSign, friction_sign_findings, friction_signs
 from collaudit.core.prepare.effort.gain_findings import (
     effort_findings,
     identified_scale_findings,
@@ -180,16 +180,21 @@ def modelled(
     findings += [*switched, *about_states, *raw_effort_findings(series)]
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     gains: tuple[EffortGain, ...] = ()
+    signs: tuple[FrictionSign, ...] = ()
+    upright: frozenset[str] = frozenset()
     delay = None
     if rigid is not None and series.effort is not None:
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        gains = _gains_with_free_tool(gains, series, robot, rigid, start, contact, config)
+        if start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
+            signs = friction_signs(series, rigid, contact)
+        upright = frozenset(sign.joint for sign in signs if sign.positive)
+        gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
         if not switched:
             inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
             findings += payload_findings(series, robot, explained, [j for j in start.judged if j not in inverted])
         late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
         signed = _signed(config)
-        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
+        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed, upright)
         findings += found
         if delay is None:  # of a late effort no scale is known
             described, identified, tool = gains, calibration.identified, config.robot.tool.frame
@@ -197,10 +202,7 @@ def modelled(
                 lacking = () if identified is None else identified.estimate
                 described = described_gains(series, start.robot, contact, start.load_nm, lacking, tool)
             scale += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
-        if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
-            findings += friction_sign_findings(
-                friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
-            )
+            findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
     findings += [*scale, *about]
     return Prepared(
         series,
@@ -216,6 +218,7 @@ def modelled(
         start,
         quiet,
         in_joint_units(scale, robot.sliding),
+        upright=upright,
     )
 
 
@@ -223,7 +226,7 @@ def _gains_with_free_tool(
     gains: tuple[EffortGain, ...],
     series: UniformSeries,
     robot: RobotModel,
-    rigid: FloatArray,
+    upright: frozenset[str],
     start: ConditionedLog,
     contact: FloatArray | None,
     config: Config,
@@ -232,12 +235,11 @@ def _gains_with_free_tool(
 
     A tool that is not described can outweigh a wrist as it is, and turn the torque of gravity round.
     """
-    if start.effort_kind.source == "joint" or not any(gain.inverted for gain in gains):
+    doubted = {gain.joint for gain in gains if gain.inverted and gain.joint in upright}
+    if not doubted:
         return gains
-    upright = {sign.joint for sign in friction_signs(series, rigid, contact) if sign.positive}
     lacking, frame = ("rotor", "tool"), config.robot.tool.frame
     described = {g.joint: g for g in described_gains(series, robot, contact, start.load_nm, lacking, frame)}
-    doubted = {gain.joint for gain in gains if gain.inverted and gain.joint in upright}
     return tuple(
         described[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in described
     )

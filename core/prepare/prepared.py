@@ -66,6 +66,7 @@ class Prepared(shown.Showing):
         quiet: joints whose model torque is used without the bands that are noise.
         scale: those of the findings that are on the size of the effort against the model.
         effort_smoothing: by joint how far the effort is smoothed over time; empty where no motion tells.
+        upright: joints whose friction clearly takes power with their effort's sign as it is.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
 
@@ -83,6 +84,7 @@ class Prepared(shown.Showing):
     quiet: tuple[ModelBandwidth, ...] = ()
     scale: tuple[Finding, ...] = ()
     effort_smoothing: Mapping[str, Smoothing] = field(default_factory=dict)
+    upright: frozenset[str] = frozenset()
     judged_series: UniformSeries = field(init=False)
 
     def __post_init__(self) -> None:

@@ -15,13 +15,14 @@ from collaudit.core.prepare.effort.effort_gain import EffortGain
 JOINTS = ("pan", "lift", "elbow")
 
 
-def offered(gains: dict[str, float], found: tuple[str, ...]) -> list[Any]:
+def offered(gains: dict[str, float], found: tuple[str, ...], upright: tuple[str, ...] = ()) -> list[Any]:
     """Lines of effort_sign behind #, for joints with these gains, of which some were found inverted."""
     prepared = SimpleNamespace(
         judged=JOINTS,
         gains=tuple(EffortGain(joint, gain, (gain - 0.1, gain + 0.1), 0.9) for joint, gain in gains.items()),
         findings=tuple(Finding("effort-sign-inverted", "error", "", joint=joint) for joint in found),
         sign_delay=None,
+        upright=frozenset(upright),
     )
     section = Section("log.units")
     draft_evidence._add_sign_choice(section, prepared)  # type: ignore[arg-type]
@@ -32,6 +33,10 @@ def offered(gains: dict[str, float], found: tuple[str, ...]) -> list[Any]:
 def test_all_joints_alike_are_offered_where_one_is_silent() -> None:
     every = dict.fromkeys(JOINTS, -1)
     assert offered({"lift": -1.5, "elbow": -1.7}, ("lift", "elbow")) == [(every, False)]
+
+
+def test_no_sign_is_offered_where_the_mounting_is_asked_for() -> None:
+    assert offered({"lift": -1.5, "elbow": -1.7}, ("lift", "elbow"), upright=("lift", "elbow")) == []
 
 
 @pytest.mark.parametrize(

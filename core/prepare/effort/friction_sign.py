@@ -160,9 +160,10 @@ def friction_sign_findings(
         )
         if gain is not None and gain.known:
             text = (
-                f"{evidence}, while its gravity torque has the right sign: delay, inertia or a person guiding the arm."
+                f"{evidence}, while its gravity torque has the right sign: sign and mounting ([robot] base_rpy_deg) "
+                "are both wrong, or delay, inertia or a person guiding the arm."
             )
-            out.append(Finding("friction-not-physical", "warning", text, joint=sign.joint))
+            out.append(Finding("friction-gives-power", "warning", text, joint=sign.joint))
         elif sign.joint in stated:
             text = f"{evidence}. Its sign was taken as [log.units] effort_sign states it."
             out.append(Finding("effort-sign-inverted", "warning", text, joint=sign.joint))

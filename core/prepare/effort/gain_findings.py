@@ -19,6 +19,11 @@ from collaudit.core.robot.robot_model import RobotModel
 
 #: A delay below this explains no sign, s.
 _LATE_S = 0.02
+#: What is said where gravity is turned round and friction is not: an inverted effort turns both.
+MOUNTING_FIRST = (
+    "Friction takes power with the sign as it is, so gravity looks turned over: check the mounting first, [robot] "
+    "base_rpy_deg"
+)
 _SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 
 
@@ -31,6 +36,7 @@ def effort_findings(
     judged: tuple[str, ...],
     taken_off_ms: float | None,
     stated: Collection[str] = (),
+    upright: Collection[str] = (),
 ) -> tuple[list[Finding], Delay | None]:
     """What the gains say of the effort; a delay in place of signs that it explains.
 
@@ -43,11 +49,12 @@ def effort_findings(
         judged: joints to speak of.
         taken_off_ms: delay that the configuration states, and that is taken off already; None where it states none.
         stated: joints whose sign the configuration states.
+        upright: joints whose friction takes power with the sign as it is.
 
     Returns:
         The findings, and the delay where it explains signs.
     """
-    findings = sign_findings(gains, judged, stated)
+    findings = sign_findings(gains, judged, stated, upright)
     inverted = {g.joint for g in gains if g.inverted}
     if not inverted:
         return findings, None
@@ -65,7 +72,7 @@ def effort_findings(
         f"{(taken_off_ms or 0.0) + 1e3 * delay.seconds:.0f}. Nothing was changed."
     )
     still = tuple(g for g in gains if g.inverted and g.joint not in undone)
-    findings = sign_findings(still, (), stated)
+    findings = sign_findings(still, (), stated, upright)
     findings += unknown_sign_findings(gains, judged)
     severity: Severity = "error" if taken_off_ms is None else "warning"  # what is stated is no veto against itself
     return [Finding("effort-delay", severity, text), *findings], delay
@@ -81,7 +88,10 @@ def gains_at(
 
 
 def sign_findings(
-    gains: tuple[EffortGain, ...], joints: tuple[str, ...], stated: Collection[str] = ()
+    gains: tuple[EffortGain, ...],
+    joints: tuple[str, ...],
+    stated: Collection[str] = (),
+    upright: Collection[str] = (),
 ) -> list[Finding]:
     """What the gains say of signs: inverted, or not to be told. Nothing is ever changed by it.
 
@@ -89,6 +99,7 @@ def sign_findings(
         gains: by joint.
         joints: those to speak of where nothing is known.
         stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
+        upright: joints whose friction takes power with the sign as it is: there the mounting is the likelier cause.
     """
     findings = []
     for gain in gains:
@@ -100,16 +111,13 @@ def sign_findings(
             )
             findings.append(Finding("effort-sign-inverted", "warning", text, joint=gain.joint))
         elif gain.inverted:
-            findings.append(
-                Finding(
-                    "effort-sign-inverted",
-                    "error",
-                    f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: "
-                    f"{numbers}. If it is inverted, state [log.units] "
-                    f'effort_sign = {{ "{gain.joint}" = -1 }}. Nothing was changed.',
-                    joint=gain.joint,
-                )
+            mounting = f". {MOUNTING_FIRST}. If that is right and the effort" if gain.joint in upright else ". If it"
+            text = (
+                f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: {numbers}"
+                f'{mounting} is inverted, state [log.units] effort_sign = {{ "{gain.joint}" = -1 }}. '
+                "Nothing was changed."
             )
+            findings.append(Finding("effort-sign-inverted", "error", text, joint=gain.joint))
     return findings + unknown_sign_findings(gains, joints)
 
 
@@ -190,8 +198,8 @@ def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
     each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)
     text = (
         f"The efforts of {len(far)} of the {len(known)} joints that the model's torque loads are not in its scale, per "
-        f"N·m of it (95 %): {each}. They may be currents, or the model that of another arm or load: thresholds in N·m "
-        "mean nothing."
+        f"N·m of it (95 %): {each}. They may be currents, or the model that of another arm, mounting or load: "
+        "thresholds in N·m mean nothing."
     )
     return Finding("effort-scale", "warning", text)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
 from collaudit.core.data.detection_result import DetectionFacts
@@ -42,6 +43,7 @@ from collaudit.core.detection.rule_settings import make_rule, watch_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
+from collaudit.core.identification.contact_mask import find_contact
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import quantile_of
@@ -107,6 +109,16 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
 )
 
 
+def _with_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
+    """How far efforts are smoothed, beside contact: a controller that yields to it looks like a filter there."""
+    whole = with_effort_smoothing(prepared, friction, config)
+    if not any(one.shown for one in whole.effort_smoothing.values()):
+        return whole
+    contact, facts = find_contact(prepared)
+    beside = with_effort_smoothing(prepared, friction, config, contact)
+    return whole if facts.refused or not beside.effort_smoothing else beside
+
+
 def judge(
     prepared: Prepared,
     applied: AppliedFriction,
@@ -129,7 +141,7 @@ def judge(
         NotJudgedError: the persistence is longer than the log.
     """
     friction = {joint: law.torque for joint, law in applied.laws.items()}
-    prepared = with_effort_smoothing(without_guiding(prepared, friction, config), friction, config)
+    prepared = _with_smoothing(without_guiding(prepared, friction, config), friction, config)
     series = prepared.judged_series
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     automatic = config.detect.gamma_nm == "auto"

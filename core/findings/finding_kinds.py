@@ -163,7 +163,8 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-filtered": Kind(
         "The efforts are smoothed on their way into the log; what would have been noticed counts what a push loses.",
-        "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show.",
+        "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show. In "
+        "a log of little else than contact, a controller that yields to it looks the same.",
         _EXCLUDES,
     ),
     "effort-spikes": Kind(

@@ -13,7 +13,7 @@ from collaudit.core.arm_states.hand_guiding import Friction, Gravity, HandGuidin
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, quantile_of
@@ -50,18 +50,23 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
 
 
-def with_effort_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
+def with_effort_smoothing(
+    prepared: Prepared, friction: Mapping[str, Friction], config: Config, contact: BoolArray | None = None
+) -> Prepared:
     """The log with how far its efforts are smoothed, and a finding where that is more than a drive does.
 
     Args:
         prepared: the log to be judged.
         friction: sliding friction by joint.
         config: ``[policy] observable_ms``, the push that must alarm.
+        contact: (n,) samples that are not looked at.
     """
     known = _known(prepared, friction)
     if known is None:
         return prepared
     series, drive, rigid, _, laws = known
+    if contact is not None:
+        drive = np.where(contact[:, None], np.nan, drive)
     found = {series.joint_names[j]: one for j, one in effort_smoothing(series, drive, rigid, laws).items()}
     shown = {joint: one for joint, one in found.items() if one.shown}
     findings = prepared.findings

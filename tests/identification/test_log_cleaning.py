@@ -131,7 +131,7 @@ def test_two_swapped_efforts_are_named_and_contact_is_not_their_only_cause(free:
     clean, settings = free("paper6")
     series = clean.start.series
     swapped = replace(series, effort=np.asfortranarray(series.effort[:, [0, 1, 2, 3, 5, 4]]))
-    log = _modelled(replace(clean.start, series=swapped), clean.calibration, settings.config, None)
+    log = modelled(replace(clean.start, series=swapped), settings.config, clean.calibration)
     found = cleaned([log], settings.config)
     with pytest.raises(NotJudgedError) as refused:
         refuse_if_nothing_is_left(found)

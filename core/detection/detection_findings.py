@@ -27,8 +27,9 @@ _NOTABLE_LEVEL = 0.05
 #: A push of the persistence this many times the threshold is to be seen.
 _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
-#: Beside a gap or an end filters know one side only: of clean logs the residual stays there within 1.1 thresholds.
-_FAR_AT_EDGE = 2.0
+#: Beside a gap or an end filters know one side only: in clean logs the residual stays there within 1.1 thresholds for n
+#: samples, but for slow logs, whose n is fewer than three.
+_FAR_AT_EDGE, _FEWEST_AT_EDGE = 2.0, 3
 #: A model that leaves this share of the torque's spread in so much motion, s, explains nothing.
 _NO_GAIN, _NO_GAIN_S = 0.9, 5.0
 #: What cuts an event off: signals that end or mean nothing there.
@@ -118,7 +119,8 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
     far = (state == State.EDGE) & (np.abs(run.residual.torque_nm[:, j]) > _FAR_AT_EDGE * level)
-    above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF) | lasting(far, n)
+    told = evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
+    above &= told | (lasting(far, n) & (n >= _FEWEST_AT_EDGE))
     blind = np.logical_or.reduce([state == code for code in _BLIND])
     starts, stops = run_bounds(above | blind)
     out = []

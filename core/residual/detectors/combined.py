@@ -45,6 +45,7 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
             expected="false, or another detector",
         )
     kernel = direct_kernel(_BANDWIDTH_HZ, causal=False)
+    inputs = replace(inputs, covered={})  # its noise is that of this log, and covers nothing
     by_joint = joint_residuals(prepared, balance_from_acceleration(prepared, kernel), inputs, config)
     state, torque = by_joint.state, by_joint.torque_nm
     evidence = np.asarray((state <= State.FRICTION_INTERVAL) & np.isfinite(torque))

@@ -24,6 +24,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.null_tail import MARGIN
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
+from collaudit.core.residual.detector import detector_named
 
 #: A joint that stays within this cannot be judged for want of motion; the others can. rad (m of a prismatic joint)
 _HARDLY = 0.05
@@ -59,7 +60,7 @@ def with_fitted_thresholds(
     usable, why = usable_thresholds(thresholds, config)
     stated = {} if usable is None else usable.joints
     n, _ = stated_persistence(config.detect, series.period_s)
-    long = persistence_samples(LASTING_S, series.period_s)
+    averages = n < persistence_samples(LASTING_S, series.period_s) and detector_named(config.detect.detector).by_joint
     follows = FollowedMotion()
     used: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
@@ -70,7 +71,7 @@ def with_fitted_thresholds(
             if known.scale is not None:
                 follows.scales[joint], follows.at_rest_nm[joint] = known.scale, known.rest_nm
                 follows.known[joint] = known
-            if n < long and known.lasting is not None and known.lasting.level.gamma_nm < level.gamma_nm:
+            if averages and known.lasting is not None and known.lasting.level.gamma_nm < level.gamma_nm:
                 follows.lasting[joint] = _at_least(_LEAST_LASTING * level.gamma_nm, known.lasting)
     for joint in series.joint_names:
         if joint not in gamma:

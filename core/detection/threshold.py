@@ -46,11 +46,10 @@ class Threshold:
     def lasting(self, j: int) -> FloatArray | None:
         """(n,) the lower level of the mean residual of one joint, N·m; None where it has none.
 
-        In slow motion it is no lower: friction errs there for as long as the joint is slow. A norm over joints has
-        none: noise does not cancel in its mean.
+        In slow motion it is no lower: friction errs there for as long as the joint is slow.
         """
         joint = self.series.joint_names[j]
-        if joint not in self.rule.lasting_nm or not self.residual.isolation.isolates:
+        if joint not in self.rule.lasting_nm:
             return None
         series, level = self.series, self.of(j)
         relative = relative_scale(self.rule.lasting_follows[joint], series.velocity_rad_s, j, series.period_s)

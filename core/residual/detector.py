@@ -26,12 +26,14 @@ class Detector:
         equation: what it computes.
         source: where it comes from.
         residual: of a prepared log, with the friction laws at hand and ``[detect]``.
+        by_joint: each joint has a residual with a sign; noise does not cancel in the mean of a norm.
     """
 
     name: str
     equation: str
     source: str
     residual: Callable[[Prepared, ResidualInputs, DetectConfig], Residual]
+    by_joint: bool = True
 
 
 def detector_named(name: str) -> Detector:

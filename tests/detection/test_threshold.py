@@ -10,7 +10,6 @@ import pytest
 from collaudit.core.data.recommendation_result import MotionScale
 from collaudit.core.data.signals import State
 from collaudit.core.detection.threshold import Threshold
-from collaudit.core.residual.isolation import EachJoint
 
 N = 400
 #: 0.2 N·m and 0.5 for each rad/s of the joint; usually 0.4.
@@ -30,7 +29,6 @@ def threshold(**rule: object) -> Threshold:
     residual = SimpleNamespace(
         uncertainty_nm=np.full((N, 2), 0.1),
         state=state,
-        isolation=EachJoint(("a", "b")),
         balance=SimpleNamespace(kernel=kernel, velocity_rad_s=velocity),
     )
     none = {"follows": {}, "at_rest_nm": {}, "lasting_nm": {}, "n": 3, "lasting_n": 10, "lasting_follows": {}}

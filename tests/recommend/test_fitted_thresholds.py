@@ -148,6 +148,7 @@ def test_one_fit_serves_every_detector(
     found = audit_log(prepare((hits,), loaded), loaded.config, friction, NOBODY, truth).result
     assert found.verdict == "fail"
     assert found.rule.n == (7 if causal else 13)
+    assert bool(found.rule.lasting_nm) == (detector != "combined"), "noise does not cancel in the mean of a norm"
     assert found.detection is not None
     score = found.detection.scores[0]
     assert score.false_alarms == 0

@@ -87,4 +87,5 @@ DETECTOR = Detector(
     "standard deviation of each over the log, k the number of joints that are judged",
     source="norm of the residuals in units of their noise, as of Mahalanobis with a diagonal covariance",
     residual=combined_residual,
+    by_joint=False,
 )

@@ -133,4 +133,5 @@ DETECTOR = Detector(
     equation="r = K/(s + K) [dq^T tau_e] / sqrt(K/(s + K) [|dq|²] + v0²): external power over speed",
     source="energy observer (De Luca, Albu-Schäffer, Haddadin and Hirzinger 2006), divided by speed to N·m",
     residual=energy_residual,
+    by_joint=False,
 )

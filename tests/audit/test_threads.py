@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.numeric.parallel import threads, use_threads
-from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 from collaudit.reports.files.run_files import result_json
 

@@ -16,7 +16,7 @@ from injection_truth import Outcome, difference_sd, injected_outcomes, log_paths
 from push_campaign import KINDS, free_log, kind_of, random_pushes
 
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.fixtures.simulated_audit import fit_simulated
+from collaudit.fixtures.compare import fit_simulated
 from collaudit.fixtures.simulation import simulate_to
 from collaudit.reports import read_friction
 from collaudit.reports.files.run_files import write_friction

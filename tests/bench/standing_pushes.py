@@ -116,7 +116,7 @@ def report(friction_logs: FilePath, seeds: Sequence[int], clean_s: float) -> Ite
     from coverage_logs import logged
 
     from collaudit.fixtures import experiments
-    from collaudit.fixtures.run import carry_out
+    from collaudit.fixtures.experiments import carry_out
 
     yield "| arm | pushes, 1.5–2.5 γ | contacts | disturbed | missed | besides | false: rest | false: stop-go |"
     yield "|---|---|---|---|---|---|---|---|"

@@ -14,7 +14,7 @@ from collaudit.core.detection.position_pattern import (
     settled_pattern_findings,
 )
 from collaudit.core.friction.motion_points import Settled
-from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
 

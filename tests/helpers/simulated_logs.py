@@ -16,7 +16,7 @@ from collaudit.core import fitting
 from collaudit.core.api import fit
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
-from collaudit.fixtures.simulated_audit import audit_simulated, fit_simulated
+from collaudit.fixtures.compare import audit_simulated, fit_simulated
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles, simulate_to
 
 ROBOTS = ("paper6", "seven")

@@ -13,7 +13,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Maker = Callable[..., SimulatedFiles]

@@ -18,7 +18,7 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
-from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Made = Callable[..., SimulatedFiles]

@@ -12,7 +12,7 @@ from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.describe import all_keys
 from collaudit.core.config.schema import CsvConfig
-from collaudit.core.config.toml_lines import KeyPath
+from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo

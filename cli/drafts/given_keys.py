@@ -8,7 +8,7 @@ from pathlib import Path
 
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.config_table import ConfigTable
-from collaudit.core.config.toml_lines import KeyPath, key_lines
+from collaudit.core.config.toml_text import KeyPath, key_lines
 from collaudit.core.small_files import read_small
 
 _MARK = "# GUESS:"

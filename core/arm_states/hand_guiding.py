@@ -21,8 +21,8 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.filters import lfilter
 from collaudit.core.numeric.runs import marked, run_bounds
-from collaudit.core.numeric.signal_filters import lfilter
 from collaudit.core.numeric.stats import quantile_of
 
 #: Blocks, s; window that must show it, blocks; samples looked at in a second.

@@ -18,8 +18,7 @@ from msgspec import inspect
 
 from collaudit.core.config.config_table import KeyedError
 from collaudit.core.config.schema import Config
-from collaudit.core.config.toml_lines import KeyPath
-from collaudit.core.config.toml_text import to_toml
+from collaudit.core.config.toml_text import KeyPath, to_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 

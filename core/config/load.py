@@ -92,7 +92,7 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
         config = Config.of(data, base_dir)
     except msgspec.ValidationError as error:
         from collaudit.core.config.describe import Places, schema_problem
-        from collaudit.core.config.toml_lines import key_lines
+        from collaudit.core.config.toml_text import key_lines
 
         places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
         raise schema_problem(error, data, places) from None

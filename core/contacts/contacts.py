@@ -9,8 +9,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
 from collaudit.core.contacts.contact_scene import LookedAt, scene_at
-from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
-from collaudit.core.contacts.least_force import least_force, with_least
+from collaudit.core.contacts.external_force import Unsmoothed, estimate_force, least_force, with_least
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.signals import State

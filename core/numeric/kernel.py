@@ -10,8 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.filters import filtered
-from collaudit.core.numeric.signal_filters import first_order_hold
+from collaudit.core.numeric.filters import filtered, first_order_hold
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05

@@ -16,9 +16,9 @@ from collaudit.core.findings import findings_with_level
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.policy.baseline import Baseline, known_level, known_rate, new_contacts
 from collaudit.core.policy.friction_change import FrictionChange, change_over_nights, friction_change
-from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach, near_miss_rate
 from collaudit.core.verdict.exclusions import seconds_text
 from collaudit.core.verdict.noticed_words import place_text
+from collaudit.core.verdict.verdict import contact_breach, counted, near_miss_breach, near_miss_rate
 
 _DAY_S = 86400.0
 _Level = Literal["warn", "error"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from collaudit.core.numeric.signal_filters import butterworth, filtfilt, first_order_hold, lfilter, lfilter_zi
+from collaudit.core.numeric.filters import butterworth, filtfilt, first_order_hold, lfilter, lfilter_zi
 
 
 @pytest.mark.parametrize("corner", [0.001, 0.03, 0.4, 0.94])

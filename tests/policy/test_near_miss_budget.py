@@ -13,7 +13,7 @@ from scipy.stats import poisson
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.night_policy import Decisions, NightPolicy
 from collaudit.core.config import parse_config
-from collaudit.core.verdict.breaches import least_per_hour, near_miss_breach
+from collaudit.core.verdict.verdict import least_per_hour, near_miss_breach
 from collaudit.reports.values.entries import entry_of
 
 LIMIT = 10.0

@@ -11,7 +11,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import identity
-from collaudit.core.residual.gear_terms import known_ripple
+from collaudit.core.residual.friction_bounds import known_ripple
 
 T = 0.002
 LAW = FrictionModel(

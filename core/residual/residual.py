@@ -5,7 +5,7 @@ Which columns of a residual are judged apart, and the joint that an alarm in one
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -25,7 +25,7 @@ from collaudit.core.numeric.tables import combined, table
 from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
-from collaudit.core.residual.balance import Balance
+from collaudit.core.residual.balance import Balance, balance_from_momentum
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
 
@@ -151,6 +151,22 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         if seen := inputs.covered.get(names[j]):
             np.maximum(uncertainty[:, j] - seen.covered_nm, 0.0, out=uncertainty[:, j])
     return made
+
+
+def momentum_residual(
+    kernel_of: Callable[[float, bool], Kernel],
+) -> Callable[[Prepared, ResidualInputs, DetectConfig], Residual]:
+    """The residual of each joint by its momentum, through the kernel of an observer.
+
+    Args:
+        kernel_of: the kernel of the observer's gain, 1/s, and of whether it runs forward only.
+    """
+
+    def residual(prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
+        kernel = kernel_of(config.observer_gain_per_s, config.causal)
+        return joint_residuals(prepared, balance_from_momentum(prepared, kernel), inputs, config)
+
+    return residual
 
 
 def _fill_joint(

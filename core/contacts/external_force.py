@@ -13,7 +13,7 @@ distance. That holds where too few joints react to tell a direction, and needs n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,16 +54,16 @@ class Unsmoothed:
 
     @classmethod
     def of(cls, prepared: Prepared, run: DetectorRun, samples: Sequence[int]) -> Unsmoothed:
-        """Of a log, with what is needed at these samples: a balance that is computed where it is read is read once."""
-        total, joints = run.residual.balance.total_nm, run.detected.state.shape[1]
+        """Of a log, with what is needed at these samples."""
+        joints = run.detected.state.shape[1]
         windows = {k: _window(prepared, k) for k in samples}
         near = {k: np.empty((len(prepared.series.time_s[w]), joints), order="F") for k, w in windows.items()}
 
         def of_joint(j: int) -> float:
-            residual = _residual_of(prepared, run, j, None if total is None else total[:, j])
+            residual = _residual_of(prepared, run, j)
             for k, window in windows.items():
-                near[k][:, j] = residual(window)
-            return _noise(run, j, residual)
+                near[k][:, j] = residual[window]
+            return _noise(residual[run.detected.state[:, j] == State.JUDGED])
 
         return cls(np.array(list(ordered_map(of_joint, range(joints)))), near)
 
@@ -75,29 +75,16 @@ class Unsmoothed:
             return np.asarray(np.where(known, near, 0.0).sum(axis=0) / np.count_nonzero(known, axis=0))
 
 
-def _residual_of(
-    prepared: Prepared, run: DetectorRun, j: int, total: FloatArray | None
-) -> Callable[[slice], FloatArray]:
-    """The residual of a judged joint at a slice of samples; ``total`` (n,) is its balance through the kernel.
-
-    Friction, which changes slowly, is as it was taken off after the kernel.
-    """
-    smoothed = run.residual.torque_nm[:, j]
+def _residual_of(prepared: Prepared, run: DetectorRun, j: int) -> FloatArray:
+    """(n,) residual of a judged joint without the kernel; friction, which changes slowly, is as it was taken off."""
+    smoothed, total = run.residual.torque_nm[:, j], run.residual.balance.total_nm
     if prepared.rigid_nm is None or prepared.series.effort is None or total is None:
-        return smoothed.__getitem__
+        return smoothed
     own = prepared.columns()[j]
-    effort, rigid = prepared.series.effort[:, own], prepared.rigid_nm[:, own]
-    contact = None if prepared.contact_nm is None else prepared.contact_nm[:, own]
-
-    def at(rows: slice) -> FloatArray:
-        balance = effort[rows] - rigid[rows]
-        if contact is not None:
-            balance -= contact[rows]
-        balance += smoothed[rows]
-        balance -= total[rows]
-        return balance
-
-    return at
+    balance = prepared.series.effort[:, own] - prepared.rigid_nm[:, own]
+    if prepared.contact_nm is not None:
+        balance -= prepared.contact_nm[:, own]
+    return np.asarray(balance + smoothed - total[:, j])
 
 
 def estimate_force(
@@ -156,10 +143,8 @@ def _window(prepared: Prepared, sample: int) -> slice:
     return slice(max(0, sample - half), sample + half + 1)
 
 
-def _noise(run: DetectorRun, j: int, residual: Callable[[slice], FloatArray]) -> float:
-    judged = run.detected.state[:, j] == State.JUDGED
-    x = residual(slice(None))[judged]
-    x = x[~np.isnan(x)]
+def _noise(judged_nm: FloatArray) -> float:
+    x = judged_nm[~np.isnan(judged_nm)]
     return robust_sd(x) if x.size >= _LEAST_CLEAN else _DEFAULT_NOISE_NM
 
 

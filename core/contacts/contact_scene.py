@@ -144,11 +144,8 @@ class LookedAt:
     def lever_arms(self, frame: str, sample: int) -> FloatArray:
         """(3, j) torque of the arm's joints per newton along each axis of a frame; the position is known there."""
         if frame not in self._arms:
-            q = self._position_rad
-            unit = np.tile(np.hstack([np.eye(3), np.zeros((3, 3))]), (len(q), 1))
-            torque = self.robot.wrench_torque(np.repeat(q, 3, axis=0), unit, frame)
-            self._arms[frame] = np.ascontiguousarray(torque).reshape(len(q), 3, -1)
-        return np.asarray(self._arms[frame][self._place[sample]])
+            self._arms[frame] = self.robot.torque_per_newton(self._position_rad, frame)
+        return np.asarray(self._arms[frame][self._place[sample]].T)
 
 
 def _link_frames(robot: RobotModel) -> list[str]:

@@ -188,6 +188,12 @@ class RobotModel:
         bodies = self._with_frame(frame)
         return self._torques(partial(newton_euler.force, bodies.links, bodies.frame_placement(frame)), (q,), wrench)
 
+    def torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
+        """(n, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame at (n, j): J_v^T."""
+        unit = np.hstack([np.eye(3), np.zeros((3, 3))])
+        columns = [self.wrench_torque(q, np.tile(axis, (len(q), 1)), frame) for axis in unit]
+        return np.stack(columns, axis=2)
+
     def contact_torque(
         self,
         q: FloatArray,

@@ -7,7 +7,7 @@ import numpy as np
 from collaudit.core.data.rule_study_result import BlindPose, ForceCell, ForceMap
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.arm_places import Place, arm_places, directions, torque_per_newton
+from collaudit.core.verdict.arm_places import Place, arm_places, directions
 
 #: A direction that needs more than this is called blind.
 LIMIT_N = 500.0
@@ -51,7 +51,7 @@ def _felt(prepared: Prepared, place: Place, samples: IntArray, level: FloatArray
     """(k, d) share of its threshold that a newton from each direction (base axes) brings the best joint to; (k, 3)."""
     robot = prepared.robot
     q = prepared.series.position_rad[samples]
-    arms = torque_per_newton(robot, q, place.frame)[:, : place.joints]
+    arms = robot.torque_per_newton(q, place.frame)[:, : place.joints]
     turns = np.stack([robot.frame_rotation(pose, place.frame) for pose in q])
     origin = np.concatenate([robot.frame_positions(pose, [place.frame]) for pose in q])
     in_base = arms @ turns.transpose(0, 2, 1)

@@ -90,16 +90,6 @@ def _forearm(robot: RobotModel, ends: Sequence[str | None]) -> int | None:
     return long[-1] if long else None
 
 
-def torque_per_newton(robot: RobotModel, q: FloatArray, frame: str) -> FloatArray:
-    """(k, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame, at positions (k, j): J_v^T."""
-    columns = []
-    for axis in range(3):
-        wrench = np.zeros((q.shape[0], 6))
-        wrench[:, axis] = 1.0
-        columns.append(robot.wrench_torque(q, wrench, frame))
-    return np.stack(columns, axis=2)
-
-
 @cache
 def directions() -> FloatArray:
     """(3, m) unit vectors, evenly spread (golden-angle spiral) over half a sphere: an opposite force feels alike."""
@@ -174,7 +164,7 @@ def exerted_force(robot: RobotModel, place: Place, position_rad: FloatArray, lim
     limits = limit_nm[: place.joints]
     if not np.isfinite(limits).all() or not len(position_rad):
         return None
-    arm = np.abs(torque_per_newton(robot, position_rad, place.frame)[:, : place.joints] @ directions())
+    arm = np.abs(robot.torque_per_newton(position_rad, place.frame)[:, : place.joints] @ directions())
     with np.errstate(divide="ignore"):
         force = np.sort((limits[:, None] / arm).min(axis=1), axis=1)
     strength = median_of(force[:, int((1.0 - _MOST_DIRECTIONS) * force.shape[1])])

@@ -22,7 +22,7 @@ from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.numeric.tables import blocks
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import Place, RequiredForce, directions, torque_per_newton
+from collaudit.core.verdict.arm_places import Place, RequiredForce, directions
 
 #: Of a push less than this share of its height is not waited for in the detector's filter.
 _LEAST_RESPONSE = 0.05
@@ -255,7 +255,7 @@ class _Forces:
 
 def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
     felt = slice(0, place.joints)
-    lever = torque_per_newton(robot, at.position_rad, place.frame)[:, felt]
+    lever = robot.torque_per_newton(at.position_rad, place.frame)[:, felt]
     arm = np.abs(lever @ directions())  # (k, j, d)
     slides = np.array([kind == "prismatic" for kind in robot.joint_types[felt]])
     longest = np.linalg.norm(np.where(slides[:, None], 0.0, lever), axis=2).max(axis=1, initial=0.0)

@@ -8,8 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from collaudit.cli.batch.audit_one import remove_run
-from collaudit.cli.batch.finished_logs import FINISHED, read_note
+from collaudit.cli.batch.audit_one import FINISHED, read_note, remove_run
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import read_object
 from collaudit.reports.files.atomic import atomic_write

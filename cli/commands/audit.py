@@ -178,7 +178,7 @@ def command(
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch.audit_folder import audit_under_way, own_files
-    from collaudit.cli.batch.finished_logs import finished_outcomes
+    from collaudit.cli.batch.audit_one import finished_outcomes
     from collaudit.cli.batch.log_jobs import Limits, night_records, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code

@@ -238,7 +238,7 @@ def _contents(out: Path) -> dict[str, bytes]:
 
 
 def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
-    from collaudit.cli.batch.finished_logs import finished_outcomes
+    from collaudit.cli.batch.audit_one import finished_outcomes
     from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.core.config import load_config
 

@@ -9,8 +9,7 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import trailing_means
+from collaudit.core.numeric.runs import run_bounds, trailing_means
 
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray

@@ -24,8 +24,7 @@ from collaudit.core.numeric.null_tail import (
     block_peaks,
     null_tail,
 )
-from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import trailing_means, whole_window_minima
+from collaudit.core.numeric.runs import run_bounds, trailing_means, whole_window_minima
 from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 
 #: A residual counts as at most so many times the scale while the scale is found.

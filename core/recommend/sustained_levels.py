@@ -9,8 +9,7 @@ from math import floor, log10
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row, run_bounds
 
 #: At most one peak is taken of so long a stretch, and peaks closer than half of it are one.
 BLOCK_S = 1.0

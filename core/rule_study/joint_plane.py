@@ -17,7 +17,7 @@ from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.rule_study.shown_torque import Windows, shown
 

@@ -23,7 +23,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row
 from collaudit.core.numeric.tables import blocks
 
 if TYPE_CHECKING:  # a page draws planes without a detector, whose imports take longer than the page

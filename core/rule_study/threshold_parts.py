@@ -13,7 +13,7 @@ import numpy as np
 
 from collaudit.core.data.rule_study_result import ThresholdParts
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row
 from collaudit.core.rule_study.joint_plane import excess
 
 _BLOCK_S, _TURN_S, _DRIFT_S = 1.0, 5.0, 20.0

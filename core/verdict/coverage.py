@@ -13,7 +13,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.sliding_extremes import range_exceeds
+from collaudit.core.numeric.runs import range_exceeds
 from collaudit.core.prepare.quiet_level import STILL_TRAVEL
 
 _LISTED_SPAN_S = 0.5

@@ -18,8 +18,7 @@ from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import gaussian_smoothed, window_reach
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row, run_bounds
 from collaudit.core.numeric.tables import blocks
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import Place, RequiredForce, directions

@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.sliding_extremes import (
+from collaudit.core.numeric.runs import (
     centred_extremes,
     lowest_in_row,
     range_exceeds,

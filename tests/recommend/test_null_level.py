@@ -12,7 +12,7 @@ from collaudit.core.data.recommendation_result import FittedThresholds, JointThr
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.detection.rule_settings import LASTING_S
 from collaudit.core.detection.threshold import motion_features, relative_scale, scale_over
-from collaudit.core.numeric.sliding_extremes import trailing_means
+from collaudit.core.numeric.runs import trailing_means
 from collaudit.core.recommend.null_level import (
     NullEvidence,
     lasting_threshold,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data import shown
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 
 class State(IntEnum):
@@ -97,6 +98,14 @@ class Signals(shown.Showing):
     least_nm: NDArray[np.floating] | None = None
     most_nm: NDArray[np.floating] | None = None
     wrench: FloatArray | None = None
+
+    def inside(self, times: Sequence[tuple[float, float]]) -> BoolArray:
+        """(n,) samples inside any of these stretches of time, s."""
+        out = np.zeros(self.time_s.size, dtype=np.bool_)
+        for start, end in times:
+            a, b = np.searchsorted(self.time_s, [start, end])
+            out[a:b] = True
+        return out
 
     def outline(self) -> shown.Shown:
         """Each joint's judged share."""

@@ -205,10 +205,8 @@ def _residual_stats(
     """Level of one joint's residual over what was judged, and away from its collisions, at its temperature."""
     k = signals.joint_names.index(joint)
     judged = np.asarray(signals.state[:, k] == State.JUDGED)
-    clean = judged.copy()
-    for start, end in ((c.onset_s, c.onset_s + c.duration_s) for c in collisions if c.joint == joint):
-        a, b = np.searchsorted(signals.time_s, [start - _AROUND_EVENT_S, end + _AROUND_EVENT_S])
-        clean[a:b] = False
+    events = [(c.onset_s, c.onset_s + c.duration_s) for c in collisions if c.joint == joint]
+    clean = judged & ~signals.inside([(a - _AROUND_EVENT_S, b + _AROUND_EVENT_S) for a, b in events])
     seconds = float(np.count_nonzero(judged)) * series.period_s
     residual = signals.residual_nm[:, k]
     mean_c, range_c = series.mean_temperature_c(joint), series.temperature_range_c(joint)

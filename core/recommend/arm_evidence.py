@@ -82,7 +82,7 @@ class LogEvidence:
         """The same with further stretches left out."""
         if not stretches:
             return self
-        free = self.free & ~_inside(self.signals, [(s.start_s, s.end_s) for s in stretches])
+        free = self.free & ~self.signals.inside([(s.start_s, s.end_s) for s in stretches])
         every = tuple(sorted((*self.left_out, *stretches), key=lambda s: s.start_s))
         return replace(self, free=free, clean=self.clean & free[:, None], left_out=every)
 
@@ -170,7 +170,7 @@ def evidence_of(
     else:
         causes += [LeftOutStretch(log.name, a - MARGIN_S, b + MARGIN_S, "contact") for a, b in contact]
     stretches = joined(causes)
-    free = ~_inside(signals, [(s.start_s, s.end_s) for s in stretches])
+    free = ~signals.inside([(s.start_s, s.end_s) for s in stretches])
     clean = np.isfinite(signals.residual_nm)
     for own, states in zip(clean.T, signals.state.T, strict=True):  # a joint at a time: tables of a long log are large
         own &= free
@@ -205,12 +205,3 @@ def joined(stretches: Sequence[LeftOutStretch]) -> tuple[LeftOutStretch, ...]:
             new = LeftOutStretch(last.log, last.start_s, max(last.end_s, new.end_s), why, joints)
         out.append(new)
     return tuple(out)
-
-
-def _inside(signals: Signals, times: Times) -> BoolArray:
-    """(n,) samples inside any of the stretches."""
-    inside = np.zeros(signals.time_s.size, dtype=np.bool_)
-    for start, end in times:
-        a, b = np.searchsorted(signals.time_s, [start, end])
-        inside[a:b] = True
-    return inside

@@ -218,12 +218,7 @@ def _beyond(
         masks["at rest or just after a reversal"] = np.asarray(signals.state[:, j] == State.FRICTION_INTERVAL)
     other = {span.phase for span in phases} - set(known.phases) if known.phases else set()
     for phase in sorted(other):
-        mask = np.zeros(velocity.size, dtype=np.bool_)
-        for span in phases:
-            if span.phase == phase:
-                a, b = np.searchsorted(signals.time_s, [span.start_s, span.end_s])
-                mask[a:b] = True
-        masks[f"in phase {phase}"] = mask
+        masks[f"in phase {phase}"] = signals.inside([(s.start_s, s.end_s) for s in phases if s.phase == phase])
     return masks
 
 

@@ -20,7 +20,7 @@ from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.runs import run_bounds, widened
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
@@ -158,7 +158,7 @@ class _Filling:
         """Fill the samples of one fold by the fit without it; joints that it cannot carry keep the law of the whole."""
         if not own_fold.any():  # a log of less than a block
             return
-        near = _with_surroundings(own_fold, log.series.period_s)
+        near = widened(own_fold, round(_AROUND_S / log.series.period_s))
         part = log.part(*(Span(a, b) for a, b in zip(*run_bounds(near), strict=True)))
         rows, inside, series = np.flatnonzero(own_fold), own_fold[near], part.judged_series
         laws, _ = friction_models(whole.fits, series)
@@ -186,13 +186,6 @@ def _usual_doubt(found: Residual, inside: BoolArray) -> FloatArray:
     judged = inside[:, None] & (found.state == State.JUDGED)
     columns = zip(found.uncertainty_nm.T, judged.T, strict=True)
     return np.array([median_of(doubt[its]) if its.any() else np.nan for doubt, its in columns])
-
-
-def _with_surroundings(mask: BoolArray, period_s: float) -> BoolArray:
-    """(n,) the mask with so much before and after each of its runs."""
-    starts, stops = run_bounds(mask)
-    more = round(_AROUND_S / period_s)
-    return marked(np.maximum(starts - more, 0), np.minimum(stops + more, mask.size), mask.size)
 
 
 def residual_by(log: Prepared, laws: Mapping[str, FrictionModel], detect: DetectConfig) -> Residual:

@@ -71,7 +71,7 @@ def sustained_level(data: CleanResidual, n: int) -> FloatArray:
 
     Rule (6) with this n fires in clean data exactly where it exceeds gamma.
     """
-    return lowest_in_row(data.level_nm(), n)
+    return lowest_in_row(np.where(data.clean, np.abs(data.residual_nm), -np.inf), n)
 
 
 def declustered_peaks(data: Sequence[CleanResidual], counts: Sequence[int]) -> SustainedPeaks:
@@ -155,10 +155,6 @@ class CleanResidual:
         count = np.append(0, np.cumsum(last - starts))
         run = np.searchsorted(starts, edges, side="right")  # so many begin before an edge; the last may go on behind it
         return np.asarray(np.diff(count[run] - np.maximum(np.append(0, last)[run] - edges, 0)))
-
-    def level_nm(self) -> FloatArray:
-        """(n,) |residual|, -inf where a sample does not count."""
-        return np.where(self.clean, np.abs(self.residual_nm), -np.inf)
 
 
 def round_up(level_nm: float) -> float:

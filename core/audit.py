@@ -25,8 +25,7 @@ from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
-from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
-from collaudit.core.verdict.exclusions import exclusions
+from collaudit.core.verdict.coverage import exclusions, joints_in_motion, measure_coverage
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls
 from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged

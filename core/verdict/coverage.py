@@ -1,20 +1,26 @@
-"""What was judged and what was not: seconds by joint and reason, and the longer stretches."""
+"""What was judged and what was not: seconds by joint and reason, and the longer stretches.
+
+What a verdict does not cover: kinds of contact, gaps, joints not watched, time not judged, hidden torque.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule_settings import Watch
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import range_exceeds
 from collaudit.core.prepare.quiet_level import STILL_TRAVEL
+from collaudit.core.verdict.noticed_words import listed, place_text
 
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
@@ -106,3 +112,105 @@ def _spans(
     ]
     longest = sorted(spans, key=lambda s: s.start_s - s.end_s)[:_LISTED_SPANS]
     return tuple(sorted(longest, key=lambda s: s.start_s))
+
+
+#: Time that is worth saying, and that next to gaps and ends, which every log has.
+_WORTH_SAYING_S, _WORTH_SAYING_OF_EDGES_S = 0.1, 1.0
+#: Share of the directions that is worth saying: fewer cross the axes of all joints in any pose.
+_WORTH_SAYING_OF_DIRECTIONS = 0.05
+#: Computed efforts with some noise look like those of an arm that its model describes well.
+_NOT_STATED = (
+    "Nothing states that the efforts are measured ([log] effort_kind): contact does not show in efforts that the "
+    "controller computes from its own model."
+)
+
+
+def exclusions(
+    coverage: Coverage,
+    sensitivity: Sensitivity,
+    findings: Iterable[Finding] = (),
+    units: Mapping[str, str] | None = None,
+    effort_stated: bool = True,
+) -> tuple[str, ...]:
+    """One sentence for each kind of contact, time or joint that the verdict does not cover.
+
+    Args:
+        coverage: seconds by joint and reason.
+        sensitivity: of the watched joints and of the arm.
+        findings: of the log and its detection; those that exclude a kind of contact are said first.
+        units: by joint, of what its drive exerts; N·m where absent.
+        effort_stated: whether ``[log] effort_kind`` says what the efforts are.
+    """
+    out = list(dict.fromkeys(finding.text for finding in findings if finding.excludes))
+    if coverage.gaps_s > 0:
+        out.append(f"Gaps in the log: {seconds_text(coverage.gaps_s)}.")
+    away = [joint for joint, cover in coverage.joints.items() if not cover.watched]
+    if away:
+        out.append(f"Joints not watched: {', '.join(away)}.")
+    out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.recorded_s, units or {})]
+    return tuple(out) if effort_stated else (*out, _NOT_STATED)
+
+
+def _not_judged(coverage: Coverage) -> list[str]:
+    """By reason, longest first."""
+    watched = {joint: cover for joint, cover in coverage.joints.items() if cover.watched}
+    total: dict[str, float] = {}
+    for cover in watched.values():
+        for reason, seconds in cover.not_judged_s.items():
+            total[reason] = max(total.get(reason, 0.0), seconds)
+    out = []
+    for reason in sorted(total, key=lambda r: (-total[r], r)):
+        least = _WORTH_SAYING_OF_EDGES_S if State.of(reason) is State.EDGE else _WORTH_SAYING_S
+        joints = {joint: cover.not_judged_s.get(reason, 0.0) for joint, cover in watched.items()}
+        said = {joint: seconds for joint, seconds in joints.items() if seconds >= least}
+        if said and State.of(reason) is not State.GAP:
+            out.append(f"Not judged ({state_text(reason)}): {by_joint(said, len(watched))}.")
+    return out
+
+
+def _unfelt(sensitivity: Sensitivity) -> list[str]:
+    """Directions that no watched joint feels, at the places where a force is asked for."""
+    return [
+        f"From {100 * force.unfelt:.2g} % of the directions a force at {place_text(force)} loads no watched joint."
+        for force in sensitivity.forces
+        if force.unfelt >= _WORTH_SAYING_OF_DIRECTIONS and (force.asked is not None or force.place in (TOOL, FOREARM))
+    ]
+
+
+def _hidden(sensitivity: Sensitivity, recorded_s: float, units: Mapping[str, str]) -> list[str]:
+    """Time in which what is asked for would not have alarmed: forces, then torques."""
+    where = "at rest, in slow motion, just after a reversal, beyond the fitted speeds or not judged"
+    forces = [
+        f"{force.asked.force_n:.3g} N at {place_text(force)} for {seconds_text(force.asked.unnoticed_s)}"
+        for force in reversed(sensitivity.forces)
+        if force.asked is not None and force.asked.unnoticed_s >= _WORTH_SAYING_S
+    ]
+    torques = [
+        f"{s.asked.torque_nm:.3g} {units.get(joint, 'N·m')} on {joint} for {seconds_text(s.asked.unnoticed_s)}"
+        for joint, s in sorted(sensitivity.joints.items())
+        if s.asked is not None and s.asked.unnoticed_s >= _WORTH_SAYING_S
+    ]
+    parts = [*forces, *torques]
+    return [f"Not noticed {where}: {listed(parts)} of {seconds_text(recorded_s)}."] if parts else []
+
+
+def by_joint(seconds: Mapping[str, float], watched: int) -> str:
+    """Seconds of each joint; said once where all watched joints have the same."""
+    texts = {joint: seconds_text(value) for joint, value in seconds.items()}
+    if len(texts) == watched > 1 and len(set(texts.values())) == 1:
+        return f"all {watched} joints {next(iter(texts.values()))}"
+    return ", ".join(f"{joint} {text}" for joint, text in texts.items())
+
+
+def state_text(code: str) -> str:
+    """A reason code in words."""
+    state = State.of(code)
+    return code if state is None else state.text
+
+
+def seconds_text(seconds: float) -> str:
+    """A time in the unit a reader thinks in."""
+    if seconds < 119.95:
+        return f"{seconds:.3g} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"

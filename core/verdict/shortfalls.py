@@ -10,7 +10,7 @@ from collaudit.core.data.identification_result import EstimateChoice
 from collaudit.core.data.sensitivity_result import AskedForce, JointSensitivity, NoticedForce, Sensitivity
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
-from collaudit.core.verdict.exclusions import seconds_text, state_text
+from collaudit.core.verdict.coverage import seconds_text, state_text
 from collaudit.core.verdict.noticed_words import force_text, place_text, time_text, too_insensitive
 from collaudit.core.verdict.sensitivity import BRIEF_S
 

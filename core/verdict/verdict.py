@@ -16,7 +16,7 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.findings import Finding, without_errors_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.exclusions import by_joint, seconds_text, state_text
+from collaudit.core.verdict.coverage import by_joint, seconds_text, state_text
 from collaudit.core.verdict.noticed_words import noticed_sentence
 
 

@@ -12,7 +12,7 @@ from samples import JOINTS, passed
 from collaudit.core.api import recommend_arm
 from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
-from collaudit.core.verdict.exclusions import exclusions
+from collaudit.core.verdict.coverage import exclusions
 from collaudit.reports.files.rule_snippets import snippet
 from collaudit.reports.page.view import study_view
 from collaudit.reports.sections.comparison_sections import compared_sections

@@ -22,7 +22,7 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.core.verdict.exclusions import exclusions
+from collaudit.core.verdict.coverage import exclusions
 from collaudit.core.verdict.verdict import Evidence, decide
 
 NAMES = ("joint1", "joint2")

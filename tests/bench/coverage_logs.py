@@ -18,8 +18,7 @@ from collaudit.fixtures.experiments import Experiment, carry_out
 from collaudit.fixtures.imperfections.arm_imperfections import given_way, loads_nm
 from collaudit.fixtures.imperfections.gear_imperfections import geared
 from collaudit.fixtures.imperfections.recording_imperfections import spoiled
-from collaudit.fixtures.lugre import LuGre
-from collaudit.fixtures.plant import Trace
+from collaudit.fixtures.plant import LuGre, Trace
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
 

@@ -12,9 +12,8 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.fixtures import experiments
 from collaudit.fixtures.config import config_text
 from collaudit.fixtures.experiments import Experiment, carry_out
-from collaudit.fixtures.lugre import lugre
-from collaudit.fixtures.motion import Path as MotionPath
-from collaudit.fixtures.plant import SAMPLE_S
+from collaudit.fixtures.experiments import Path as MotionPath
+from collaudit.fixtures.plant import SAMPLE_S, lugre
 from collaudit.fixtures.robots.robot_paper6 import PAPER6
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.robots.simulated_robot import Description, FixtureRobot

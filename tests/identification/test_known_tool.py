@@ -17,7 +17,7 @@ from collaudit.core.prepare.calibration import Calibration, with_tool
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.fixtures.motion import Path as Motion
+from collaudit.fixtures.experiments import Path as Motion
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot

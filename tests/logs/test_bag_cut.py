@@ -6,6 +6,7 @@ import struct
 from pathlib import Path
 
 import log_writers as w
+import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.logs.log_reading import read_log
@@ -34,3 +35,16 @@ def test_a_bag_cut_between_records_is_partial(tmp_path: Path) -> None:
             shorter += 1
             assert "log-partial" in {finding.code for finding in log.findings}, end
     assert shorter >= 2
+
+
+@pytest.mark.parametrize("compression", ["lz4", "bz2"])
+def test_a_chunk_that_claims_fewer_bytes_than_it_holds_is_damage(tmp_path: Path, compression: str) -> None:
+    bag = w.write_bag(tmp_path / "log.bag", w.motion(40, joints=3, encoding="ros1"), compression=compression)
+    data = bytearray(bag.read_bytes())
+    at = data.index(b"size=") + len("size=")
+    (size,) = struct.unpack_from("<I", data, at)
+    struct.pack_into("<I", data, at, size // 2)
+    bag.write_bytes(data)
+    log = read_log((bag,), LogConfig(), robot_joints=None)
+    said = [finding.text for finding in log.findings if finding.code == "log-partial"]
+    assert any(f"more than the {size // 2} bytes" in text for text in said), said

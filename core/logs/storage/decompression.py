@@ -88,12 +88,14 @@ def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> tu
     if not plausible_size(len(data), size, most):
         return b"", f"it claims {size} bytes in {len(data)} compressed ones"
     try:
-        out, _ = _frame(kind, data, size)
+        out, _ = _frame(kind, data, size + 1)
         if len(out) == size:
             return out, None
     except _ERRORS:
         pass
-    out = _salvage(kind, data, size)
+    out = _salvage(kind, data, size + 1)
+    if len(out) > size:
+        return out[:size], f"it holds more than the {size} bytes that it claims"
     return out, f"only {len(out)} of its {size} bytes could be decompressed"
 
 

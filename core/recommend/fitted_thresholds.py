@@ -17,6 +17,7 @@ from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.detection.threshold import motion_features
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.arm_fit import ArmFit
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, null_tail
@@ -77,9 +78,10 @@ def _joint(
     joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], config: Config, joints: int
 ) -> JointThreshold:
     columns = [(r, r.series.column(joint)) for r in residuals if joint in r.series.joint_names]
+    law = FrictionModel.of(fit)
     seconds = sum(float(np.count_nonzero(r.judged[:, j])) * r.series.period_s for r, j in columns)
-    if fit.model is None or seconds < FEWEST_BLOCKS * BLOCK_S:
-        why = "its friction could not be fitted" if fit.model is None else _too_little(seconds)
+    if law is None or seconds < FEWEST_BLOCKS * BLOCK_S:
+        why = "its friction could not be fitted" if law is None else _too_little(seconds)
         if fit.effort_unit == "raw" and not seconds:
             why = (
                 "its effort is in a unit of its own and the motion does not show its gain: state "
@@ -114,7 +116,10 @@ def _joint(
         fastest_rad_s=quantile_of(speed, 0.99),
         reason=None if levels else _too_little(seconds),
         evidence=range_of([_driven(r, j) for r, j in columns]),
-        rest_nm=rest_level([r.torque_nm[:, j] for r, j in columns], loose),
+        # again as much as friction holds, or what the model is wrong by in motion
+        rest_nm=rest_level(
+            [r.torque_nm[:, j] for r, j in columns], loose, max([law.hold, *(level.gamma_nm for level in levels)])
+        ),
         lasting=None if scale is None else lasting_threshold(data, scale, joints, free),
         covered_nm=float(np.nanmedian(np.concatenate([r.doubt_nm[:, j] for r, j in columns]))),
     )

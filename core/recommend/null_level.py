@@ -216,15 +216,17 @@ def _peaks(evidence: Sequence[NullEvidence], blocks_of: Sequence[NullEvidence], 
     return np.concatenate([block_peaks(_ratio(one, scale), of.moving, one.period_s) for one, of in pairs])
 
 
-def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray]) -> float:
+def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray], most_nm: float = np.inf) -> float:
     """What nine of ten stretches stay below in which friction is an interval, N·m; 0 without any.
 
     How hard a joint breaks away differs from one standstill to the next, and is seldom seen: most of such samples are
-    zero. So each stretch is one value, its largest residual.
+    zero. So each stretch is one value, its largest residual. Where the arm is pushed at more than one standstill in
+    ten, those are contact: they count as at most what the joint itself can do.
 
     Args:
         residual_nm: (n,) of one joint, one entry a log.
         loose: (n,) samples at which the rule can fire and friction is an interval.
+        most_nm: what friction and errors of the model can do without contact.
     """
     peaks = []
     for x, mask in zip(residual_nm, loose, strict=True):
@@ -233,4 +235,4 @@ def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray]) ->
             size = np.where(mask, np.abs(np.nan_to_num(x)), 0.0)
             peaks.append(np.maximum.reduceat(size, starts))
     every = np.concatenate(peaks) if peaks else np.empty(0)
-    return float(np.quantile(every, _REST_SHARE, method="lower")) if every.size else 0.0
+    return min(float(np.quantile(every, _REST_SHARE, method="lower")), most_nm) if every.size else 0.0

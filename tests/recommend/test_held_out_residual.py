@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from collaudit.core.api import load_robot, open_log
 from collaudit.core.config import load_config
+from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.signals import State
-from collaudit.core.friction.arm_fit import fit_arm
+from collaudit.core.friction.arm_fit import ArmFit, fit_arm
 from collaudit.core.friction.friction_fitting import fit_friction
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
 from collaudit.core.recommend.held_out_residual import (
     FrictionCovariates,
+    HeldOutResidual,
     _carries,
     fold_of_sample,
     held_out_residuals,
@@ -26,6 +33,7 @@ from collaudit.core.recommend.held_out_residual import (
 from collaudit.fixtures.simulation import SimulatedFiles
 
 LAW = "asymmetric-lugre"
+TAKEN = Candidate((), 0.2)
 UNITS = FrictionUnits("N·m", "rad/s", "nm", "rad")
 
 
@@ -52,20 +60,42 @@ def test_a_part_without_slow_motion_one_way_keeps_the_law_of_the_whole() -> None
     assert not _carries(narrow, whole), "less than four fifths of the speeds"
 
 
-def test_a_block_is_judged_as_within_the_whole_log(made: Callable[..., SimulatedFiles]) -> None:
-    """Two seconds around it are enough, but for joints that move too little in them to tell friction."""
+Held = tuple[HeldOutResidual, ArmFit, Prepared, Config]
+
+
+@pytest.fixture(scope="module")
+def held(made: Callable[..., SimulatedFiles]) -> Held:
+    """The held-out residual of clean motion, with the fit and the log it is of."""
     files = made("free-clean", "paper6", seed=4, duration_s=100.0)
     fixed = {"log.csv.wrench": None, "log.wrench_frame": None, "fit.blocks": 3, "detect.friction_level": "fixed"}
     settings = load_config(files.config, fixed)
     log = open_log(files.log, settings)
     prepared, config = prepare(log, load_robot(settings, log.joint_names), settings.config), settings.config
-    taken = Candidate((), 0.2)
-    arm = fit_arm([prepared], taken, config)
-    (found,) = held_out_residuals([prepared], arm, taken, FrictionCovariates({}, {}), config)
+    arm = fit_arm([prepared], TAKEN, config)
+    (found,) = held_out_residuals([prepared], arm, TAKEN, FrictionCovariates({}, {}), config)
+    return found, arm, prepared, config
+
+
+def test_a_block_is_judged_as_within_the_whole_log(held: Held) -> None:
+    """Two seconds around it are enough, but for joints that move too little in them to tell friction."""
+    found, arm, prepared, config = held
     fold = fold_of_sample(prepared.series, 3) == 1
-    rest = fit_arm([prepared], taken, config, [fold], arm)
+    rest = fit_arm([prepared], TAKEN, config, [fold], arm)
     whole = residual_by(rest.logs[0], friction_models(rest.fits, prepared.judged_series)[0], config.detect)
     judged = (whole.state <= State.JUDGED) & fold[:, None]
     both = judged & found.judged
     assert np.count_nonzero(both) > 0.95 * np.count_nonzero(judged) > 0
     assert float(np.max(np.abs((found.torque_nm - whole.torque_nm)[both]))) < 1e-3
+
+
+def test_pushes_at_most_standstills_hardly_raise_the_threshold_there(held: Held) -> None:
+    """40 N·m at every standstill are no more than what friction holds there, or what the model is wrong by."""
+    found, arm, _, config = held
+    at_rest = found.evidence & ~found.judged
+    pushed = replace(found, torque_nm=np.where(at_rest, 40.0, found.torque_nm))
+    clean, spoilt = (fitted_thresholds([one], arm.fits, config).joints for one in (found, pushed))
+    for joint, fit in arm.fits.items():
+        law = FrictionModel.of(fit)
+        assert law is not None
+        assert spoilt[joint].levels == clean[joint].levels
+        assert clean[joint].rest_nm <= spoilt[joint].rest_nm <= max(law.hold, clean[joint].levels[0].gamma_nm) < 20.0

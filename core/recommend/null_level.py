@@ -34,8 +34,9 @@ _ROUNDS = 6
 _BULK = 50_000
 #: Keeps columns that are zero from making the normal equations singular, as a share of their trace.
 _RIDGE = 1e-12
-#: Of the stretches at rest or after a reversal so many are taken to be free of contact.
-_REST_SHARE = 0.9
+#: Level of the stretches at rest or after a reversal: nine of ten of them, and at most so many times three of four.
+#: On real logs, without contact, nine of ten reach 1.0 to 1.9 times three of four.
+_REST_SHARE, _REST_BULK, _OVER_BULK = 0.9, 0.75, 1.5
 #: What lasts counts as at least this share of what half of the peaks of single samples reach: most of its own are zero
 #: where a residual swings.
 _LASTING = 0.4
@@ -220,8 +221,8 @@ def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray], mo
     """What nine of ten stretches stay below in which friction is an interval, N·m; 0 without any.
 
     How hard a joint breaks away differs from one standstill to the next, and is seldom seen: most of such samples are
-    zero. So each stretch is one value, its largest residual. Where the arm is pushed at more than one standstill in
-    ten, those are contact: they count as at most what the joint itself can do.
+    zero. So each stretch is one value, its largest residual. A tail far above the bulk is contact, at more than one
+    standstill in ten; and where the bulk is contact too, it counts as at most what the joint itself can do.
 
     Args:
         residual_nm: (n,) of one joint, one entry a log.
@@ -235,4 +236,7 @@ def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray], mo
             size = np.where(mask, np.abs(np.nan_to_num(x)), 0.0)
             peaks.append(np.maximum.reduceat(size, starts))
     every = np.concatenate(peaks) if peaks else np.empty(0)
-    return min(float(np.quantile(every, _REST_SHARE, method="lower")), most_nm) if every.size else 0.0
+    if not every.size:
+        return 0.0
+    bulk, most = np.quantile(every, [_REST_BULK, _REST_SHARE], method="lower")
+    return float(min(most, _OVER_BULK * bulk, most_nm))

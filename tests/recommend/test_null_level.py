@@ -191,5 +191,7 @@ def test_what_most_standstills_stay_below() -> None:
     assert 1.6 <= rest_level([residual], [loose]) <= 1.9
     assert rest_level([residual], [np.zeros(10_000, dtype=bool)]) == 0.0
     residual[[2050, 3050, 4050]] = 30.0  # at four of twenty: more than the share that is left out
+    assert 1.6 <= rest_level([residual], [loose]) <= 2.9
+    residual[5050::500] = 30.0  # at half of them
     assert rest_level([residual], [loose]) == 30.0
     assert rest_level([residual], [loose], 2.5) == 2.5

@@ -123,6 +123,11 @@ class PinocchioModel:
             at[self._model.joints[joint].idx_q] = value
         return PinocchioModel(pin.buildReducedModel(self._model, ids, at) if ids else self.library_model())
 
+    @property
+    def mass_kg(self) -> float:
+        """Of all links."""
+        return float(sum(body.mass for body in self._model.inertias))
+
     def add_point_mass(self, frame: str, mass_kg: float, com_m: Sequence[float] | FloatArray) -> None:
         """Fix a point mass at ``com_m`` (3,) of a frame."""
         at = self._frame(frame)

@@ -133,6 +133,14 @@ def _add_tool(config: RobotConfig, model: PinocchioModel, last_link: str) -> tup
         return None, (Finding("model-approximate", "warning", text, where="robot.tool.mass_kg"),)
     if not settings.mass_kg:
         return None, ()
+    if 0.0 < model.mass_kg < settings.mass_kg:
+        raise RobotError(
+            "the tool is heavier than the whole robot",
+            where="robot.tool.mass_kg",
+            found=f"{settings.mass_kg:g} kg",
+            expected=f"less than the {model.mass_kg:.3g} kg of the robot's description",
+            hint="state the mass in kg, not in g; or correct the masses of the description",
+        )
     model.add_point_mass(frame, settings.mass_kg, settings.com_m)
     return Tool(frame, settings.mass_kg, settings.com_m), ()
 

@@ -112,3 +112,10 @@ def test_holding_a_heavy_joint_warns_and_a_light_one_informs(tmp_path: Path) -> 
     for mass, severity in ((1.0, "warning"), (0.05, "info")):
         (finding,) = load(tmp_path, arm((1.0, mass)), joints=["j1"]).findings
         assert (finding.code, finding.severity) == ("model-joint-locked", severity)
+
+
+def test_a_tool_in_grams_is_refused(tmp_path: Path) -> None:
+    assert load(tmp_path, arm(), tool={"mass_kg": 0.7}).has_inertials
+    with pytest.raises(RobotError, match="heavier than the whole robot") as refused:
+        load(tmp_path, arm(), tool={"mass_kg": 700})
+    assert "g" in (refused.value.hint or "")

@@ -21,6 +21,7 @@ from collaudit.reports.sections.judged_sections import force_line, judged_sectio
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
 from collaudit.reports.values.contact_alarms import strongest
+from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.visible_text import visible, wrapped
 from collaudit.reports.values.words import (
     BRIEF_STATEMENT,
@@ -115,7 +116,11 @@ def verdict_text(result: AuditResult, most: int | None = None, width: int | None
     noticed = noticed_line(result)
     lines = [*_listed(result.reasons, most, width), *_listed([noticed] if noticed else [], 1, width)]
     text = head + "".join(lines)
-    return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")
+    if not result.exclusions:
+        return text
+    joint_of = {finding.text: finding.joint or "" for finding in result.findings if finding.excludes}
+    excluded = joint_lines(((joint_of.get(said, ""), said) for said in result.exclusions), brief=True)
+    return f"{text}  excluded:\n" + "".join(_listed(excluded, most, width))
 
 
 def _counted(found: Section, title: str, count: int, which: str) -> Section:

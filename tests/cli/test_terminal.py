@@ -11,16 +11,19 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+import samples
 
 from collaudit.cli import console
 from collaudit.cli.console import note, say_result
 from collaudit.cli.main import collaudit as group
 from collaudit.core.findings import Finding
 from collaudit.reports.sections.finding_sections import finding_lines
+from collaudit.reports.terminal.screen_text import verdict_text
 from collaudit.reports.values.joint_lines import joint_lines
 
 NO_SUFFIX = ["simulate", "friction", "-o", "x.xyz"]
@@ -186,6 +189,15 @@ def test_init_as_json(arm, collaudit) -> None:
     assert content["schema"] == "collaudit/init/1"
     assert content["judged"] is (done.code == 0)
     assert "[robot]" in content["toml"]
+
+
+def test_what_a_verdict_leaves_out_on_several_joints_is_said_once() -> None:
+    said = [Finding("effort-gain", "warning", f"joint '{j}' is {k} per N·m ({k} to {k}, {k})", joint=j) for k, j in
+            enumerate("abcd", 2)]  # fmt: skip
+    result = replace(samples.passed().result, findings=tuple(said), exclusions=(*(f.text for f in said), "Gaps: 3 s."))
+    excluded = verdict_text(result).split("excluded:\n")[1].splitlines()
+    assert len(excluded) == 3
+    assert "joint 'a'" in excluded[0] and "b, c, d" in excluded[1] and "Gaps" in excluded[2]
 
 
 def test_what_is_said_of_several_joints_is_said_once() -> None:

@@ -164,6 +164,8 @@ def _counts_differ(names: Sequence[str], robot: Sequence[str], by_words: Mapping
     if by_order := first_in_order(names, robot):
         candidates["the first of the robot, in order"] = by_order
     problem = f"the log has {len(names)} joints and the robot {len(robot)}, under other names"
+    if len(names) > len(robot):
+        problem += ": it may be the log of another arm"
     return JointGuess(sure=False, problem=problem, candidates=candidates, chains=_chains(len(names), robot))
 
 

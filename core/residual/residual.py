@@ -1,13 +1,9 @@
-"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the commanded tool force.
-
-Which columns of a residual are judged apart, and the joint that an alarm in one of them is named after.
-"""
+"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the commanded tool force."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +24,7 @@ from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance, balance_from_momentum
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
+from collaudit.core.residual.isolation import EachJoint, Isolation
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05
@@ -297,55 +294,3 @@ def _fill_changes(
         level = balance.kernel.apply(quiet.level_nm[:, None], series.segments, series.period_s)[:, 0]
         torque_nm[:, j] = balance.total_nm[:, j] - level
         state[:, j] = State.JUDGED if prepared.effort_source == "joint" else State.FRICTION_INTERVAL
-
-
-@dataclass(frozen=True, slots=True)
-class EachJoint:
-    """One residual a joint: every column is judged, and names its joint.
-
-    Attributes:
-        isolates: a joint's residual stands for torque at that joint.
-        joint_names: the judged joints.
-    """
-
-    isolates: ClassVar[bool] = True
-    joint_names: tuple[str, ...]
-
-    def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
-        """All that are watched; ``gamma_nm`` has the threshold of each joint."""
-        return list(watched)
-
-    def joint_of(self, column: int, sample: int) -> str:
-        """The column's joint."""
-        return self.joint_names[column]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WholeArm:
-    """One residual of the whole arm, in every column in that joint's scale: detection without isolation.
-
-    Attributes:
-        isolates: no joint's residual stands for torque at that joint.
-        joint_names: the judged joints.
-        scale_nm: (j,) what stands for one unit of the arm's residual in each column.
-        shown: (n, j) what each joint shows of a contact.
-        look: samples from the onset in which that is looked at.
-    """
-
-    isolates: ClassVar[bool] = False
-    joint_names: tuple[str, ...]
-    scale_nm: FloatArray
-    shown: FloatArray
-    look: int = 1
-
-    def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
-        """One column, that of the lowest threshold in its scale: at it, each joint alone alarms."""
-        return sorted(watched, key=lambda j: gamma_nm[self.joint_names[j]] / self.scale_nm[j])[:1]
-
-    def joint_of(self, column: int, sample: int) -> str:
-        """The joint that shows most after the onset."""
-        part = self.shown[sample : sample + self.look]
-        return self.joint_names[int(np.nanargmax(np.abs(part).max(axis=0)))]
-
-
-Isolation = EachJoint | WholeArm

@@ -10,7 +10,7 @@ import numpy as np
 from collaudit.core.data.audit_result import Collision, NearMiss
 from collaudit.core.data.signals import State
 from collaudit.core.detection.events import _events
-from collaudit.core.residual.residual import EachJoint
+from collaudit.core.residual.isolation import EachJoint
 
 N, LASTING_N, GAMMA, LOWER = 5, 20, 4.0, 3.0
 

@@ -13,7 +13,7 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError
-from collaudit.core.residual.residual import WholeArm
+from collaudit.core.residual.isolation import WholeArm
 
 
 def test_every_joint_alone_alarms_at_its_threshold() -> None:

@@ -15,7 +15,8 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import balance_from_acceleration
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.detectors.direct import direct_kernel
-from collaudit.core.residual.residual import Residual, ResidualInputs, WholeArm, joint_residuals
+from collaudit.core.residual.isolation import WholeArm
+from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
 #: Contacts of people and fixtures lie below, most errors of friction and ripple above.
 _BANDWIDTH_HZ = 4.0

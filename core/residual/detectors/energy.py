@@ -25,7 +25,8 @@ from collaudit.core.residual.balance import Balance, KnownTorques, friction_velo
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.detectors.direct import direct_residual
 from collaudit.core.residual.friction_bounds import friction_bounds
-from collaudit.core.residual.residual import SIGMAS, Residual, ResidualInputs, WholeArm
+from collaudit.core.residual.isolation import WholeArm
+from collaudit.core.residual.residual import SIGMAS, Residual, ResidualInputs
 
 #: Slower than this the arm does too little work for power to mean anything, rad/s.
 SLOW_RAD_S = 0.1

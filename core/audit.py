@@ -131,7 +131,9 @@ def audit_log(
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, flags=alarms, scores=scores),
         contacts=contacts,
-        exclusions=exclusions(coverage, sensitivity, findings, units, config.log.effort_kind != "auto"),
+        exclusions=exclusions(
+            coverage, sensitivity, findings, units, config.log.effort_kind != "auto", prepared.left_out
+        ),
         sensitivity=sensitivity,
         disturbances=disturbed,
         unjudged=tuple(unjudged(config.policy, evidence)),

@@ -164,6 +164,12 @@ class Prepared(shown.Showing):
             phases=cut(self.phases),
         )
 
+    @property
+    def left_out(self) -> list[str]:
+        """Joints of the log that are not judged and that move what judged joints move, or are moved by them."""
+        others = [name for name in self.series.joint_names if name not in self.judged]
+        return others if self.robot.bodies is None else self.robot.bodies.on_chain(others, self.judged)
+
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]

@@ -136,10 +136,16 @@ class PinocchioModel:
 
     def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
         """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
-        model, moved = self._model, {self._model.getJointId(name) for name in kept}
-        ids = {name: model.getJointId(name) for name in names}
-        chains = {name: (set(model.supports[joint]), set(model.subtrees[joint])) for name, joint in ids.items()}
-        return [name for name, (inside, outside) in chains.items() if moved & inside and moved & outside]
+        return [name for name in names if all(self._sides(name, kept))]
+
+    def on_chain(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
+        """Those of ``names`` that have one of ``kept`` nearer to the base or one further out on their chain."""
+        return [name for name in names if any(self._sides(name, kept))]
+
+    def _sides(self, name: str, kept: Sequence[str]) -> tuple[bool, bool]:
+        """Whether one of ``kept`` lies nearer to the base than a joint, and whether one lies further out."""
+        joint, others = self._model.getJointId(name), {self._model.getJointId(other) for other in kept}
+        return bool(others & set(self._model.supports[joint])), bool(others & set(self._model.subtrees[joint]))
 
     def bodies(self) -> list[tuple[str, float, FloatArray]]:
         """Per joint: its name, the mass (kg) it moves directly, the (3, 3) inertia about that mass's centre."""

@@ -5,7 +5,7 @@ What a verdict does not cover: kinds of contact, gaps, joints not watched, time 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +131,7 @@ def exclusions(
     findings: Iterable[Finding] = (),
     units: Mapping[str, str] | None = None,
     effort_stated: bool = True,
+    left_out: Sequence[str] = (),
 ) -> tuple[str, ...]:
     """One sentence for each kind of contact, time or joint that the verdict does not cover.
 
@@ -140,11 +141,12 @@ def exclusions(
         findings: of the log and its detection; those that exclude a kind of contact are said first.
         units: by joint, of what its drive exerts; N·m where absent.
         effort_stated: whether ``[log] effort_kind`` says what the efforts are.
+        left_out: joints of the arm that ``[robot] joints`` does not name.
     """
     out = list(dict.fromkeys(finding.text for finding in findings if finding.excludes))
     if coverage.gaps_s > 0:
         out.append(f"Gaps in the log: {seconds_text(coverage.gaps_s)}.")
-    away = [joint for joint, cover in coverage.joints.items() if not cover.watched]
+    away = [*left_out, *(joint for joint, cover in coverage.joints.items() if not cover.watched)]
     if away:
         out.append(f"Joints not watched: {', '.join(away)}.")
     out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.recorded_s, units or {})]

@@ -412,6 +412,14 @@ def test_a_simulation_says_what_it_wrote_and_spares_the_files_of_others(collaudi
     assert all(Path(written[key]).exists() for key in ("config", "truth"))
 
 
+def test_joints_of_the_arm_that_are_not_judged_are_no_part_of_the_verdict(arm, collaudit, tmp_path: Path) -> None:
+    config = tmp_path / "one.toml"
+    config.write_text(arm.config.read_text().replace("[robot]", '[robot]\njoints = ["joint2"]', 1))
+    log = collaudit("detect", arm.clean, "-c", config, "--friction", arm.friction, "-o", tmp_path / "run", "--json")
+    (said,) = [text for text in json.loads(log.out)["exclusions"] if "not watched" in text]
+    assert said == "Joints not watched: joint1."
+
+
 def test_a_joint_to_judge_that_the_log_lacks(arm, collaudit, tmp_path: Path) -> None:
     lines = [line.split(",") for line in arm.clean.read_text().splitlines()]
     pick = [k for k, name in enumerate(lines[0]) if not name.endswith("2")]

@@ -119,3 +119,12 @@ def test_a_tool_in_grams_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RobotError, match="heavier than the whole robot") as refused:
         load(tmp_path, arm(), tool={"mass_kg": 700})
     assert "g" in (refused.value.hint or "")
+
+
+def test_the_other_arm_of_two_is_on_no_chain_of_the_first(tmp_path: Path) -> None:
+    tree = {"torso": ("l0", "l1"), "left1": ("l1", "l2"), "left2": ("l2", "l3"), "right": ("l1", "l4")}
+    text = "<link name='l0'/>" + "".join(LINK.format(f"l{k}", 1.0) for k in range(1, 5))
+    text += "".join(JOINT.format(name, *ends, "revolute") for name, ends in tree.items())
+    bodies = load(tmp_path, f"<robot name='r'>{text}</robot>", tuple(tree)).bodies
+    assert bodies.on_chain(["torso", "left2", "right"], ["left1"]) == ["torso", "left2"]
+    assert bodies.between(["torso", "left1", "right"], ["torso", "left2"]) == ["torso", "left1"]

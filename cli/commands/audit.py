@@ -25,6 +25,8 @@ from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary
 
 #: Lines of a screen.
 _MOST_LOGS = 20
+#: Files that are left out are named up to so many.
+_MOST_NAMED = 5
 _DAY = click.DateTime(["%Y-%m-%d"])
 
 if TYPE_CHECKING:
@@ -200,6 +202,7 @@ def command(
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
     found, of_robots = night_of(logs, loaded, overrides(), keep_going)
+    _say_left_out(logs)
     for friction in sorted({path for settings in of_robots if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     known = None if baseline is None else read_baseline(baseline)
@@ -283,6 +286,16 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: 
         say_result(text)
         return
     say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
+
+
+def _say_left_out(logs: Sequence[str]) -> None:
+    from collaudit.core.logs.inputs import other_files
+
+    others = other_files(logs)
+    more = [f"{len(others) - _MOST_NAMED} more"] if len(others) > _MOST_NAMED else []
+    if others:
+        named = ", ".join([*map(str, others[:_MOST_NAMED]), *more])
+        note(f"not taken as logs; name one as an argument to have it read: {named}")
 
 
 def _say_error(outcome: Outcome) -> None:

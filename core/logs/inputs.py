@@ -10,11 +10,17 @@ from typing import TYPE_CHECKING
 
 from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
-from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
+from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, named_format
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
     from collaudit.core.logs.table_part import TablePart
+
+#: What lies beside logs and is none.
+_COMPANIONS = {
+    ".toml", ".json", ".jsonl", ".yaml", ".yml", ".urdf", ".xacro", ".stl", ".dae", ".html", ".js", ".css", ".md",
+    ".rst", ".pdf", ".png", ".jpg", ".svg", ".minisig",
+}  # fmt: skip
 
 
 def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
@@ -63,17 +69,41 @@ def _expand(path: Path, *, strict: bool = True) -> list[Path]:
     return found
 
 
+def other_files(args: Sequence[str | Path]) -> list[Path]:
+    """Files in folders that are not taken as logs, and are not what usually lies beside logs either."""
+    folders = [path for arg in args if (path := Path(arg)).is_dir() and not is_bag_folder(path)]
+    entries = [entry for folder in folders for entry in _entries(folder, set())]
+    others = [path for path, log in entries if not log and not _is_result(path)]
+    return [path for path in others if path.suffix.lower() not in _COMPANIONS]
+
+
 def _inside(folder: Path) -> list[Path]:
-    out: list[Path] = []
+    return [path for path, log in _entries(folder, set()) if log]
+
+
+def _entries(folder: Path, seen: set[Path]) -> Iterator[tuple[Path, bool]]:
+    """What a folder holds, and whether it is taken as a log; of links to a folder, what that holds, unless it is above.
+
+    A link that its name calls a log is one, even where it leads nowhere: that it cannot be read is to be said. A pipe
+    is none: it would keep a reader waiting.
+    """
+    seen.add(folder.resolve())
+    linked = []
     for path in sorted(folder.iterdir()):
         if path.name.startswith("."):
             continue
-        if path.is_dir():
-            left_out = path.is_symlink() or _describes_episodes(path)
-            out += [path] if is_bag_folder(path) else ([] if left_out else _inside(path))
-        elif path.is_file() and is_log(path) and not _is_result(path):
-            out.append(path)
-    return out
+        if not path.is_dir():
+            log = is_log(path) if path.is_file() else not path.exists() and named_format(path) is not None
+            yield path, log and not _is_result(path)
+        elif is_bag_folder(path):
+            yield path, True
+        elif not _describes_episodes(path):
+            linked += [path] if path.is_symlink() else []
+            yield from () if path.is_symlink() else _entries(path, seen)
+    for path in linked:  # last, so that logs are called by the names of their own folders
+        target = path.resolve()
+        if target not in seen and not folder.resolve().is_relative_to(target):
+            yield from _entries(path, seen)
 
 
 def _describes_episodes(folder: Path) -> bool:
@@ -99,7 +129,7 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
     groups: list[tuple[tuple[Path, ...], list[TablePart]]] = []
     alike: dict[tuple[object, ...], list[int]] = {}  # groups by what their parts share: thousands of logs stay quick
     for path in paths:
-        part = _part(path, settings) if not path.is_dir() and path.exists() and is_table(path) else None
+        part = _part(path, settings) if path.is_file() and is_table(path) else None
         homes = alike.setdefault(part.shared, []) if part is not None else []
         home = None if part is None else next((i for i in homes if part.joins(groups[i][1])), None)
         if part is not None and home is not None:

@@ -198,6 +198,19 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     assert target.read_text() == "mine"
 
 
+def test_a_folder_with_a_log_that_leads_nowhere_is_not_judged(arm, collaudit, tmp_path: Path) -> None:
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    shutil.copyfile(arm.clean, logs / "clean.csv")
+    shutil.copyfile(arm.clean, logs / "other.csv.part")
+    (logs / "lost.csv").symlink_to(tmp_path / "not" / "mounted.csv")
+    os.mkfifo(logs / "pipe.csv")
+    told = collaudit("audit", logs, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "out")
+    assert told.code == 3
+    assert "lost.csv: not judged" in told.err
+    assert "pipe.csv" in told.err and "other.csv.part" in told.err
+
+
 def test_a_run_is_not_written_among_the_logs_through_a_link(arm, collaudit, tmp_path: Path) -> None:
     logs, link = tmp_path / "logs", tmp_path / "run"
     logs.mkdir()

@@ -97,9 +97,8 @@ def audit_log(
     )
     findings = in_joint_units(
         (
-            *asked_findings(prepared, config),
+            *asked_findings(prepared, config, applied.findings),
             *about_axes,
-            *applied.findings,
             *judged.choices,
             *checked,
             *at_rest,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
@@ -53,7 +53,12 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         findings = [*said, *clean.findings]
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
-        findings = [*_same_log(friction, prepared, config), *_mismatch(friction, prepared), *_left_out(friction)]
+        findings = [
+            *_same_log(friction, prepared, config),
+            *_mismatch(friction, prepared),
+            *_left_out(friction),
+            *_errors(friction, prepared),
+        ]
     laws, missing = friction_models(fits, series)
     if friction is not None:
         laws = corrected_laws(laws, friction.corrections)
@@ -122,6 +127,18 @@ def _left_out(friction: FrictionFile) -> list[Finding]:
             )
             out.append(Finding("fit-contact-suspected", "warning", text, where=name))
     return out
+
+
+def _errors(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
+    """Joints that the fit could not judge: identified inertials may have taken in what was wrong, and hide it."""
+    known = {(finding.code, finding.joint) for finding in prepared.findings}
+    return [
+        replace(finding, text=f"In the fitted logs: {finding.text}", where="friction file", start_s=None, end_s=None)
+        for finding in friction.findings
+        if finding.effect == "not-judged-joint"
+        and finding.joint in (None, *prepared.judged)
+        and (finding.code, finding.joint) not in known
+    ]
 
 
 def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:

@@ -68,6 +68,7 @@ class Prepared(shown.Showing):
         effort_smoothing: by joint how far the effort is smoothed over time; empty where no motion tells.
         upright: joints whose friction clearly takes power with their effort's sign as it is.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
+        left_out: joints of the log that are not judged, but move judged ones or are moved by them.
     """
 
     series: UniformSeries
@@ -86,9 +87,13 @@ class Prepared(shown.Showing):
     effort_smoothing: Mapping[str, Smoothing] = field(default_factory=dict)
     upright: frozenset[str] = frozenset()
     judged_series: UniformSeries = field(init=False)
+    left_out: list[str] = field(init=False)
 
     def __post_init__(self) -> None:
+        others = [name for name in self.series.joint_names if name not in self.judged]
+        chained = others if self.robot.bodies is None else self.robot.bodies.on_chain(others, self.judged)
         object.__setattr__(self, "judged_series", of_joints(self.series, self.judged))
+        object.__setattr__(self, "left_out", chained)
 
     @property
     def contact_nm(self) -> FloatArray | None:
@@ -163,12 +168,6 @@ class Prepared(shown.Showing):
             commanded=replace(self.commanded, torque_nm=cut(self.commanded.torque_nm)),
             phases=cut(self.phases),
         )
-
-    @property
-    def left_out(self) -> list[str]:
-        """Joints of the log that are not judged and that move what judged joints move, or are moved by them."""
-        others = [name for name in self.series.joint_names if name not in self.judged]
-        return others if self.robot.bodies is None else self.robot.bodies.on_chain(others, self.judged)
 
     def columns(self) -> list[int]:
         """Columns of the judged joints."""

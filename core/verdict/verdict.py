@@ -119,18 +119,19 @@ def _nothing(evidence: Evidence) -> str:
     return f"No joint could be judged: {'; '.join(parts) or 'nothing was watched'}."
 
 
-def asked_findings(prepared: Prepared, config: Config) -> tuple[Finding, ...]:
-    """The findings of a prepared log; errors of joints that are not to be judged are warnings.
+def asked_findings(prepared: Prepared, config: Config, more: Sequence[Finding] = ()) -> tuple[Finding, ...]:
+    """The findings of a prepared log, and more; errors of joints that are not to be judged are warnings.
 
     A joint is asked for when it is judged (``[robot] joints``) and watched (``[detect] watch``).
 
     Args:
         prepared: the log.
         config: which joints are watched.
+        more: findings beside its own.
     """
     watch = config.detect.watch
     asked = {joint for joint in prepared.judged if watch == "auto" or joint in watch}
-    return without_errors_of(prepared.findings, set(prepared.series.joint_names) - asked)
+    return without_errors_of((*prepared.findings, *more), set(prepared.series.joint_names) - asked)
 
 
 def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Finding]) -> list[str]:

@@ -16,6 +16,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.recommendation_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.recommend.fitted_thresholds import _too_little, fitted_thresholds
@@ -65,6 +66,18 @@ def test_one_joint_without_a_threshold_is_no_pass(hits: Path, friction: Friction
     (said,) = [f for f in found.findings if f.code == "gamma-missing"]
     assert said.joint == "joint2" and "only 3 s" in said.text
     assert found.coverage.joints["joint2"].watched is False
+
+
+def test_what_the_fit_could_not_judge_is_not_judged_with_it(hits: Path, friction: FrictionFile) -> None:
+    """An arm mounted upside down: identified inertials take gravity in, and the fit alone sees it."""
+    joint, *others = friction.joints
+    wrong = Finding("effort-sign-inverted", "error", "It runs against the model.", joint=joint)
+    spoilt = replace(friction, findings=(*friction.findings, wrong))
+    told = audited(hits, spoilt).result
+    assert any("In the fitted logs: It runs against the model." in reason for reason in told.unjudged)
+    aside = audited(hits, spoilt, detect__watch=others).result
+    assert not any("In the fitted logs" in reason for reason in aside.unjudged)
+    assert "warning" in [f.severity for f in aside.findings if f.code == "effort-sign-inverted"]
 
 
 def test_a_joint_that_hardly_moves_is_an_exclusion_and_no_obstacle(hits: Path, friction: FrictionFile) -> None:

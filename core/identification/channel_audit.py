@@ -81,7 +81,9 @@ def audit_delays(prepared: Prepared, config: Config, effort: _Found, wrench: _Fo
         side = "behind" if delay.seconds > 0 else "ahead of"
         text = f"The {channel} is {size} {side} the motion ({span})"
         lag = _velocity_words(prepared.series) if channel == "effort" else ""
-        if high - low > _UNSHARP_S:
+        if low > _UNSHARP_S and high - low > _UNSHARP_S:
+            findings.append(Finding(code, "warning", f"{text}: too uncertain to be taken off, but late.{lag}"))
+        elif high - low > _UNSHARP_S:
             findings.append(Finding(code, "info", f"{text}: too uncertain to show an offset.{lag}"))
         elif not _is_significant(delay, prepared.series.period_s):
             findings.append(Finding(code, "info", f"{text}: no offset beyond one sample is shown.{lag}"))

@@ -20,8 +20,8 @@ from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence
 #: The range leaves out this share of the evidence at each end: a moment at some speed is no evidence for it.
 _TAIL = 1e-3
 _STEP_S = 0.02
-#: Slower is rest: noise of a velocity changes its sign.
-_MOVING_RAD_S = 1e-3
+#: Travel between two reversals, rad (m): the noise of a velocity changes its sign over less.
+_STROKE_RAD = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +70,7 @@ def range_of(logs: Sequence[Driven]) -> RangeOfEvidence | None:
     seconds = sum(v.size * one.period_s for v, one in zip(velocity, logs, strict=True))
     standing_s = sum(float(np.count_nonzero(one.used & one.standing)) * one.period_s for one in logs)
     phases = dict.fromkeys(phase for one in logs for phase in one.phase_s)
-    reversals = sum(reversals_at(v).size for v in velocity)
+    reversals = sum(reversals_at(v, one.period_s).size for v, one in zip(velocity, logs, strict=True))
     return RangeOfEvidence(
         fastest_rad_s=quantile_of(speed, 1 - _TAIL),
         hardest_rad_s2=quantile_of(turn, 1 - _TAIL),
@@ -84,11 +84,14 @@ def range_of(logs: Sequence[Driven]) -> RangeOfEvidence | None:
     )
 
 
-def reversals_at(velocity_rad_s: FloatArray) -> IntArray:
-    """Samples at which (n,) velocities have changed their direction, rest left out."""
-    moving = np.flatnonzero(np.abs(velocity_rad_s) > _MOVING_RAD_S)
-    sign = np.sign(velocity_rad_s[moving])
-    return np.asarray(moving[1:][sign[1:] != sign[:-1]], dtype=np.int64)
+def reversals_at(velocity_rad_s: FloatArray, period_s: float) -> IntArray:
+    """Samples at which (n,) velocities turn from a stroke in one direction to a stroke in the other, noise left out."""
+    velocity = np.nan_to_num(velocity_rad_s)
+    starts = np.flatnonzero(np.diff(np.sign(velocity), prepend=np.nan))
+    way = np.add.reduceat(velocity, starts) * period_s
+    strokes = np.abs(way) > _STROKE_RAD
+    starts, direction = starts[strokes], np.sign(way[strokes])
+    return np.asarray(starts[1:][direction[1:] != direction[:-1]], dtype=np.int64)
 
 
 def acceleration(velocity_rad_s: FloatArray, period_s: float) -> FloatArray:
@@ -224,7 +227,7 @@ def _beyond(
 
 def _reversing(velocity: FloatArray, period_s: float, usual_per_h: float | None) -> dict[str, BoolArray]:
     """Mask (n,) of what lies around reversals, where they come far more often than in the evidence."""
-    at, hours = reversals_at(np.nan_to_num(velocity)), velocity.size * period_s / 3600.0
+    at, hours = reversals_at(velocity, period_s), velocity.size * period_s / 3600.0
     if usual_per_h is None or at.size <= _MORE_OFTEN * usual_per_h * hours + _BY_CHANCE:
         return {}
     mask = np.zeros(velocity.size, dtype=np.bool_)

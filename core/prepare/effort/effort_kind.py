@@ -73,7 +73,8 @@ def effort_kind(
     text = (
         f"The effort holds the arm's inertia in motion ({inertia:.2g} ± {spread:.2g} of the model's, 95 %) and "
         f"none of its gravity ({gravity:.2g} ± {off:.2g}), at rest or in motion: the controller seems to have taken it "
-        'out. If so, state [log] effort_kind = "gravity-compensated"; otherwise "motor-torque" or "joint-torque".'
+        'out, or [robot] states the base or gravity wrongly. State [log] effort_kind = "gravity-compensated" if the '
+        'controller does so; otherwise correct [robot], and state "motor-torque" or "joint-torque".'
     )
     return EffortKind(kind.source, "seen"), (*findings, Finding("effort-compensated", "error", text))
 

@@ -100,13 +100,21 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     lambda log: reach_findings(log.series, log.prepared.robot, log.inputs.rule),
     lambda log: coarse_findings(log.series, log.inputs.rule),
     lambda log: pattern_findings(log.signals, log.inputs.rule.gamma_nm),
-    lambda log: residual_level_findings(log.stats, log.inputs.rule.gamma_nm),
+    lambda log: residual_level_findings(log.signals, log.stats, log.inputs.rule.gamma_nm, _fitted_nm(log)),
     lambda log: scatter_findings(log.applied.fits, log.inputs.rule.gamma_nm),
     lambda log: detection_findings(log.series, log.run, log.inputs, log.facts.friction_level),
     lambda log: model_worth_findings(log.prepared, log.run, log.inputs),
     lambda log: spike_findings(log.series, log.run.detected.collisions),
     lambda log: late_effort_findings(log.prepared, log.config) if log.run.detected.collisions else (),
 )
+
+
+def _fitted_nm(log: Judged) -> dict[str, float]:
+    """By joint the robust standard deviation of the detector's residual in the fitted motion; empty where unknown."""
+    fitted = log.thresholds
+    if fitted is None or fitted.detector != log.config.detect.detector:
+        return {}
+    return {joint: one.noise_nm for joint, one in fitted.joints.items() if one.noise_nm is not None}
 
 
 def _with_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:

@@ -440,8 +440,9 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "residual-level": Kind(
-        "The residual is large compared with the threshold all the time.",
-        "Correct the model, tool or friction, or raise the threshold: collaudit recommend.",
+        "The residual is large compared with that of the fitted logs, or with the threshold, all the time.",
+        "Check that the friction file is of this arm, tool, temperature and filter of the effort; correct model or "
+        "tool, or fit again.",
         _DOUBTS,
     ),
     "residual-position": Kind(

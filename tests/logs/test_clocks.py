@@ -44,3 +44,23 @@ def test_a_jump_is_told_by_what_the_clock_gained(jump_s: int, tmp_path: Path) ->
 
 def test_one_late_message_is_no_jump(tmp_path: Path) -> None:
     assert clock_findings(tmp_path, lambda k: w.EPOCH + k * w.PERIOD + (2 * SECOND if k == 1000 else 0)) == []
+
+
+@pytest.mark.parametrize(
+    "stamp_of",
+    [
+        lambda k: 0 if k // 100 % 4 == 0 else w.EPOCH + k * w.PERIOD,  # not stamped, again and again
+        lambda k: (0 if k // 100 % 4 == 0 else w.EPOCH) + k * w.PERIOD,  # of another clock
+        lambda k: (0 if k < 1000 else w.EPOCH) + k * w.PERIOD,  # a clock that is set once the arm runs
+    ],
+)
+def test_stamps_that_lie_years_apart_leave_the_times_of_recording(
+    stamp_of: Callable[[int], int], tmp_path: Path
+) -> None:
+    said = [
+        w.joint_state(["a"], [0.001 * k], stamp_ns=stamp_of(k), log_ns=w.EPOCH + k * w.PERIOD + 100_000 * (k % 3))
+        for k in range(3000)
+    ]
+    log = read_log((w.write_mcap(tmp_path / "x.mcap", said),), LogConfig(), robot_joints=None)
+    assert log.time_s.size == 3000 and log.time_s[-1] == pytest.approx(2999 * w.PERIOD / SECOND, abs=0.001)
+    assert any("timed by log time" in f.text and "never set" in f.text for f in log.findings)

@@ -23,6 +23,8 @@ _SAMPLE = 50_000
 _FEW = 10
 #: Parts of the log at its beginning and end whose medians are compared: a few late messages do not move them.
 _PARTS = 10
+#: Stamps that lie so much farther apart than the recording lasts are of two clocks, one of which was never set.
+_TWO_CLOCKS_NS = 10**15
 #: More than this share is worth a warning: speeds are wrong by as much.
 _WARNED_SHARE = 0.01
 
@@ -63,6 +65,21 @@ def steadiness(stamps_ns: IntArray | None) -> Steadiness:
     return Steadiness(middle, high - low, True)
 
 
+def of_two_clocks(stamp_ns: IntArray, log_ns: IntArray) -> bool:
+    """Whether header stamps (n,) lie days farther apart than their times of recording (n,)."""
+    if not stamp_ns.size:
+        return False
+    apart, lasted = (int(ns.max()) - int(ns.min()) for ns in (stamp_ns, log_ns))
+    return apart - lasted > _TWO_CLOCKS_NS
+
+
+def header_steadiness(stamp_ns: IntArray | None, log_ns: IntArray) -> Steadiness:
+    """Judge header stamps (n,) by their steps and by the times of recording (n,)."""
+    if stamp_ns is not None and of_two_clocks(stamp_ns, log_ns):
+        return Steadiness(float("nan"), float("nan"), False, "some were never set, or are of another clock")
+    return steadiness(stamp_ns)
+
+
 def choose_clock(
     stamp_ns: IntArray | None, log_ns: IntArray, wanted: Literal["auto", "header", "log"], where: str
 ) -> tuple[Clock, Finding]:
@@ -77,7 +94,7 @@ def choose_clock(
     Raises:
         LogError: the header's stamps were asked for and cannot be used.
     """
-    header, log = steadiness(stamp_ns), steadiness(log_ns)
+    header, log = header_steadiness(stamp_ns, log_ns), steadiness(log_ns)
     if wanted == "header" and not header.usable:
         raise LogError(
             f"the header's stamps were asked for and cannot be used: {header.why}",

@@ -9,7 +9,7 @@ from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.impossible_values import garbage_finding
-from collaudit.core.logs.signals.sample_clock import Clock, steadiness
+from collaudit.core.logs.signals.sample_clock import Clock, header_steadiness
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.logs.topics.log_topics import Topic
 from collaudit.core.logs.topics.topic_series import Series, in_order, taken
@@ -52,7 +52,7 @@ def read_wrench(
     if not series.followed:
         text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
         return None, [Finding("log-wrench-missing", "warning", text, where=topic.name)]
-    if clock == "header" and not steadiness(series.stamp_ns).usable:
+    if clock == "header" and not header_steadiness(series.stamp_ns, series.log_ns).usable:
         clock = "log"
         text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
         findings.append(Finding("clock-drift", "warning", text, where=topic.name))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.logs.signals.impossible_values import garbage_ns
-from collaudit.core.logs.signals.sample_clock import Clock
+from collaudit.core.logs.signals.sample_clock import Clock, of_two_clocks
 from collaudit.core.numeric.arrays import BoolArray, IntArray
 
 Breaks = tuple[SetBack, ...]
@@ -99,7 +99,7 @@ def in_order(
     followed = len(known.log_breaks or in_log) == len(in_log)
     stamp_ns = series.stamp_ns
     in_stamps: Breaks = ()
-    if stamp_ns is not None:
+    if stamp_ns is not None and not of_two_clocks(stamp_ns, log_ns):
         stamp_ns, in_stamps = _by_channel(stamp_ns, series.source, known.stamp_breaks)
         followed &= len(known.stamp_breaks or in_stamps) == len(in_stamps)
     series = replace(

@@ -18,8 +18,9 @@ from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
 from collaudit.core.logs.tables.column_patterns import counts_message
-from collaudit.core.logs.tables.column_vocabulary import is_label
+from collaudit.core.logs.tables.column_vocabulary import is_label, words_of
 from collaudit.core.robot.robot_description import Description
+from collaudit.core.vendors.column_words import ROLE_OF
 
 _WRENCH_FRAME = (
     Line("wrench_frame", "ft_sensor", "a frame of the model", active=False),
@@ -64,6 +65,11 @@ class Known:
     def prismatic(self) -> list[str]:
         """The robot's prismatic joints."""
         return [joint.name for joint in self.robot.joints if joint.kind == "prismatic"] if self.robot else []
+
+
+def _commanded(topic: str) -> bool:
+    """Whether a topic is named after commands or a model."""
+    return any(ROLE_OF.get(word) in ("desired", "commanded", "model", "external") for word in words_of(topic))
 
 
 class Draft:
@@ -120,25 +126,35 @@ class Draft:
             units.put(Line("effort_sign", inverted, why, active=False))
 
     def _main_topic(self) -> TopicInfo | None:
-        """The table of joint signals: the one asked for, else the one with most of the robot's joints."""
+        """The table of joint signals: the one asked for, else the one with most of the robot's joints.
+
+        Of those with as many: one that is not named after commands, in which no contact shows, and one with efforts.
+        """
         asked = self._given.get("log.joint_states")
         candidates = [t for t in self.summary.topics if t.role == "joint_states" and asked in (None, t.name)]
 
-        def worth(topic: TopicInfo) -> tuple[int, int, int]:
-            known = sum(name in self._known.movable for name in topic.joints)
-            guessed = len(self._guess(topic).mapping) if self._known.movable else 0
-            return known + guessed, len(topic.joints), topic.count
+        def worth(topic: TopicInfo) -> tuple[int, bool, bool, int, int]:
+            known = self._known_joints(topic)
+            return known, not _commanded(topic.name), topic.has_effort is not False, len(topic.joints), topic.count
 
         return max(candidates, key=worth, default=None)
+
+    def _known_joints(self, topic: TopicInfo) -> int:
+        """How many of the topic's joints are the robot's, by their names or by a guess."""
+        known = sum(name in self._known.movable for name in topic.joints)
+        return known + (len(self._guess(topic).mapping) if self._known.movable else 0)
 
     def _signals(self, topic: TopicInfo | None) -> None:
         log = self.sections["log"]
         if topic is not None and not self.summary.csv_columns:
             rate = "" if topic.rate_hz is None else f", {topic.rate_hz:.4g} Hz"
-            log.add("joint_states", topic.name, f"{topic.type}{rate}, {len(topic.joints)} joints")
-            others = [t.name for t in self.summary.topics if t.role == "joint_states" and t.name != topic.name]
+            others = [t for t in self.summary.topics if t.role == "joint_states" and t.name != topic.name]
+            alike = [t.name for t in others if self._known_joints(t) >= self._known_joints(topic)]
+            why = f"{topic.type}{rate}, {len(topic.joints)} joints" + "".join(f"; or {name}" for name in alike)
+            asked = "log.joint_states" in self._given
+            log.add("joint_states", topic.name, why, guess=bool(alike) and not asked)
             if others:
-                log.remarks.append(f"Other topics with joint states: {', '.join(others)}.")
+                log.remarks.append(f"Other topics with joint states: {', '.join(t.name for t in others)}.")
         for wrench in (t for t in self.summary.topics if t.role == "wrench"):
             log.lines += [Line("wrench", wrench.name, "needs wrench_frame too", active=False), *_WRENCH_FRAME]
         if self.summary.csv_columns:

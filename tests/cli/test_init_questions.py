@@ -6,6 +6,7 @@ import re
 import tomllib
 from pathlib import Path
 
+import log_writers as w
 import numpy as np
 import pytest
 
@@ -170,6 +171,21 @@ def test_one_arm_of_two_is_offered_and_taken(folder: Path, collaudit) -> None:
     assert written["log"]["joint_names"] == {f"joint{k + 1}": f"right_{name}" for k, name in enumerate(NAMES)}
     shown = collaudit("inspect", "x.csv", "--urdf", "arm.urdf", *right)
     assert "taken as the robot's joints in its order: right_pan_joint, right_lift_joint" in shown.out
+
+
+@pytest.mark.parametrize("effort", [9.0, None], ids=["with its own efforts", "without efforts"])
+def test_measured_joint_states_are_taken_beside_commanded_ones(folder: Path, collaudit, effort: float | None) -> None:
+    """Both have the robot's joints; the choice is a guess that names the other topic."""
+    said = []
+    for k in range(200):
+        at = np.sin(0.01 * k + np.arange(3))
+        force = [] if effort is None else [effort] * 3
+        said.append(w.joint_state(NAMES, at, at, force, stamp_ns=w.EPOCH + k * w.PERIOD, topic="/joint_command"))
+        said.append(w.joint_state(NAMES, at, at, at, stamp_ns=w.EPOCH + k * w.PERIOD, topic="/joint_states"))
+    w.write_mcap(Path("x.mcap"), said)
+    collaudit("init", "x.mcap", "--urdf", "arm.urdf", "-o", "c.toml")
+    (line,) = [line for line in Path("c.toml").read_text().splitlines() if line.startswith("joint_states")]
+    assert line.startswith('joint_states = "/joint_states"') and "GUESS" in line and "/joint_command" in line
 
 
 def test_the_cause_of_a_refusal_stands_in_the_file(folder: Path, collaudit) -> None:

@@ -117,7 +117,8 @@ def read_message_log(
         units = with_currents(units, where)
     unit = to_si(columns, names, units, prismatic, where)
     if "position" not in columns:
-        raise LogError("the joint states hold no positions", where=where)
+        hint = "record positions and efforts on one topic, or choose the topic with [log] joint_states"
+        raise LogError("the joint states hold no positions", where=where, hint=hint)
     if clock != "header" and base.stamp_ns is not None:  # where two publishers stamp alike, theirs is not the clock
         origin_ns = int(base.stamp_ns[0])
         position, effort = columns["position"], columns.get("effort")

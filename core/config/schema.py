@@ -124,7 +124,8 @@ class RobotConfig(ConfigTable, frozen=True, kw_only=True):
     ] = None
     dh: Annotated[list[DhRow], about("Denavit-Hartenberg rows, base to tip.")] = []
     joints: Annotated[
-        list[str] | None, about("Judged joints in model order; every moving joint the log has when absent.")
+        list[str] | None,
+        about("Judged joints in model order; when absent, every moving joint that the log has, but a gripper's."),
     ] = None
     parked: Annotated[
         dict[str, float], about("Joints that are not in the log and stand still, and where, rad (m if prismatic).")

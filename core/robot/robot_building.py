@@ -13,13 +13,14 @@ import numpy as np
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
 from collaudit.core.robot.robot_description import Description, describe_robot, dh_names, joint_values, unknown_name
 from collaudit.core.robot.robot_model import RobotModel, Tool
 from collaudit.core.robot.urdf_file import JointFacts
+from collaudit.core.vendors.joint_words import GRIPPER
 
 
 def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> RobotModel:
@@ -28,8 +29,8 @@ def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> R
     Args:
         config: the ``[robot]`` table.
         base_dir: folder that relative paths start from.
-        joints: the log's joints that the model has, in any order; model order is restored. Other movable
-            joints are locked at zero, with finding ``model-joint-locked``.
+        joints: the log's joints that the model has, in any order; model order is restored. Other movable joints are
+            locked at zero, with finding ``model-joint-locked``, and so are a gripper's that the table does not name.
 
     Returns:
         The model; without any robot description, one that knows the joint names only.
@@ -49,10 +50,13 @@ def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> R
     if not joints:
         raise RobotError("no joint of the log is a joint of the robot", where=description.where)
     kept = tuple(joint for joint in description.joints if joint.name in logged)
-    return _model(config, description, kept)
+    arm = tuple(joint for joint in kept if not GRIPPER.search(joint.name))
+    return _model(config, description, arm if arm and config.joints is None else kept, kept)
 
 
-def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts, ...]) -> RobotModel:
+def _model(
+    config: RobotConfig, description: Description, kept: tuple[JointFacts, ...], logged: tuple[JointFacts, ...]
+) -> RobotModel:
     names = tuple(joint.name for joint in kept)
     whole = _whole(description)
     led = frozenset(names)
@@ -70,8 +74,13 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
     armature = dict(zip(names, rotors, strict=True))
     model.set_armature(np.array([armature.get(name, 0.0) for name in model.joint_names]))
     has_inertials, findings = _inertial_findings(description, model)
-    if locked:
-        findings = (*findings, *_locked_findings(description, locked, tuple(config.parked), names, whole))
+    gripper = [joint.name for joint in logged if joint.name not in names]
+    with_it = {*gripper, *(joint.name for joint in description.joints if joint.leader in gripper)}
+    absent = {name: at for name, at in locked.items() if name not in with_it}
+    if gripper:
+        findings = (*findings, _of_a_gripper(gripper, description.where))
+    if absent:
+        findings = (*findings, *_locked_findings(description, absent, tuple(config.parked), names, whole))
     tool, tool_findings = _add_tool(config, model, kept[-1].link)
     return RobotModel(
         joint_names=names,
@@ -201,6 +210,14 @@ def _inertial_findings(description: Description, model: PinocchioModel) -> tuple
         (points, "info", f"Links without inertia_kg_m2 are taken as point masses: {', '.join(points)}."),
     ]
     return True, tuple(Finding("model-approximate", how, text, where=where) for some, how, text in limits if some)
+
+
+def _of_a_gripper(joints: Sequence[str], where: str) -> Finding:
+    text = (
+        f"Not judged, and held at zero, as their names are those of a gripper: {', '.join(joints)}. If they are the "
+        "arm's, name all of its joints in [robot] joints."
+    )
+    return fact(text, where=where)
 
 
 #: A locked joint that moves less than this (a gripper's finger) changes no torque worth a warning, kg.

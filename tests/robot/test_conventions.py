@@ -99,9 +99,26 @@ FINGERS = """<robot name="gripper"><link name="base"/>
 @pytest.fixture
 def gripper(tmp_path: Path) -> RobotModel:
     (tmp_path / "g.urdf").write_text(FINGERS)
-    config = RobotConfig(urdf=Path("g.urdf"))
+    config = RobotConfig(urdf=Path("g.urdf"), joints=["turn", "finger"])
     assert movable_joints(config, tmp_path) == ("turn", "finger")
     return build_robot(config, tmp_path, ["finger", "turn"])
+
+
+@pytest.mark.parametrize(("joints", "judged"), [(None, ("turn",)), (["turn", "finger"], ("turn", "finger"))])
+def test_a_gripper_is_judged_only_if_it_is_named(
+    tmp_path: Path, joints: list[str] | None, judged: tuple[str, ...]
+) -> None:
+    """Its fingers are held where they are; the link that carries them ends the arm, and bears the tool."""
+    (tmp_path / "g.urdf").write_text(FINGERS)
+    robot = build_robot(RobotConfig(urdf=Path("g.urdf"), joints=joints), tmp_path, ["finger", "turn"])
+    assert robot.joint_names == judged
+    assert ["those of a gripper: finger" in finding.text for finding in robot.findings] == [True] * (joints is None)
+
+
+def test_a_log_of_a_gripper_alone_is_judged(tmp_path: Path) -> None:
+    (tmp_path / "g.urdf").write_text(FINGERS.replace('name="turn"', 'name="gripper_turn"'))
+    robot = build_robot(RobotConfig(urdf=Path("g.urdf")), tmp_path, ["gripper_turn", "finger"])
+    assert robot.joint_names == ("gripper_turn", "finger")
 
 
 def test_continuous_joints_have_one_position(gripper: RobotModel) -> None:

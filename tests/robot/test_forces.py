@@ -69,7 +69,7 @@ def test_real_arms(data_dir: Path, urdf: str, frame: str, count: int) -> None:
     names = movable_joints(config, data_dir)
     arm = [n for n in names if "tiago" not in urdf or n.startswith("arm_")]
     assert len(arm) == count
-    robot = build_robot(config, data_dir, arm)
+    robot = build_robot(config.changed({"joints": arm}), data_dir, arm)  # the Panda's finger, too
     assert robot.has_inertials
     rng = np.random.default_rng(4)
     q, wrench = rng.uniform(-2, 2, (50, count)), rng.normal(size=(50, 6))

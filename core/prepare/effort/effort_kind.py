@@ -19,7 +19,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.vendors.torque_sensors import TORQUE_SENSED
+from collaudit.core.vendors.joint_words import TORQUE_SENSED
 
 EffortSource = Literal["motor", "joint"]
 

@@ -33,8 +33,8 @@ _FAR_AT_EDGE, _FEWEST_AT_EDGE = 2.0, 3
 #: A model that leaves this share of the torque's spread in so much motion, s, explains nothing.
 _NO_GAIN, _NO_GAIN_S = 0.9, 5.0
 #: A residual so many times that of the fitted logs is that of another arm, tool or sensor. Between real recordings of
-#: one arm it grew by up to 1.9 times, and 2.8 times on an axis whose counterbalance the model lacks; simulated, 2.6 times
-#: with friction of another temperature, 2 to 4 times with another filter of the effort, 16 times with another arm.
+#: one arm it grew by up to 1.9 times, and 2.8 times on an axis with a counterbalance; simulated, 2.6 times with
+#: friction of another temperature, 2 to 4 times with another filter of the effort, and 16 times with another arm.
 _OTHER_THAN_FITTED = 2.0
 #: Samples that tell it as well as all would, and the fewest that do.
 _TELLING = 500

@@ -341,9 +341,9 @@ KINDS: dict[str, Kind] = {
         setting="robot",
     ),
     "model-joint-locked": Kind(
-        "A joint of the model is not in the log and was held at zero.",
-        "If it did not stand at zero, state where: [robot] parked.",
-        _EITHER,
+        "A joint of the model is not in the log: it was held at zero, and is not watched.",
+        "Record it; or, if it did not stand at zero, state where: [robot] parked.",
+        _EXCLUDES,
         setting="robot",
     ),
     "model-joint-between": Kind(

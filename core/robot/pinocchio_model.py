@@ -134,15 +134,11 @@ class PinocchioModel:
         body = pin.Inertia(mass_kg, np.array(com_m, dtype=float), np.zeros((3, 3)))
         self._model.appendBodyToJoint(at.parentJoint, body, at.placement)
 
-    def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
-        """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
-        return [name for name in names if all(self._sides(name, kept))]
-
     def on_chain(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
         """Those of ``names`` that have one of ``kept`` nearer to the base or one further out on their chain."""
-        return [name for name in names if any(self._sides(name, kept))]
+        return [name for name in names if any(self.sides(name, kept))]
 
-    def _sides(self, name: str, kept: Sequence[str]) -> tuple[bool, bool]:
+    def sides(self, name: str, kept: Sequence[str]) -> tuple[bool, bool]:
         """Whether one of ``kept`` lies nearer to the base than a joint, and whether one lies further out."""
         joint, others = self._model.getJointId(name), {self._model.getJointId(other) for other in kept}
         return bool(others & set(self._model.supports[joint])), bool(others & set(self._model.subtrees[joint]))

@@ -243,20 +243,18 @@ def _locked_findings(
         names: joints of the log.
         whole: the model with all joints free.
     """
-    heavy = [name for name, mass, _ in whole.bodies() if name in locked and mass >= _LIGHT_KG]
-    place = {joint.name: number for number, joint in enumerate(description.joints)}
-    first_judged = min(place[name] for name in names)
-    last_judged = max(place[name] for name in names)
-    before = [name for name in locked if name not in parked and place[name] < last_judged]
-    at_zero = ", ".join(name for name in locked if name not in parked)
+    unstated = [name for name in locked if name not in parked]
+    heavy = {name for name, mass, _ in whole.bodies() if mass >= _LIGHT_KG}
+    sides = {name: whole.sides(name, names) for name in unstated}
+    below = any(further_out for _, further_out in sides.values())
     stated = ", ".join(f"{name} at {locked[name]:.6g}" for name in locked if name in parked)
-    text = f"Not in the log and held at zero: {at_zero}." if at_zero else ""
+    text = f"Not in the log and held at zero: {', '.join(unstated)}." if unstated else ""
     text += f" Not in the log and parked as configured: {stated}." if stated else ""
-    if any(place[name] < first_judged for name in before):
+    if below:
         text += " Torques are wrong if such a joint lies below the others and was not at zero."
-    severe = before or any(name not in parked for name in heavy)
+    severe = below or any(name in heavy and any(sides[name]) for name in unstated)
     out = [Finding("model-joint-locked", "warning" if severe else "info", text.strip(), where=description.where)]
-    for name in whole.between([name for name in locked if name not in parked], names):
+    for name in (name for name in unstated if all(sides[name])):
         text = (
             f"Joint '{name}' lies between joints of the log and is not in it: where it stood is not known, so no model "
             f"torque is, and nothing is judged. If it stood still: [robot.parked] {name} = its position."

@@ -127,4 +127,18 @@ def test_the_other_arm_of_two_is_on_no_chain_of_the_first(tmp_path: Path) -> Non
     text += "".join(JOINT.format(name, *ends, "revolute") for name, ends in tree.items())
     bodies = load(tmp_path, f"<robot name='r'>{text}</robot>", tuple(tree)).bodies
     assert bodies.on_chain(["torso", "left2", "right"], ["left1"]) == ["torso", "left2"]
-    assert bodies.between(["torso", "left1", "right"], ["torso", "left2"]) == ["torso", "left1"]
+    assert bodies.sides("left1", ["torso", "left2"]) == (True, True)
+    assert bodies.sides("right", ["torso", "left2"]) == (True, False)
+    assert bodies.sides("right", ["left1"]) == (False, False)
+
+
+def test_a_joint_that_the_log_lacks_is_an_exclusion_on_the_chain_of_judged_ones_only(tmp_path: Path) -> None:
+    tree = {"torso": ("l0", "l1"), "left1": ("l1", "l2"), "left2": ("l2", "l3"), "right": ("l1", "l4")}
+    text = "<link name='l0'/>" + "".join(LINK.format(f"l{k}", 1.0) for k in range(1, 5))
+    text += "".join(JOINT.format(name, *ends, "revolute") for name, ends in tree.items())
+    for joints, excluded in ((("torso", "left1", "left2"), True), (("left1", "left2"), True), (("left1",), True)):
+        (finding,) = load(tmp_path, f"<robot name='r'>{text}</robot>", joints).findings
+        assert finding.code == "model-joint-locked" and finding.excludes is excluded
+    parked = {"torso": 0.3}
+    (finding,) = load(tmp_path, f"<robot name='r'>{text}</robot>", ("left1", "left2"), parked=parked).findings
+    assert not finding.excludes, "the other arm is held, and the torso was stated"

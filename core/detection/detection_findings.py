@@ -253,7 +253,8 @@ _DRAWN = 100_000
 def spike_findings(series: UniformSeries, collisions: Sequence[Collision]) -> list[Finding]:
     """For each joint, how many of its alarms surround a spike: the filters make an alarm of one that is high enough.
 
-    They stay alarms, for a shock of the arm looks like that too.
+    They make it lower, so an alarm that is higher than its spike has another cause. All stay alarms, for a shock of the
+    arm looks like that too.
 
     Args:
         series: the judged joints.
@@ -270,7 +271,7 @@ def spike_findings(series: UniformSeries, collisions: Sequence[Collision]) -> li
         first = np.searchsorted(series.time_s, [c.onset_s for c in own])
         last = np.searchsorted(series.time_s, [c.onset_s + c.duration_s for c in own], side="right")
         tops = [float(height[a:b].max(initial=0.0)) for a, b in zip(first, last, strict=True)]
-        held = [(c, top) for c, top in zip(own, tops, strict=True) if top > c.gamma_nm]
+        held = [(c, top) for c, top in zip(own, tops, strict=True) if top > max(c.gamma_nm, abs(c.peak_nm))]
         if held:
             text = (
                 f"{len(held)} of {len(own)} alarms of joint '{joint}' surround a single sample of its effort that lies "

@@ -55,6 +55,7 @@ def test_the_alarms_around_it_are_counted() -> None:
     assert found.start_s == alarms[0].onset_s
     assert spike_findings(series(effort()), alarms[1:]) == []
     assert spike_findings(series(effort()), [replace(alarms[0], gamma_nm=31.0)]) == [], "too low for the alarm"
+    assert spike_findings(series(effort()), [replace(alarms[0], peak_nm=-31.0)]) == [], "a push is higher than it"
 
 
 def test_slow_logs_and_missing_values_say_nothing() -> None:

@@ -5,6 +5,13 @@ from typing import Literal
 
 #: Names of the places that a force is asked for at by default; other places go by the link that ends there.
 TOOL, FOREARM = "tool", "forearm"
+
+
+def kind_of_place(place: str) -> str:
+    """``tool`` or ``forearm`` of whichever arm, or the link."""
+    return place.partition(" of ")[0]
+
+
 #: Who asks for a force: the configuration, the program, or the same with half of what the arm can exert there.
 AskedBy = Literal["stated", "default", "arm-limits"]
 
@@ -105,7 +112,8 @@ class NoticedForce:
     """The smallest pure force at a place on the arm that would have alarmed.
 
     Attributes:
-        place: ``tool``, ``forearm``, or the link at whose outer end it acts.
+        place: ``tool``, ``forearm``, or the link at whose outer end it acts; of a robot with several arms ``tool of``
+            and ``forearm of`` the last joint of one.
         link: that ends there.
         frame: frame at whose origin the force acts.
         joints: watched joints between the base and the place: the only ones that feel it.
@@ -123,6 +131,11 @@ class NoticedForce:
     unfelt: float
     asked: AskedForce | None = None
     before_sensor: bool = False
+
+    @property
+    def kind(self) -> str:
+        """``tool``, ``forearm``, or the link."""
+        return kind_of_place(self.place)
 
     def at(self, share: float) -> float | None:
         """The force of that level, N; None where there is none."""

@@ -134,6 +134,10 @@ class PinocchioModel:
         body = pin.Inertia(mass_kg, np.array(com_m, dtype=float), np.zeros((3, 3)))
         self._model.appendBodyToJoint(at.parentJoint, body, at.placement)
 
+    def path(self, name: str) -> list[str]:
+        """The joints from the base to one, itself included."""
+        return [self._model.names[number] for number in self._model.supports[self._model.getJointId(name)] if number]
+
     def on_chain(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
         """Those of ``names`` that have one of ``kept`` nearer to the base or one further out on their chain."""
         return [name for name in names if any(self.sides(name, kept))]

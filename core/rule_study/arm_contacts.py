@@ -104,7 +104,11 @@ def added_contacts(
     series, kernel = prepared.judged_series, run.residual.balance.kernel
     columns = watched_columns(inputs, series.joint_names)
     model_columns = prepared.columns()
-    felt = [p for p in arm_places(prepared.robot, tool) if any(model_columns[j] < p.joints for j in columns)]
+    felt = [
+        p
+        for p in arm_places(prepared.robot, prepared.judged, tool)
+        if any(model_columns[j] in p.columns for j in columns)
+    ]
     margin = margin_samples(kernel, series.bandwidth_hz, series.period_s)
     after = ceil(shape.duration_s / series.period_s) + margin
     judged = np.asarray((run.detected.state[:, columns] <= State.FRICTION_INTERVAL).any(axis=1))
@@ -128,7 +132,7 @@ def added_contacts(
 def _at_random(felt: Sequence[Place], sample: int, rng: np.random.Generator) -> InjectedContact:
     place = felt[int(rng.integers(len(felt)))]
     phase = float(rng.random())
-    return InjectedContact(sample, place.words, place.frame, random_direction(rng), joints=place.joints, phase=phase)
+    return InjectedContact(sample, place.words, place.frame, random_direction(rng), felt=place.columns, phase=phase)
 
 
 def contact_sensitivities(

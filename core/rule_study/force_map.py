@@ -35,7 +35,7 @@ def force_map(prepared: Prepared, detectable_nm: FloatArray, samples: IntArray, 
     """
     robot = prepared.robot
     known = np.isfinite(prepared.series.position_rad[samples]).all(axis=1) & np.isfinite(detectable_nm).any(axis=1)
-    there = arm_places(robot, tool)
+    there = arm_places(robot, prepared.judged, tool)
     if not there or not known.any():
         return None
     samples, level = samples[known], np.full((int(known.sum()), len(robot.joint_names)), np.inf)
@@ -51,13 +51,13 @@ def _felt(prepared: Prepared, place: Place, samples: IntArray, level: FloatArray
     """(k, d) share of its threshold that a newton from each direction (base axes) brings the best joint to; (k, 3)."""
     robot = prepared.robot
     q = prepared.series.position_rad[samples]
-    arms = robot.torque_per_newton(q, place.frame)[:, : place.joints]
+    arms = robot.torque_per_newton(q, place.frame)[:, list(place.columns)]
     turns = np.stack([robot.frame_rotation(pose, place.frame) for pose in q])
     origin = np.concatenate([robot.frame_positions(pose, [place.frame]) for pose in q])
     in_base = arms @ turns.transpose(0, 2, 1)
     torque = np.abs(in_base @ directions())
     with np.errstate(divide="ignore"):  # of a threshold of 0, infinitely many
-        return (torque / level[:, : place.joints, None]).max(axis=1), origin
+        return (torque / level[:, list(place.columns), None]).max(axis=1), origin
 
 
 def _cells(origin: FloatArray, shares: FloatArray) -> tuple[float, tuple[ForceCell, ...]]:

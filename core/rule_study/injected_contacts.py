@@ -25,7 +25,7 @@ class InjectedContact:
         place: words for where it acts.
         frame, point_m: a frame of the model and a point in its axes.
         direction: unit vector on the robot in base axes.
-        joints: how many joints from the base can feel it; None: all.
+        felt: columns of the joints that can feel it; None: all.
         phase: how much later than the sample it begins, in samples.
     """
 
@@ -34,7 +34,7 @@ class InjectedContact:
     frame: str
     direction: tuple[float, float, float]
     point_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    joints: int | None = None
+    felt: tuple[int, ...] | None = None
     phase: float = field(default=0.0)
 
 
@@ -96,8 +96,8 @@ def unit_torques(
         torque = -robot.wrench_torque(series.position_rad[samples[rows].ravel()], wrench, frame)
         out[:, rows] = torque[:, columns].T.reshape(len(columns), len(rows), samples.shape[1])
     for k, contact in enumerate(contacts):
-        if contact.joints is not None:
-            out[[i for i, column in enumerate(columns) if column >= contact.joints], k] = 0.0
+        if contact.felt is not None:
+            out[[i for i, column in enumerate(columns) if column not in contact.felt], k] = 0.0
     return out
 
 

@@ -9,7 +9,7 @@ or noise: by a yardstick made of those any log would pass.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -17,10 +17,11 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.config.schema import PolicyConfig
-from collaudit.core.data.sensitivity_result import FOREARM, TOOL, AskedBy
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, AskedBy, kind_of_place
 from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import median_of
+from collaudit.core.robot.pinocchio_model import PinocchioModel
 from collaudit.core.robot.robot_model import RobotModel
 
 #: A link at least this share as long as the longest carries the hand to its place; shorter ones turn it there: the
@@ -37,55 +38,82 @@ class Place:
     """A frame of the arm.
 
     Attributes:
-        name: ``tool``, ``forearm``, or the link that ends there: its key in ``[policy] observable_n``.
+        name: ``tool``, ``forearm``, or the link that ends there: its key in ``[policy] observable_n``. Of a robot with
+            several arms ``tool of`` and ``forearm of`` the arm's last joint.
         link: that ends there; of the tool the last one.
         frame: at whose origin a force acts.
-        joints: how many joints lie between it and the base; only they feel it.
+        columns: of the joints between it and the base in those of the robot; only they feel it.
     """
 
     name: str
     link: str
     frame: str
-    joints: int
+    columns: tuple[int, ...]
+
+    @property
+    def kind(self) -> str:
+        """``tool``, ``forearm``, or the link."""
+        return kind_of_place(self.name)
 
     @property
     def words(self) -> str:
         """As tables name it."""
-        return TOOL if self.name == TOOL else f"end of {self.link}"
+        return self.name if self.kind == TOOL else f"end of {self.link}"
 
 
-def arm_places(robot: RobotModel, tool: str | None) -> tuple[Place, ...]:
+def arm_places(robot: RobotModel, judged: Collection[str], tool: str | None) -> tuple[Place, ...]:
     """The outer ends of the links, where the next joint is, and the tool, base to tip; none without a kinematic model.
 
     Args:
-        robot: the arm.
+        robot: the arm, or several on one base.
+        judged: its judged joints; arms without any are left out.
         tool: frame of the tool; None: the frame of the last link that is furthest out.
     """
     if robot.bodies is None:
         return ()
-    names, frames = robot.joint_names, robot.bodies.frame_names
+    chains = _chains(robot, robot.bodies, judged)
+    return tuple(
+        place
+        for chain in chains
+        for place in _chain_places(robot, robot.bodies, chain, tool, f" of {chain[-1]}" if len(chains) > 1 else "")
+    )
+
+
+def _chains(robot: RobotModel, bodies: PinocchioModel, judged: Collection[str]) -> list[list[str]]:
+    """The joints from the base to each tip, of the arms that have judged joints which no other arm has too."""
+    paths = [[name for name in robot.joint_names if name in bodies.path(tip)] for tip in robot.joint_names]
+    whole = [path for path in paths if not any(set(path) < set(other) for other in paths)]
+    watched = [set(path) & set(judged) for path in whole]
+    return [path for path, own in zip(whole, watched, strict=True) if own and not any(own < other for other in watched)]
+
+
+def _chain_places(
+    robot: RobotModel, bodies: PinocchioModel, names: Sequence[str], tool: str | None, arm: str
+) -> Iterator[Place]:
+    """Places of one arm by its joints; ``arm`` ends their names."""
+    frames, columns = bodies.frame_names, tuple(map(robot.joint_names.index, names))
     ends = [following if following in frames else robot.link_of(following) for following in names[1:]]
-    forearm = _forearm(robot, ends)
-    out = []
+    forearm = _forearm(robot, bodies, names, ends)
     for k, frame in enumerate(ends):
         link = robot.link_of(names[k]) or names[k]
         if frame is not None:
-            out.append(Place(FOREARM if k == forearm else link, link, frame, k + 1))
-    own = [f for f in frames if robot.bodies.frame_joint(f) == names[-1]]
-    outer = tool if tool in frames else max(own, key=robot.distance_in_joint, default=None)
+            yield Place(FOREARM + arm if k == forearm else link, link, frame, columns[: k + 1])
+    own = [f for f in frames if bodies.frame_joint(f) == names[-1]]
+    mounted = tool in frames and (not arm or bodies.frame_joint(tool) in names)
+    outer = tool if mounted else max(own, key=robot.distance_in_joint, default=None)
     if outer is not None:
-        out.append(Place(TOOL, robot.link_of(names[-1]) or names[-1], outer, len(names)))
-    return tuple(out)
+        yield Place(TOOL + arm, robot.link_of(names[-1]) or names[-1], outer, columns)
 
 
-def _forearm(robot: RobotModel, ends: Sequence[str | None]) -> int | None:
+def _forearm(robot: RobotModel, bodies: PinocchioModel, names: Sequence[str], ends: Sequence[str | None]) -> int | None:
     """Number of the last long link before the wrist, by where the links end; None for an arm without a wrist."""
-    names, frames = robot.joint_names, [robot.joint_names[0], *ends]
-    if len(names) <= _PLACING or robot.bodies is None or any(f not in robot.bodies.frame_names for f in frames):
+    frames = [names[0], *ends]
+    if len(names) <= _PLACING or any(f not in bodies.frame_names for f in frames):
         return None
-    origins = robot.frame_positions(np.zeros(len(names)), [f for f in frames if f is not None])
+    origins = robot.frame_positions(np.zeros(len(robot.joint_names)), [f for f in frames if f is not None])
     length = [float(np.linalg.norm(b - a)) for a, b in pairwise(origins)]
-    turned = [0.0 if kind == "prismatic" else m for kind, m in zip(robot.joint_types, length, strict=False)]
+    kinds = [robot.joint_types[robot.joint_names.index(name)] for name in names]
+    turned = [0.0 if kind == "prismatic" else m for kind, m in zip(kinds, length, strict=False)]
     long = [k for k, m in enumerate(turned) if m > 0.0 and m >= _LONG * max(turned)]
     return long[-1] if long else None
 
@@ -129,7 +157,7 @@ def asked_forces(
     Raises:
         ConfigError: a force is stated for a place that the arm does not have.
     """
-    names = [place.name for place in places]
+    names = list(dict.fromkeys([*(place.name for place in places), *(place.kind for place in places)]))
     for name in policy.observable_n:
         if names and name not in names:
             raise ConfigError(
@@ -141,15 +169,16 @@ def asked_forces(
             )
     out = {}
     for place in places:
-        if place.name in policy.observable_n:
-            out[place.name] = RequiredForce(policy.observable_n[place.name], "stated")
-        elif place.name in DEFAULT_N:
+        stated = policy.observable_n.get(place.name, policy.observable_n.get(place.kind))
+        if stated is not None:
+            out[place.name] = RequiredForce(stated, "stated")
+        elif place.kind in DEFAULT_N:
             out[place.name] = _default(robot, place, position_rad, limit_nm)
     return out
 
 
 def _default(robot: RobotModel, place: Place, position_rad: FloatArray, limit_nm: FloatArray) -> RequiredForce:
-    usual = DEFAULT_N[place.name]
+    usual = DEFAULT_N[place.kind]
     strength = exerted_force(robot, place, position_rad, limit_nm)
     if strength is None or _OF_STRENGTH * strength >= usual:
         return RequiredForce(usual, "default")
@@ -161,10 +190,11 @@ def exerted_force(robot: RobotModel, place: Place, position_rad: FloatArray, lim
 
     Without its weight: f = min_j limit_j / |J_v,j · d|. None where a joint before the place has no known limit.
     """
-    limits = limit_nm[: place.joints]
+    columns = list(place.columns)
+    limits = limit_nm[columns]
     if not np.isfinite(limits).all() or not len(position_rad):
         return None
-    arm = np.abs(robot.torque_per_newton(position_rad, place.frame)[:, : place.joints] @ directions())
+    arm = np.abs(robot.torque_per_newton(position_rad, place.frame)[:, columns] @ directions())
     with np.errstate(divide="ignore"):
         force = np.sort((limits[:, None] / arm).min(axis=1), axis=1)
     strength = median_of(force[:, int((1.0 - _MOST_DIRECTIONS) * force.shape[1])])

@@ -173,9 +173,9 @@ def _not_judged(coverage: Coverage) -> list[str]:
 def _unfelt(sensitivity: Sensitivity) -> list[str]:
     """Directions that no watched joint feels, at the places where a force is asked for."""
     return [
-        f"From {100 * force.unfelt:.2g} % of the directions a force at {place_text(force)} loads no watched joint."
+        f"From {100 * force.unfelt:.0f} % of the directions a force at {place_text(force)} loads no watched joint."
         for force in sensitivity.forces
-        if force.unfelt >= _WORTH_SAYING_OF_DIRECTIONS and (force.asked is not None or force.place in (TOOL, FOREARM))
+        if force.unfelt >= _WORTH_SAYING_OF_DIRECTIONS and (force.asked is not None or force.kind in (TOOL, FOREARM))
     ]
 
 

@@ -195,10 +195,9 @@ def noticed_forces(
     """
     out = []
     for place in places:
-        felt = slice(0, place.joints)
-        watched = np.flatnonzero(np.concatenate([at.watched[:, felt] for at in (counted, recorded)]).any(axis=0))
-        if watched.size or place.name in asked:
-            joints = tuple(robot.joint_names[k] for k in watched)
+        watched: BoolArray = np.asarray(counted.watched.any(axis=0) | recorded.watched.any(axis=0))
+        joints = tuple(robot.joint_names[k] for k in place.columns if watched[k])
+        if joints or place.name in asked:
             out.append(_at(robot, place, joints, counted, recorded, asked.get(place.name), share))
     return tuple(out)
 
@@ -253,10 +252,10 @@ class _Forces:
 
 
 def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
-    felt = slice(0, place.joints)
+    felt = list(place.columns)
     lever = robot.torque_per_newton(at.position_rad, place.frame)[:, felt]
     arm = np.abs(lever @ directions())  # (k, j, d)
-    slides = np.array([kind == "prismatic" for kind in robot.joint_types[felt]])
+    slides = np.array([kind == "prismatic" for kind in (robot.joint_types[k] for k in felt)])
     longest = np.linalg.norm(np.where(slides[:, None], 0.0, lever), axis=2).max(axis=1, initial=0.0)
     least = _LOADED * np.where(slides, 1.0, longest[:, None])  # a sliding joint takes up to a newton a newton
     loads = (arm > least[:, :, None]) & at.watched[:, felt, None]
@@ -269,7 +268,7 @@ def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
     place_in = np.maximum(np.ceil(DIRECTIONS * any_joint.sum(axis=1) - 1e-9).astype(int), 1) - 1
     column = np.take_along_axis(order, place_in[:, None], axis=1)
     value = np.take_along_axis(smallest, column, axis=1)[:, 0]
-    first = np.take_along_axis(force.argmin(axis=1), column, axis=1)[:, 0]
+    first = np.array(felt)[np.take_along_axis(force.argmin(axis=1), column, axis=1)[:, 0]]
     return _Forces(here, value[here], first[here], float(1.0 - any_joint.mean()) if any_joint.size else 1.0)
 
 

@@ -17,9 +17,9 @@ def force_text(force_n: float | None) -> str:
 
 def place_text(force: NoticedForce, *, brief: bool = False) -> str:
     """Where a force acts; in brief without the note on a force sensor."""
-    if force.place == TOOL and force.before_sensor and not brief:
-        return f"the {TOOL} (before its force sensor)"
-    return f"the {force.place}" if force.place in (TOOL, FOREARM) else f"the end of {force.link}"
+    if force.kind == TOOL and force.before_sensor and not brief:
+        return f"the {force.place} (before its force sensor)"
+    return f"the {force.place}" if force.kind in (TOOL, FOREARM) else f"the end of {force.link}"
 
 
 def time_text(time: ForceTime) -> str:
@@ -31,17 +31,7 @@ def headline_forces(sensitivity: Sensitivity | None) -> Sequence[NoticedForce]:
     """The places that a headline speaks of, tool first: those that a force is asked for at, else tool and forearm."""
     forces = () if sensitivity is None else sensitivity.forces
     asked = [force for force in forces if force.asked is not None]
-    return (asked or [force for force in forces if force.place in (TOOL, FOREARM) and force.unfelt < 1.0])[::-1]
-
-
-def noticed_text(sensitivity: Sensitivity | None) -> str | None:
-    """``52 N at the tool and 80 N at the forearm, 90 % of the time the arm moved``; None where no force can be told."""
-    forces = headline_forces(sensitivity)
-    if sensitivity is None or sensitivity.time is None or not forces:
-        return None
-    time = sensitivity.time
-    text = listed([f"{force_text(force.at(time.share))} at {place_text(force)}" for force in forces])
-    return f"{text}, {time_text(time)}"
+    return (asked or [force for force in forces if force.kind in (TOOL, FOREARM) and force.unfelt < 1.0])[::-1]
 
 
 def too_insensitive(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
@@ -53,9 +43,15 @@ def too_insensitive(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedF
 
 def noticed_sentence(sensitivity: Sensitivity) -> str | None:
     """What a pass says it would have noticed; None where nothing is told."""
-    text = noticed_text(sensitivity)
-    if text is not None and sensitivity.time is not None:
-        return f"Would have noticed a push ({1e3 * sensitivity.time.push_s:.4g} ms) of {text}."
+    forces, time = headline_forces(sensitivity), sensitivity.time
+    if time is not None and forces:
+        level = [(force.at(time.share), place_text(force)) for force in forces]
+        noticed = [f"{force_text(force_n)} at {place}" for force_n, place in level if force_n is not None]
+        never = [place for force_n, place in level if force_n is None]
+        push, of_time = f"push ({1e3 * time.push_s:.4g} ms)", time_text(time)
+        said = [f"Would have noticed a {push} of {listed(noticed)}, {of_time}."] if noticed else []
+        said += [f"No {push} at {listed(never)}, however hard, would have been noticed {of_time}."] if never else []
+        return " ".join(said)
     shares = [s.asked.share for s in sensitivity.joints.values() if s.asked is not None and s.motion_s > 0]
     if not shares:
         return None

@@ -83,7 +83,9 @@ def measure_sensitivity(
     log = _Looked.at(prepared, run, inputs, config)
     observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
     joints = by_name(lambda joint: _of_joint(log, joint, moving[joint], gaps_s, observable.get(joint)), log.joints)
-    places = arm_places(prepared.robot, config.robot.tool.frame) if run.residual.isolation.isolates else ()
+    places = (
+        arm_places(prepared.robot, prepared.judged, config.robot.tool.frame) if run.residual.isolation.isolates else ()
+    )
     if not places or not log.joints:
         return Sensitivity(joints, push_alarms=log.push.alarms)
     moved = np.logical_or.reduce([moving[joint] for joint in log.joints])
@@ -97,7 +99,7 @@ def measure_sensitivity(
     share = config.policy.observable_share
     forces = noticed_forces(prepared.robot, places, counted, recorded, asked, share)
     if prepared.contact_nm is not None:
-        forces = tuple(replace(force, before_sensor=force.place == TOOL) for force in forces)
+        forces = tuple(replace(force, before_sensor=force.kind == TOOL) for force in forces)
     time = ForceTime(log.push.duration_s, share, moves, counted.spans_s + counted.lost_s)
     return Sensitivity(joints, forces, time, log.push.alarms)
 

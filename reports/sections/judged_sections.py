@@ -94,7 +94,8 @@ def force_section(result: AuditResult) -> Section:
 
 
 def _force_row(force: NoticedForce, shares: list[float]) -> tuple[str, ...]:
-    place = {TOOL: TOOL, FOREARM: f"end of {force.link} (forearm)"}.get(force.place, f"end of {force.link}")
+    named = {TOOL: force.place, FOREARM: f"end of {force.link} ({force.place})"}
+    place = named.get(force.kind, f"end of {force.link}")
     asked, met = "", ""
     if force.asked is not None:
         asked = f"{stated(force.asked.force_n)} N ({_BY[force.asked.by]})"

@@ -147,8 +147,8 @@ def test_torque_is_lever_arm_times_force(friction: FrictionFile) -> None:
     lever = prepared.robot.distance_in_joint(frame)
     shape = ContactShape("push", 0.2, 0.05)
     torque = []
-    for direction, joints in ((across, None), (along, None), (across, 1)):
-        contact = InjectedContact(sample, "", frame, (direction[0], direction[1], direction[2]), joints=joints)
+    for direction, felt in ((across, None), (along, None), (across, (0,))):
+        contact = InjectedContact(sample, "", frame, (direction[0], direction[1], direction[2]), felt=felt)
         torque.append(unit_torques(prepared, [contact], samples, shape)[1, 0])
     level = shape.values((samples[0] - sample) * series.period_s, series.period_s)
     assert level.max() == pytest.approx(1.0) and lever == pytest.approx(0.3, abs=0.01)

@@ -42,7 +42,11 @@ def moments(
 
 def force(robot: RobotModel, at: Moments, place: str = "tool", asked_n: float | None = None) -> NoticedForce:
     asked = {} if asked_n is None else {place: RequiredForce(asked_n, "stated")}
-    (found,) = [f for f in noticed_forces(robot, arm_places(robot, None), at, at, asked, 0.9) if f.place == place]
+    (found,) = [
+        f
+        for f in noticed_forces(robot, arm_places(robot, robot.joint_names, None), at, at, asked, 0.9)
+        if f.place == place
+    ]
     return found
 
 

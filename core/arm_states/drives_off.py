@@ -225,7 +225,9 @@ def noisy_zero(
             return none
     found = np.zeros(out.size, dtype=np.bool_)
     for a, b in zip(*run_bounds(out & (bears > 0)), strict=True):
-        found[a:b] = b - a >= width and (exact is None or not np.mean(exact[a:b]) > _MOSTLY)
+        borne_nm = np.abs(np.nan_to_num(effort[a:b]).mean(axis=0)).max()  # as on an arm that is mounted otherwise
+        found[a:b] = b - a >= width and borne_nm <= _SHARE * load.max()
+        found[a:b] &= exact is None or not np.mean(exact[a:b]) > _MOSTLY
     return widened(found, width // 2 + ceil(_GRIP_S / period_s)) if found.any() else found
 
 

@@ -107,6 +107,26 @@ def _with_identified_drives(series: UniformSeries, identified: Identified | None
     return replace(series, effort=effort, effort_unit="Nm")
 
 
+def spring_findings(series: UniformSeries, identified: Identified | None) -> list[Finding]:
+    """Time at angles at which nothing is known of a joint's spring, and so nothing of its torque."""
+    joints = {} if identified is None else identified.joints
+    found = []
+    for name, joint in joints.items():
+        if joint.angle_torque is None or name not in series.joint_names:
+            continue
+        low, high = joint.angle_torque.angle_rad[0], joint.angle_torque.angle_rad[-1]
+        angle = series.position_rad[:, series.column(name)]
+        unknown = np.isnan(joint.angle_torque.at(angle)) & np.isfinite(angle)
+        seconds = float(np.count_nonzero(unknown)) * series.period_s
+        if seconds:
+            text = (
+                f"Joint '{name}' is not judged for {seconds:.3g} s, beyond {low:.3g} to {high:.3g} rad: the fit"
+                " does not know its spring, counterbalance or cable there."
+            )
+            found.append(Finding("evidence-range", "warning", text, joint=name))
+    return found
+
+
 def calibrated_robot(
     robot: RobotModel, calibration: Calibration, config: Config, with_wrench: bool
 ) -> tuple[RobotModel, list[Finding]]:

@@ -22,6 +22,7 @@ from collaudit.core.prepare.calibration import (
     calibrated_robot,
     calibrated_series,
     missing_sensor_findings,
+    spring_findings,
 )
 from collaudit.core.prepare.commanded_force import contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
@@ -203,7 +204,7 @@ def modelled(
                 described = described_gains(series, start.robot, contact, start.load_nm, lacking, tool)
             scale += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
             findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
-    findings += [*scale, *about]
+    findings += [*scale, *about, *spring_findings(start.series, calibration.identified)]
     return Prepared(
         series,
         robot,

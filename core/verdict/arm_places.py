@@ -71,12 +71,12 @@ def arm_places(robot: RobotModel, judged: Collection[str], tool: str | None) -> 
     """
     if robot.bodies is None:
         return ()
-    chains = _chains(robot, robot.bodies, judged)
-    return tuple(
-        place
-        for chain in chains
-        for place in _chain_places(robot, robot.bodies, chain, tool, f" of {chain[-1]}" if len(chains) > 1 else "")
-    )
+    chains, found = _chains(robot, robot.bodies, judged), dict[str, Place]()
+    for chain in chains:
+        arm = f" of {chain[-1]}" if len(chains) > 1 else ""
+        for place in _chain_places(robot, robot.bodies, chain, tool, arm):
+            found.setdefault(place.name, place)  # a link that carries several arms is one place
+    return tuple(found.values())
 
 
 def _chains(robot: RobotModel, bodies: PinocchioModel, judged: Collection[str]) -> list[list[str]]:

@@ -45,6 +45,14 @@ def test_a_push_that_bears_part_of_the_load_is_no_brake(torque_nm: tuple[float, 
     assert not told(effort).any()
 
 
+def test_an_arm_that_hangs_otherwise_than_described_is_not_braked() -> None:
+    """What the model takes to be loaded bears nothing, and a joint that it does not load bears a lot."""
+    effort = efforts(30.0, 0.5)
+    effort[5000:8000] -= LOAD * np.array([1.0, 0.8, 1.1, 1.0])
+    effort[5000:8000, 0] += 6.0
+    assert not told(effort).any()
+
+
 def test_nothing_is_told_in_motion_or_without_a_load() -> None:
     effort = efforts(10.0, 0.5)
     effort[1000:3000] = 0.0

@@ -11,7 +11,7 @@ from three_joints import arm, log_of, settings
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.identification.estimate_choice import choose
 from collaudit.core.identification.identification import identify
-from collaudit.core.prepare.calibration import Calibration, calibrated_series
+from collaudit.core.prepare.calibration import Calibration, calibrated_series, spring_findings
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 
@@ -82,3 +82,8 @@ def test_it_is_taken_out_of_another_log_and_unknown_beyond_its_angles() -> None:
     assert np.nanstd(rest) < 0.01 * STIFF
     spring = found.joints["joint2"].angle_torque
     assert spring is not None and np.isnan(spring.at(np.array([spring.angle_rad[-1] + 0.5])))[0]
+    moved = other.series.position_rad.copy()
+    moved[:100, 1] = spring.angle_rad[-1] + 0.5
+    (told,) = spring_findings(replace(other.series, position_rad=moved), found)
+    assert told.joint == "joint2" and f"for {100 * other.series.period_s:.3g} s" in told.text
+    assert spring_findings(of(sprung(log_of(truth, np.ones(3), seed=1))).series, found) == []

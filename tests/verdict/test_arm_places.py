@@ -105,6 +105,7 @@ def two_arms(tmp_path: Path) -> RobotModel:
 
 def test_each_arm_has_a_tool_which_its_own_joints_feel(two_arms: RobotModel) -> None:
     places = arm_places(two_arms, JOINTS, None)
+    assert [place.name for place in places].count("torso_link") == 1
     tools = {place.name: [two_arms.joint_names[k] for k in place.columns] for place in places if place.kind == "tool"}
     assert tools == {"tool of left2": ["torso", "left1", "left2"], "tool of right2": ["torso", "right1", "right2"]}
     asked = asked_forces(

@@ -46,8 +46,8 @@ def _conflict(log: JointLog, j: int, wrong: BoolArray, what: str, values: FloatA
     first, last = float(np.min(log.time_s[at])), float(np.max(log.time_s[at]))
     text = (
         f"{at.size} samples share their stamps and give other {what}s of joint '{joint}', by up to {size.max():.3g} "
-        f"{unit}, between {first:.4g} and {last:.4g} s: two publishers, or two recordings in one. Nothing shows which "
-        "are right: they count as missing, and a contact then would not be seen."
+        f"{unit}, between {first:.4g} and {last:.4g} s: two publishers, two recordings in one, or one stamp for "
+        "several samples. Nothing shows which are right: they count as missing, and a contact then would not be seen."
     )
     return Finding("log-publishers-conflict", "warning", text, joint=joint, start_s=first, end_s=last)
 

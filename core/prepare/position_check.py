@@ -46,6 +46,7 @@ def position_findings(series: UniformSeries, robot: RobotModel, unit: str, state
     if unit == "deg":
         return _too_small(series.position_rad[:, turning], stated)
     limit = np.fmax(*np.abs(robot.position_limits[order]).T)  # no number where there is none
+    limit[limit > _MOST_PAST_LIMIT_RAD] = np.nan  # nor where it is one in degrees
     low, high = (f(series.position_rad, axis=0, initial=0.0) for f in (np.nanmin, np.nanmax))  # no table beside it
     reach = np.maximum(high, -low)
     beyond = [j for j in turning if reach[j] > max(_TWO_TURNS_RAD, np.nan_to_num(limit[j]) + _BEYOND_LIMIT_RAD)]

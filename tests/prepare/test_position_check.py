@@ -55,7 +55,7 @@ def test_a_single_limit_counts(tmp_path, one: tuple[float, float]) -> None:  # t
     assert severities([found]) == [("warning", "joint4")]
 
 
-@pytest.mark.parametrize("limits", [(), (3.0,) * 4])
+@pytest.mark.parametrize("limits", [(), (3.0,) * 4, (180.0,) * 4])
 def test_degrees_are_noticed_at_once(tmp_path, limits: tuple[float, ...]) -> None:  # type: ignore[no-untyped-def]
     degrees = np.rad2deg(arm(0.4 * np.sin(T)))
     found = said(degrees, tmp_path, limits)

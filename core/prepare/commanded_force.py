@@ -21,6 +21,10 @@ from collaudit.core.robot.robot_model import RobotModel
 
 _BIAS_S = 1.0
 _ORIGIN = (0.0, 0.0, 0.0)
+#: Poses that tell what hangs on a sensor; the mean square of gravity's change over them, (m/s²)², that is enough.
+_POSES, _TURNED = 5_000, 1.0
+#: Share of the force's squares that a weight explains, and its mass, kg, which are worth saying.
+_OF_WEIGHT, _LEAST_KG = 0.5, 0.1
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.
 _RELEASE_S = 0.25
 
@@ -122,7 +126,27 @@ def tool_force(
         return sign * (series.wrench - np.array(sensor.offset)) + own, [Finding("log-wrench-bias", "info", text)]
     weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else 0.0
     bias, findings = _bias(series, robot, frame, phases, config)
-    return sign * (series.wrench - bias) + weight, findings
+    force = sign * (series.wrench - bias) + weight
+    return force, findings + _still_weighed(force[:, :3], robot.gravity_in(series.position_rad, frame))
+
+
+def _still_weighed(force_n: FloatArray, gravity_m_s2: FloatArray) -> list[Finding]:
+    """A finding where the force (n, 3) that is left goes with gravity (n, 3) as a weight does, in the sensor's axes."""
+    rows = np.flatnonzero(np.isfinite(force_n).all(axis=1) & np.isfinite(gravity_m_s2).all(axis=1))
+    rows = rows[:: max(1, rows.size // _POSES)]
+    if rows.size < 2:
+        return []
+    force, pull = (x[rows] - x[rows].mean(axis=0) for x in (force_n, gravity_m_s2))
+    mass_kg = -float(np.sum(pull * force) / max(float(np.sum(pull**2)), 1e-12))  # what hangs on it is not exerted
+    explained = float(np.sum((mass_kg * pull) ** 2) / max(float(np.sum(force**2)), 1e-12))
+    if explained < _OF_WEIGHT or abs(mass_kg) < _LEAST_KG or float(np.mean(pull**2)) < _TURNED:
+        return []
+    why = "[robot.tool] states less than hangs on it" if mass_kg > 0 else "[log] wrench_sign or [robot.tool] is wrong"
+    text = (
+        f"The force at the sensor follows gravity like a mass of {mass_kg:.2g} kg, and counts as intended: {why}. "
+        'State the mass, or take it from a fit by [log] wrench_bias = "calibrated".'
+    )
+    return [Finding("log-wrench-bias", "warning", text)]
 
 
 def _weighed(config: Config) -> bool:

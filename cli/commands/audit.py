@@ -246,6 +246,7 @@ def command(
             note(f"{len(tonight)} logs added to the store {store}")
         code = exit_code(decisions.verdicts)
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
+    _say_copies(decisions.results)
     print_findings(decisions.file.findings, err=True)
     if as_json:
         say_json(json_text(summarise(entries)))
@@ -296,6 +297,16 @@ def _say_left_out(logs: Sequence[str]) -> None:
     if others:
         named = ", ".join([*map(str, others[:_MOST_NAMED]), *more])
         note(f"not taken as logs; name one as an argument to have it read: {named}")
+
+
+def _say_copies(results: Sequence[AuditResult]) -> None:
+    """Name logs of the same content: each counts."""
+    names: dict[str, dict[str, None]] = {}
+    for result in results:
+        names.setdefault(result.log.sha256, {})[result.log.name] = None
+    for alike in names.values():
+        if len(alike) > 1:
+            note(f"the same log {len(alike)} times, and judged as often: {', '.join(alike)}")
 
 
 def _say_error(outcome: Outcome) -> None:

@@ -211,6 +211,17 @@ def test_a_folder_with_a_log_that_leads_nowhere_is_not_judged(arm, collaudit, tm
     assert "pipe.csv" in told.err and "other.csv.part" in told.err
 
 
+def test_copies_of_a_log_are_named(arm, collaudit, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for name in ("a.csv", "b.csv"):
+        shutil.copyfile(arm.clean, logs / name)
+    shutil.copyfile(arm.pushed, logs / "c.csv")
+    outcome = collaudit("audit", logs, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "night")
+    assert "the same log 2 times, and judged as often: a.csv, b.csv" in outcome.err
+    assert "c.csv" not in outcome.err.partition("the same log")[2]
+
+
 def test_a_run_is_not_written_among_the_logs_through_a_link(arm, collaudit, tmp_path: Path) -> None:
     logs, link = tmp_path / "logs", tmp_path / "run"
     logs.mkdir()

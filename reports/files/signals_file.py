@@ -19,16 +19,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import Signals, State
+from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.reports.files.signals_layout import (
-    META,
-    RANGE,
-    SIGNALS_SCHEMA,
-    WIDE,
-    WRENCH,
-    SignalsColumns,
-    column_of,
-)
 from collaudit.reports.plots.joint_trace import JointTrace, size
 from collaudit.reports.values.signal_steps import (
     FORCE_STEP_N,
@@ -40,7 +32,20 @@ from collaudit.reports.values.signal_steps import (
     torque_step_nm,
 )
 
+SIGNALS_SCHEMA = "collaudit/signals/1"
+_META = b"collaudit"
 _ROWS = 1 << 17
+_WIDE = {
+    "position_rad": pa.float32(),
+    "velocity_rad_s": pa.float32(),
+    "measured_nm": pa.float32(),
+    "model_nm": pa.float32(),
+    "residual_nm": pa.float32(),
+    "state": pa.int8(),
+}
+_RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
+_WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
+Values = np.ndarray[Any, Any]
 
 
 def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
@@ -73,34 +78,23 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
 
 
 def read_signals(path: Path, log_sha256: str) -> Signals:
-    """Read signals back.
-
-    Args:
-        path: the file.
-        log_sha256: hash of the log that ``audit.json`` names.
+    """Read signals back; arguments and errors as of :class:`StoredSignals`.
 
     Returns:
         The signals, in the steps in which they are stored.
-
-    Raises:
-        CollauditError: no such file, not Parquet, another kind or version, or of another log.
     """
-    file = SignalsColumns(path, log_sha256)
-    joints = tuple(file.meta["joints"])
-    state = np.stack([file.states(joint) for joint in joints], axis=1)
-    wide = {name: _wide(file, name, joints, np.float64) for name in WIDE if name != "state"}
-    least, most = (
-        _wide(file, name, joints, np.float32) if f"{name}:{joints[0]}" in file.names else None for name in RANGE
-    )
-    wrench = [file.read(name) for name in WRENCH if name in file.names]
+    file = StoredSignals(path, log_sha256)
+    joints = file.joint_names
+    wide = {name: file.of_joints(name).astype(np.float64) for name in _WIDE if name != "state"}
+    least, most = (file.of_joints(name) if file.has(f"{name}:{joints[0]}") else None for name in _RANGE)
     return Signals(
-        time_s=file.read("time_s").astype(np.float64),
+        time_s=file.time_s,
         joint_names=joints,
-        gamma_nm=np.array([math.nan if g is None else g for g in file.meta["gamma_nm"]], dtype=np.float64),
-        state=state,
+        gamma_nm=np.array([file.gamma_nm(k) for k in range(len(joints))]),
+        state=np.stack([file.states(joint) for joint in joints], axis=1),
         least_nm=least,
         most_nm=most,
-        wrench=np.stack(wrench, axis=1).astype(np.float64) if len(wrench) == len(WRENCH) else None,
+        wrench=np.stack([file.read(name) for name in _WRENCH], axis=1).astype(np.float64) if file.wrenches else None,
         **wide,
     )
 
@@ -109,7 +103,7 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
     columns = [pa.field("time_s", pa.float64())]
     for joint in signals.joint_names:
         columns += [pa.field(f"{name}:{joint}", kind) for name, kind in _kinds(signals).items()]
-    columns += [pa.field(name, pa.float32()) for name in WRENCH if signals.wrench is not None]
+    columns += [pa.field(name, pa.float32()) for name in _WRENCH if signals.wrench is not None]
     meta = {
         "schema": SIGNALS_SCHEMA,
         "log_sha256": log_sha256,
@@ -120,7 +114,7 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
         "velocity_step": VELOCITY_STEP,
         "states": {str(int(state)): state.code for state in State},
     }
-    return pa.schema(columns, metadata={META: json.dumps(meta, allow_nan=False).encode()})
+    return pa.schema(columns, metadata={_META: json.dumps(meta, allow_nan=False).encode()})
 
 
 def _rows(
@@ -150,15 +144,13 @@ def _rows(
 
 def _kinds(signals: Signals) -> dict[str, pa.DataType]:
     """The quantities of each joint that there are."""
-    return WIDE if signals.least_nm is None else {**WIDE, **RANGE}
+    return _WIDE if signals.least_nm is None else {**_WIDE, **_RANGE}
 
 
-def _wide(file: SignalsColumns, name: str, joints: tuple[str, ...], kind: type) -> np.ndarray[Any, Any]:
-    """(n, j) one quantity of every joint."""
-    out = np.empty((file.rows, len(joints)), dtype=kind)
-    for k, joint in enumerate(joints):
-        out[:, k] = file.read(f"{name}:{joint}")
-    return out
+def column_of(values: Values) -> pa.Array:
+    """An Arrow array over the memory of (n,) numbers; NaN stays NaN and is not null."""
+    values = np.ascontiguousarray(values)
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
 
 
 #: What a trace takes as it stands.
@@ -166,44 +158,132 @@ _TRACED = ("position_rad", "velocity_rad_s", "measured_nm", "least_nm", "most_nm
 
 
 class StoredSignals:
-    """The signals of a run, read joint by joint when they are asked for."""
+    """The signals of a run, each column read when it is asked for."""
 
     def __init__(self, path: Path, log_sha256: str) -> None:
-        """``path``: of the file; ``log_sha256``: hash of the log that ``audit.json`` names.
+        """Open the file; nothing but its metadata and time is read yet.
+
+        Args:
+            path: the file.
+            log_sha256: hash of the log that ``audit.json`` names.
 
         Raises:
-            CollauditError: as :func:`read_signals`.
+            CollauditError: no such file, not Parquet, another kind or version, or of another log.
         """
-        self._file = SignalsColumns(path, log_sha256)
-        self._time_s = self._file.read("time_s").astype(np.float64)
+        self._path = path
+        try:
+            self._file = pq.ParquetFile(path, memory_map=False, pre_buffer=False)
+        except FileNotFoundError as error:
+            raise CollauditError("no such file", where=str(path)) from error
+        except (pa.ArrowException, OSError) as error:
+            raise _unreadable(path, str(error)) from error
+        self._meta = _checked_meta(self._file.schema_arrow, path, log_sha256)
+        self.time_s = self.read("time_s").astype(np.float64)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Joints there are signals of."""
-        return tuple(self._file.meta["joints"])
+        return tuple(self._meta["joints"])
 
     @property
     def end_s(self) -> float | None:
         """Time of the last sample; None without samples."""
-        return float(self._time_s[-1]) if len(self._time_s) else None
+        return float(self.time_s[-1]) if len(self.time_s) else None
+
+    @property
+    def wrenches(self) -> bool:
+        """Whether there is a wrist sensor."""
+        return all(map(self.has, _WRENCH))
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a column."""
+        return name in self._file.schema_arrow.names
+
+    def gamma_nm(self, column: int) -> float:
+        """Threshold of one joint; NaN where there is none."""
+        gamma = self._meta["gamma_nm"][column]
+        return math.nan if gamma is None else float(gamma)
+
+    def read(self, name: str) -> Values:
+        """One column by itself, so that little else is in memory meanwhile.
+
+        Raises:
+            CollauditError: it is missing, holds no numbers, or cannot be read.
+        """
+        if not self.has(name):
+            raise CollauditError("a column is missing", where=str(self._path), expected=f"column {name!r}")
+        try:
+            values = self._file.read(columns=[name], use_threads=False).column(0).to_numpy()
+        except (pa.ArrowException, OSError) as error:
+            raise _unreadable(self._path, str(error)) from error
+        if values.dtype.kind not in "fi":
+            raise _unreadable(self._path, f"column {name!r} holds no numbers")
+        return np.asarray(values)
+
+    def states(self, joint: str) -> Values:
+        """The state of each sample of one joint.
+
+        Raises:
+            CollauditError: as :meth:`read`, or a code is unknown to this version.
+        """
+        state, known = self.read(f"state:{joint}"), max(State)
+        if not ((state >= 0) & (state <= known)).all():
+            raise CollauditError("a state code is unknown", where=str(self._path), expected=f"0 to {int(known)}")
+        return state
+
+    def of_joints(self, name: str) -> Values:
+        """(n, j) one quantity of every joint."""
+        return np.stack([self.read(f"{name}:{joint}") for joint in self.joint_names], axis=1)
 
     def trace(self, column: int) -> JointTrace:
         """One joint's signals."""
         joint = self.joint_names[column]
-        traced = (name for name in _TRACED if name in WIDE or f"{name}:{joint}" in self._file.names)
-        read = {name: self._file.read(f"{name}:{joint}") for name in traced}
-        gamma = self._file.meta["gamma_nm"][column]
+        read = {name: self.read(f"{name}:{joint}") for name in _TRACED if name in _WIDE or self.has(f"{name}:{joint}")}
         return JointTrace(
             joint=joint,
-            time_s=self._time_s,
-            state=self._file.states(joint),
-            gamma_nm=math.nan if gamma is None else gamma,
-            residual_nm=self._file.read(f"residual_nm:{joint}").astype(np.float64),
+            time_s=self.time_s,
+            state=self.states(joint),
+            gamma_nm=self.gamma_nm(column),
+            residual_nm=self.read(f"residual_nm:{joint}").astype(np.float64),
             **{name: cast(Any, read.get(name)) for name in _TRACED},
         )
 
     def force_n(self) -> tuple[FloatArray, FloatArray] | None:
         """Time and size of the force at the wrist sensor (n,); None without one."""
-        if not set(WRENCH) <= self._file.names:
+        if not self.wrenches:
             return None
-        return self._time_s, size(np.stack([self._file.read(name) for name in WRENCH[:3]], axis=1))
+        return self.time_s, size(np.stack([self.read(name) for name in _WRENCH[:3]], axis=1))
+
+
+def _unreadable(path: Path, found: str) -> CollauditError:
+    return CollauditError(
+        "cannot read the signals",
+        where=str(path),
+        found=(found.splitlines() or [""])[0][:200],
+        expected="a Parquet file written by collaudit",
+        hint="make the run again with collaudit detect",
+    )
+
+
+def _checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, Any]:
+    try:
+        meta: dict[str, Any] = json.loads((schema.metadata or {})[_META])
+        found = meta["schema"]
+    except (KeyError, ValueError, TypeError, RecursionError):
+        found = None
+    if found != SIGNALS_SCHEMA:
+        raise CollauditError(
+            "this is not a signals file of a version this collaudit knows",
+            where=str(path),
+            found=f"schema {found!r}",
+            expected=f"schema {SIGNALS_SCHEMA!r}",
+        )
+    if meta["log_sha256"] != log_sha256:
+        raise CollauditError(
+            "the signals are of another log than audit.json beside them",
+            where=str(path),
+            found=f"log sha256 {meta['log_sha256']}",
+            expected=f"log sha256 {log_sha256}",
+            hint="make the run again with collaudit detect",
+        )
+    return meta

@@ -1,9 +1,4 @@
-"""Alarms and sensitivity of one joint for every threshold and persistence of a grid, exactly as rule (6) counts them.
-
-A threshold only removes samples from those above a lower one: thresholds are taken by rising height, and of each only
-the samples that are still above it are looked at. Runs follow from the breaks between their numbers, and a longer
-persistence only removes runs.
-"""
+"""Alarms and sensitivity of one joint for every threshold and persistence of a grid, as rule (6) counts them."""
 
 from __future__ import annotations
 
@@ -12,12 +7,11 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row, run_bounds
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.rule_study.shown_torque import Windows, shown
 
@@ -51,34 +45,20 @@ def alarm_grid(excess_nm: FloatArray, gamma_nm: FloatArray, counts: IntArray, me
 
     Args:
         excess_nm: (n,) of :func:`excess`.
-        gamma_nm: (g,) thresholds, rising, at most 255.
+        gamma_nm: (g,) thresholds.
         counts: (c,) persistences, samples, rising.
         merge_samples: alarms closer than this are one.
     """
     out = np.zeros((gamma_nm.size, counts.size), dtype=np.int64)
-    exceeded = np.searchsorted(gamma_nm, excess_nm, side="left").astype(np.uint8)  # thresholds that a sample is above
-    at = np.flatnonzero(exceeded).astype(np.int32)
-    exceeded = exceeded[at]
-    for k in range(gamma_nm.size):
-        if k:
-            still = exceeded > k
-            at, exceeded = at[still], exceeded[still]
-        if at.size < counts[0]:
-            break
-        last = np.append(np.flatnonzero(at[1:] - at[:-1] > 1), at.size - 1)
-        _count(at[np.concatenate(([0], last[:-1] + 1))], at[last] + 1, counts, max(1, merge_samples), out[k])
-    return out
-
-
-def _count(starts: NDArray[np.int32], stops: NDArray[np.int32], counts: IntArray, gap: int, out: IntArray) -> None:
-    """Alarms of the runs of one threshold by rising persistence, into (c,)."""
-    for c, n in enumerate(counts):
-        long = stops - starts >= n
-        if not long.all():
+    for g, gamma in enumerate(gamma_nm):
+        starts, stops = run_bounds(excess_nm > gamma)
+        for c, n in enumerate(counts):
+            long = stops - starts >= n
             starts, stops = starts[long], stops[long]
-        if starts.size == 0:
-            return
-        out[c] = 1 + np.count_nonzero(starts[1:] - stops[:-1] >= gap)
+            if starts.size == 0:
+                break
+            out[g, c] = 1 + np.count_nonzero(starts[1:] - stops[:-1] >= max(1, merge_samples))
+    return out
 
 
 def sustained_level(excess_nm: FloatArray, counts: IntArray) -> FloatArray:

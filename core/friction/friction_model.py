@@ -225,11 +225,17 @@ def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:
     if law.spread is None or law.spread[0].shape[0] != len(law.values):
         return np.zeros(velocity.shape)
     covariance, t = law.spread
+    gradient = curve_gradient(law, velocity)
+    variance = np.einsum("ni,ij,nj->n", gradient, covariance, gradient)
+    return np.asarray(t * np.sqrt(np.maximum(variance, 0.0)))
+
+
+def curve_gradient(law: FrictionModel, velocity: FloatArray) -> FloatArray:
+    """(n, k) by how much the curve at (n,) velocities grows with each parameter, by central differences."""
     speed, direction, curve = np.abs(velocity), np.sign(velocity), law_named(law.name).curve
     gradient = np.empty((velocity.size, len(law.values)))
     for k, (symbol, value) in enumerate(law.values.items()):
         step = _STEP * max(abs(value), 1e-3)
         ends = [curve({**law.values, symbol: value + sign * step}, speed, direction) for sign in (1.0, -1.0)]
         gradient[:, k] = (ends[0] - ends[1]) / (2.0 * step)
-    variance = np.einsum("ni,ij,nj->n", gradient, covariance, gradient)
-    return np.asarray(t * np.sqrt(np.maximum(variance, 0.0)))
+    return gradient

@@ -10,12 +10,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 from scipy.special import bdtrc as binomial_tail
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.friction.friction_model import FrictionModel, curve_gradient
 from collaudit.core.history.joint_series import Reading, reading_of
 from collaudit.core.history.log_record import JointRecord, LogRecord
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 #: Two contacts of one log are the same where they overlap with so much room, and share a joint.
 _ROOM_S = 0.1
@@ -91,7 +95,7 @@ def baseline_of_records(name: str, records: Sequence[LogRecord]) -> Baseline:
 
 
 def _log(record: LogRecord) -> BaselineLog:
-    levels = {level_key(item): reading_of(record, item, "friction", item.law_speed_rad_s) for item in record.joints}
+    levels = {_level_key(item): reading_of(record, item, "friction", item.law_speed_rad_s) for item in record.joints}
     return BaselineLog(
         robot=record.robot,
         sha256=record.log_sha256 or "",
@@ -107,7 +111,7 @@ def _log(record: LogRecord) -> BaselineLog:
     )
 
 
-def level_key(item: JointRecord) -> tuple[str, float | None]:
+def _level_key(item: JointRecord) -> tuple[str, float | None]:
     """What levels of friction are compared by."""
     return item.joint, item.law_speed_rad_s
 
@@ -161,3 +165,98 @@ def known_level(value: float, limit: float, joint: str, sha256: str, logs: Seque
     if math.exp(mean) <= limit or value > bound:
         return None
     return f"baseline: {math.exp(mean):.3g} N·m over {count} logs, the next one up to {bound:.3g} N·m"
+
+
+#: Speeds that the mean of a friction curve is taken over.
+_SPEEDS = 9
+#: Friction is compared with so many of the earliest logs: a mean that moved along would hide wear.
+_FIRST_LOGS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionChange:
+    """Mean friction over the speeds that both fits measured: relative change and its 95 % interval, as shares."""
+
+    share: float
+    low: float
+    high: float
+
+
+def friction_change(before: FrictionFit, after: FrictionFit) -> FrictionChange | str:
+    """How much the mean of a joint's friction curve changed; or why nothing can be told.
+
+    The mean runs over both directions and evenly over the speeds that both fits cover. Its standard error follows from
+    each fit's covariance to first order, J Σ Jᵀ, and both are taken as independent.
+
+    Args:
+        before, after: fits of the same joint, in the same unit.
+    """
+    if before.parameters == after.parameters and before.model == after.model and before.model is not None:
+        return FrictionChange(0.0, 0.0, 0.0)
+    if before.model is None or after.model is None:
+        return "friction was not fitted"
+    if before.effort_unit != after.effort_unit:
+        return f"friction in {before.effort_unit} and in {after.effort_unit} cannot be compared"
+    first, second = FrictionModel.of(before), FrictionModel.of(after)
+    if first is None or second is None:
+        return "a fit does not say at which speeds it was measured"
+    (slowest, slower), (fastest, faster) = zip(first.speed_range, second.speed_range, strict=True)
+    low, high = max(slowest, slower), min(fastest, faster)
+    if low > high:
+        return "the two fits share no speed"
+    speeds = np.linspace(low, high, _SPEEDS)
+    (old, old_se), (new, new_se) = (_level(law, speeds) for law in (first, second))
+    if old_se is None or new_se is None:
+        return "a fit states no uncertainty"
+    if old <= 0:
+        return "friction of the baseline does not oppose the motion"
+    half = NORMAL_QUANTILE_975 * float(np.hypot(old_se, new_se))
+    return FrictionChange((new - old) / old, (new - old - half) / old, (new - old + half) / old)
+
+
+def _level(law: FrictionModel, speeds: FloatArray) -> tuple[float, float | None]:
+    """Mean friction over speeds and directions, and its standard error; None of it where the fit states none."""
+    both = np.concatenate([speeds, -speeds])
+    mean = float(np.mean(np.sign(both) * law.torque(both)))
+    if law.spread is None or law.spread[0].shape[0] != len(law.values):
+        return mean, None
+    slope = curve_gradient(law, both).mean(axis=0)
+    variance = float(slope @ law.spread[0] @ slope)
+    return mean, math.sqrt(variance) if variance > 0 else None
+
+
+def change_over_nights(joint: str, tonight: LogRecord, before: Sequence[BaselineLog]) -> FrictionChange | str:
+    """How much a joint's friction differs from the earliest logs of its history; or why nothing can be told.
+
+    Levels are compared at one speed. The 95 % interval is that of the difference between one more log and the mean of
+    n ≥ 3 logs: Student's t with n − 1 degrees of freedom times sqrt(max(s, se)² + s²/n), s their scatter and se the
+    log's own error; with fewer logs the normal quantile times both errors. Errors of the friction laws are added
+    where the logs were judged with different ones; of one law they cancel.
+
+    Args:
+        joint: its name.
+        tonight: record of the log in question.
+        before: its history.
+    """
+    item = next((item for item in tonight.joints if item.joint == joint), None)
+    now = None if item is None else reading_of(tonight, item, "friction", item.law_speed_rad_s)
+    if item is None or now is None:
+        return "this log does not tell the level of its friction"
+    alike = [log.levels[_level_key(item)] for log in before if _level_key(item) in log.levels]
+    if not alike:
+        return "the history has no level of its friction at this speed"
+    first = alike[:_FIRST_LOGS]
+    mean = sum(level.value for level in first) / len(first)
+    if mean <= 0:
+        return "friction of the history does not oppose the motion"
+    other = [level.basis_se for level in first if level.basis != now.basis]
+    variance = max(other) ** 2 + now.basis_se**2 if other else 0.0
+    if len(first) < _LEAST_LOGS:
+        quantile = NORMAL_QUANTILE_975
+        variance += now.se**2 + sum(level.se**2 for level in first) / len(first) ** 2
+    else:
+        scatter = sum((level.value - mean) ** 2 for level in first) / (len(first) - 1)
+        quantile = float(student_quantile(len(first) - 1, 0.975))
+        variance += max(scatter, now.se**2) + scatter / len(first)
+    half, change = quantile * math.sqrt(variance), now.value - mean
+    return FrictionChange(change / mean, (change - half) / mean, (change + half) / mean)

@@ -14,8 +14,15 @@ from collaudit.core.data.policy_result import RuleOutcome, RuleState
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.findings import findings_with_level
 from collaudit.core.history.log_record import LogRecord
-from collaudit.core.policy.baseline import Baseline, known_level, known_rate, new_contacts
-from collaudit.core.policy.friction_change import FrictionChange, change_over_nights, friction_change
+from collaudit.core.policy.baseline import (
+    Baseline,
+    FrictionChange,
+    change_over_nights,
+    friction_change,
+    known_level,
+    known_rate,
+    new_contacts,
+)
 from collaudit.core.verdict.coverage import seconds_text
 from collaudit.core.verdict.noticed_words import place_text
 from collaudit.core.verdict.verdict import contact_breach, counted, near_miss_breach, near_miss_rate

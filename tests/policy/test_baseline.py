@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts
-from collaudit.core.policy.friction_change import friction_change
+from collaudit.core.policy.baseline import Baseline, BaselineLog, friction_change, known_level, known_rate, new_contacts
 
 LOG = BaselineLog(None, "abc", None, True, 3600.0, 0)
 

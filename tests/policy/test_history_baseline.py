@@ -13,8 +13,7 @@ from histories import history, joint_record, log_record, night
 from collaudit.cli.fleet.baseline_files import is_store, read_baseline
 from collaudit.core.errors import ConfigError
 from collaudit.core.history.log_record import ContactRecord, FindingRecord, LogRecord
-from collaudit.core.policy.baseline import baseline_of_records, known_rate, new_contacts
-from collaudit.core.policy.friction_change import change_over_nights
+from collaudit.core.policy.baseline import baseline_of_records, change_over_nights, known_rate, new_contacts
 from collaudit.reports.store.result_store import ResultStore
 
 TONIGHT = 60

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import secrets
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -28,6 +29,8 @@ from collaudit.reports.files.json_files import json_text, plain
 
 _FOLDER = f"v{STORE_SCHEMA}"
 _NAME = "store.json"
+#: A batch of any version; one that is being written has a hidden name.
+_BATCH = re.compile(r"v[0-9][^/]*/[^/]+/[^/.][^/]*\.parquet")
 _TEXT, _NUMBER, _COUNT = pa.string(), pa.float64(), pa.int64()
 _SMALL = pa.float32()
 JOINT = pa.struct(
@@ -123,7 +126,6 @@ class ResultStore:
         Raises:
             CollauditError: the store cannot be written, or is of another version.
         """
-
         if not records:
             return None
         self.check()
@@ -142,7 +144,7 @@ class ResultStore:
             CollauditError: it is no store, or of a later version.
         """
         self.check(must_exist=True)
-        names = sorted(self._list(), key=lambda name: name.rpartition("/")[2])
+        names = sorted(filter(_BATCH.fullmatch, self._files()), key=lambda name: name.rpartition("/")[2])
         for name in names:
             self._refuse_other(name.partition("/")[0].removeprefix("v"))
         return names
@@ -153,12 +155,12 @@ class ResultStore:
         Args:
             light: without what only thresholds and questions need.
         """
-
         schema = LIGHT_SCHEMA if light else SCHEMA
         parts = []
         for name in self.batches():
             try:
-                part = pq.ParquetFile(io.BytesIO(self._read(name))).read(column_paths(schema) if light else None)
+                file = pq.ParquetFile(io.BytesIO(self._read_if_there(name) or b""))
+                part = file.read(column_paths(schema) if light else None)
             except (pa.ArrowInvalid, OSError) as error:
                 raise LogError(
                     "a batch of the store cannot be read",
@@ -177,7 +179,6 @@ class ResultStore:
         Args:
             evidence: with the peaks of the residual; without, they and the findings are not read.
         """
-
         rows = self.table(light=not evidence).to_pylist()
         latest = {record.identity: record for record in records_of(rows)}
         return sorted(latest.values(), key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
@@ -188,9 +189,8 @@ class ResultStore:
         Raises:
             CollauditError: it is not.
         """
-
         content = self._read_if_there(_NAME)
-        if content is None and not must_exist and not self._holds_other():
+        if content is None and not must_exist and not self._others():
             note = "Results of collaudit audit --store. Append only."
             self._write(_NAME, json_text({"schema": f"collaudit/store/{STORE_SCHEMA}", "note": note}).encode())
             return
@@ -218,20 +218,6 @@ class ResultStore:
                 hint="name a new folder, or use the version that wrote it",
             )
 
-    def _holds_other(self) -> bool:
-        """Whether something lies there that is not of a store, such as another writer may be making at this moment."""
-        if self.is_remote:
-            fs, root = self._remote()
-            names = (
-                [str(path).rstrip("/").rpartition("/")[2] for path in fs.ls(root, detail=False)]
-                if fs.exists(root)
-                else []
-            )
-        else:
-            names = _names_in(Path(self.place))
-        own = (_NAME, _FOLDER)
-        return any(name not in own and not name.startswith(f".{_NAME}.") for name in names)
-
     def _write(self, name: str, content: bytes) -> None:
         if not self.is_remote:
             atomic_write(Path(self.place) / name, content)
@@ -242,12 +228,6 @@ class ResultStore:
             fs.pipe_file(f"{root}/{name}", content)
         except Exception as error:
             raise CollauditError("the store cannot be written", where=self.place, found=str(error)) from error
-
-    def _read(self, name: str) -> bytes:
-        content = self._read_if_there(name)
-        if content is None:
-            raise CollauditError("a file of the store is gone", where=f"{self.place}/{name}")
-        return content
 
     def _read_if_there(self, name: str) -> bytes | None:
         if not self.is_remote:
@@ -268,13 +248,18 @@ class ResultStore:
         except Exception as error:
             raise CollauditError("the store cannot be read", where=self.place, found=str(error)) from error
 
-    def _list(self) -> list[str]:
+    def _files(self) -> Iterator[str]:
+        """Names of the files in it, as they are found."""
         if not self.is_remote:
             root = Path(self.place)
-            return [path.relative_to(root).as_posix() for path in root.glob("v[0-9]*/*/[!.]*.parquet")]
+            return (path.relative_to(root).as_posix() for path in root.rglob("*") if not path.is_dir())
         fs, root_name = self._remote()
-        found = fs.glob(f"{root_name}/v[0-9]*/*/*.parquet")
-        return [str(name)[len(root_name) :].lstrip("/") for name in found]
+        return (str(name)[len(root_name) :].lstrip("/") for name in fs.find(root_name))
+
+    def _others(self) -> bool:
+        """Whether something lies there that is not of a store, such as another writer may be making at this moment."""
+        names = (name for name in self._files() if not name.startswith((f".{_NAME}.", f"{_FOLDER}/")))
+        return any(name != _NAME for name in names) or (not self.is_remote and Path(self.place).is_file())
 
     def _remote(self) -> tuple[Any, str]:
         try:
@@ -290,16 +275,6 @@ class ResultStore:
                 "there is no way to this URL", where=self.place, found=str(error), hint="install what the message names"
             ) from error
         return fs, str(root).rstrip("/")
-
-
-def _names_in(folder: Path) -> list[str]:
-    """Names in a folder, asked for once: another writer may make it meanwhile. A file's own name."""
-    try:
-        return [path.name for path in folder.iterdir()]
-    except FileNotFoundError:
-        return []
-    except NotADirectoryError:
-        return [folder.name]
 
 
 def column_paths(schema: pa.Schema) -> list[str]:

@@ -213,12 +213,10 @@ class StoredSignals:
         if not self.has(name):
             raise CollauditError("a column is missing", where=str(self._path), expected=f"column {name!r}")
         try:
-            values = self._file.read(columns=[name], use_threads=False).column(0).to_numpy()
+            column = self._file.read(columns=[name], use_threads=False).column(0)
+            return np.from_dlpack(column.combine_chunks())  # to_numpy would import pandas
         except (pa.ArrowException, OSError) as error:
             raise _unreadable(self._path, str(error)) from error
-        if values.dtype.kind not in "fi":
-            raise _unreadable(self._path, f"column {name!r} holds no numbers")
-        return np.asarray(values)
 
     def states(self, joint: str) -> Values:
         """The state of each sample of one joint.

@@ -15,7 +15,7 @@ from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.run_files import StoredRun
 from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style, shared_scripts
-from collaudit.reports.page.sections.joint_figures import Detail
+from collaudit.reports.page.sections.figures import Detail
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView, make_view
 from collaudit.reports.plots.signal_data import pose_block
 

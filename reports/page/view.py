@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.files.run_files import StoredRun
-from collaudit.reports.page.sections.contact_cards import ContactCard, contact_cards
+from collaudit.reports.page.sections.figures import ContactCard, Detail, JointFigures, contact_cards, joint_figures
 from collaudit.reports.page.sections.first_screen import Fact, LogStrip, log_strip, verdict_facts
-from collaudit.reports.page.sections.friction_sheets import FrictionSheet, friction_sheets
-from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.plots.joint_trace import TracesInMemory
+from collaudit.reports.plots.plot_friction import draw_friction
 from collaudit.reports.plots.study_maps import force_map_plot, plane_map
 from collaudit.reports.sections.event_sections import (
     contact_section,
@@ -24,6 +25,7 @@ from collaudit.reports.sections.event_sections import (
     near_miss_section,
 )
 from collaudit.reports.sections.finding_sections import fact_lines, finding_section
+from collaudit.reports.sections.fit_sections import friction_sections
 from collaudit.reports.sections.identified_sections import identified_sections
 from collaudit.reports.sections.judged_sections import (
     coverage_section,
@@ -36,8 +38,9 @@ from collaudit.reports.sections.judged_sections import (
 from collaudit.reports.sections.section import Section
 from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
+from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import verdict_word
+from collaudit.reports.values.words import effort_unit, speed_unit, verdict_word
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500
@@ -169,3 +172,66 @@ def study_view(study: RuleStudy | None, with_planes: bool = True) -> StudyView |
         if with_planes
     )
     return StudyView(study_sections(study), planes, forces)
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionSheet:
+    """One joint's friction.
+
+    Attributes:
+        facts: points, speeds, quality, in a line.
+        summary: what stands beside the curve.
+    """
+
+    joint: str
+    fit: FrictionFit
+    anchor: str
+    plot: Markup | None
+    sections: tuple[Section, ...]
+    facts: str
+    summary: str
+
+
+def friction_sheets(result: AuditResult, key: str) -> tuple[FrictionSheet, ...]:
+    """Every joint's friction, as applied."""
+    return tuple(_sheet(joint, fit, f"{key}-friction-{k}") for k, (joint, fit) in enumerate(result.friction.items(), 1))
+
+
+def _sheet(joint: str, fit: FrictionFit, anchor: str) -> FrictionSheet:
+    law = FrictionModel.of(fit)
+    plot = None
+    if fit.points:
+        label = visible(f"Friction of {joint} against speed: {fit.n_points} points, {fit.model or 'no curve'}")
+        plot = draw_friction(fit, effort_unit(fit), speed_unit(fit), f"{anchor}-plot", label)
+    return FrictionSheet(
+        joint=joint,
+        fit=fit,
+        anchor=anchor,
+        plot=plot,
+        sections=friction_sections(fit),
+        facts=_facts(fit, None if law is None else law.hold),
+        summary=_summary(fit),
+    )
+
+
+def _facts(fit: FrictionFit, hold_nm: float | None) -> str:
+    torque, reach = effort_unit(fit), fit.speed_range_rad_s
+    facts = [f"{fit.n_points} points, {fit.n_pairs} of them from both directions"]
+    facts += [f"speeds {significant(reach[0])} to {significant(reach[1])} {speed_unit(fit)}"] if reach else []
+    if fit.rmse_nm is not None:
+        share = "" if fit.rmse_share is None else f" ({significant(100 * fit.rmse_share, 2)} % of rated torque)"
+        facts.append(f"RMSE {significant(fit.rmse_nm)} {torque}{share}")
+    facts += [f"R² {significant(fit.r_squared, 4)}"] if fit.r_squared is not None else []
+    facts += [f"{fit.section_count} sections"] if fit.section_count else []
+    facts += [f"taken to hold up to {significant(hold_nm)} {torque} at rest"] if hold_nm is not None else []
+    return " · ".join(facts)
+
+
+def _summary(fit: FrictionFit) -> str:
+    if not fit.model:
+        return f"Not fitted: {fit.reason or 'no reason was recorded'}"
+    if fit.identifiable and not fit.not_identifiable:
+        return f"{fit.model}, determined"
+    if fit.identifiable:
+        return f"{fit.model}, determined with a reservation"
+    return f"{fit.model}, in part undetermined"

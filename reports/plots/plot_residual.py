@@ -1,4 +1,4 @@
-"""One joint over the whole log: its residual, every extreme of every pixel column, and how much of it was judged."""
+"""One joint's residual: over the whole log, against speed and position, how it is spread, how long it remembers."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Collision, NearMiss
 from collaudit.core.data.signals import State
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.plots.downsample import column_edges, column_extremes, column_shares
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
-_WIDTH, _HEIGHT = 1000, 84
+_LONG_WIDTH, _LONG_HEIGHT = 1000, 84
 _COLUMNS = 200
 _BAR_HEIGHT = 100
 
@@ -42,7 +43,7 @@ def draw_overview(
     largest = [float(np.nanmax(np.abs(sides), initial=0.0)) for sides in extremes]
     peaks = [a.peak_nm for a in alarms] + [m.peak_nm for m in near_misses]
     height, beyond = _height(trace, peaks, max(largest[1:]), largest[0])
-    panel = Panel((0, 0, _WIDTH, _HEIGHT), (min(0.0, trace.time_s[0]), trace.time_s[-1]), (-height, height))
+    panel = Panel((0, 0, _LONG_WIDTH, _LONG_HEIGHT), (min(0.0, trace.time_s[0]), trace.time_s[-1]), (-height, height))
     for mask, kind in ((trace.standing, "shade-standing"), (out, "shade-out")):
         starts, stops = run_bounds(column_shares(mask, edges) >= 0.5)
         panel.shade(borders[starts], borders[stops], kind)
@@ -54,7 +55,7 @@ def draw_overview(
             panel.level(sign * trace.gamma_nm, "gamma")
     for events, kind in ((near_misses, "mark-near"), (alarms, "mark-alarm")):
         panel.moments([event.onset_s for event in events], kind)
-    return drawing(_WIDTH, _HEIGHT, label, [panel], name, "plot stretch"), height, beyond
+    return drawing(_LONG_WIDTH, _LONG_HEIGHT, label, [panel], name, "plot stretch"), height, beyond
 
 
 def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest: float) -> tuple[float, str | None]:
@@ -84,7 +85,7 @@ def coverage_bar(trace: JointTrace, label: str) -> Markup:
     """
     gap, judged, standing = trace.state == State.GAP, trace.judged, trace.standing
     parts = {"judged": judged, "standing": standing, "out": ~(judged | standing | gap), "gap": gap}
-    edges = column_edges(len(trace.state), _WIDTH)
+    edges = column_edges(len(trace.state), _LONG_WIDTH)
     top = np.zeros(len(edges) - 1)
     shapes: list[Markup] = []
     for kind, mask in parts.items():
@@ -95,14 +96,162 @@ def coverage_bar(trace: JointTrace, label: str) -> Markup:
             shapes.insert(0, Markup('<path class="{}" d="{}"/>').format(kind, path))
     return Markup(
         '<svg class="bar" viewBox="0 0 {} {}" preserveAspectRatio="none" role="img" aria-label="{}">{}</svg>'
-    ).format(_WIDTH, _BAR_HEIGHT, label, Markup().join(shapes))
+    ).format(_LONG_WIDTH, _BAR_HEIGHT, label, Markup().join(shapes))
 
 
 def _path(top: NDArray[np.int_]) -> str:
     """All below a step line, as steps; what is drawn after it covers what is not its own."""
-    x = np.rint(np.linspace(0, _WIDTH, len(top) + 1)).astype(int)
+    x = np.rint(np.linspace(0, _LONG_WIDTH, len(top) + 1)).astype(int)
     starts = np.concatenate(([0], np.flatnonzero(np.diff(top)) + 1))
-    across = np.diff(np.append(x[starts], _WIDTH)).tolist()
+    across = np.diff(np.append(x[starts], _LONG_WIDTH)).tolist()
     up = np.diff(top[starts], prepend=0).tolist()
     steps = "".join(f"v{-rise}h{run}" for rise, run in zip(up, across, strict=True))
     return f"M0 {_BAR_HEIGHT}{steps}V{_BAR_HEIGHT}z"
+
+
+_AGAINST_COLUMNS = 24
+_LEAST_IN_COLUMN = 5  # samples a column's spread is read from
+_MOST_AGAINST = 50_000
+_SHARES = (0.0, 0.05, 0.5, 0.95, 1.0)
+_AGAINST_WIDTH, _AGAINST_HEIGHT = 780, 150
+
+
+def draw_against(trace: JointTrace, unit: str, prismatic: bool, name: str, label: str) -> Markup | None:
+    """Median, middle 90 % and extremes of the judged residual in columns of speed and of position.
+
+    Of a long log fifty thousand samples, evenly spread, stand for all.
+
+    Args:
+        trace: of the joint.
+        unit: of its torque.
+        prismatic: whether it slides: m in place of rad.
+        name: id of the drawing, unique in the page.
+        label: text for those who cannot see it.
+
+    Returns:
+        The drawing, or None where nothing was judged.
+    """
+    rows = np.arange(0, len(trace.time_s), max(1, len(trace.time_s) // _MOST_AGAINST))
+    signals = (trace.residual_nm, trace.velocity_rad_s, trace.position_rad)
+    known = trace.state[rows] == State.JUDGED
+    for signal in signals:
+        known &= np.isfinite(signal[rows])
+    rows = rows[known]
+    if rows.size < 10 * _LEAST_IN_COLUMN:
+        return None
+    residual, length = trace.residual_nm[rows], "m" if prismatic else "rad"
+    limit = (min(0.0, 1.05 * float(residual.min())), max(0.0, 1.05 * float(residual.max())))
+    panels = []
+    for left, x, words in (
+        (46, trace.velocity_rad_s, f"speed, {length}/s"),
+        (426, trace.position_rad, f"position, {length}"),
+    ):
+        values = x[rows].astype(np.float64)
+        panel = Panel((left, 18, 346, _AGAINST_HEIGHT - 52), (float(values.min()), float(values.max())), limit)
+        panel.y_axis(f"residual, {unit}")
+        panel.x_axis(words, 5)
+        panel.level(0.0, "zero")
+        _columns(panel, values, residual)
+        panels.append(panel)
+    return drawing(_AGAINST_WIDTH, _AGAINST_HEIGHT, label, panels, name)
+
+
+def _columns(panel: Panel, x: FloatArray, residual: FloatArray) -> None:
+    """Extremes, 5 to 95 % and the median; nothing is drawn across what was never visited."""
+    edges = np.linspace(float(x.min()), float(x.max()) + 1e-12, _AGAINST_COLUMNS + 1)
+    column = np.minimum(np.searchsorted(edges, x, side="right") - 1, _AGAINST_COLUMNS - 1)
+    part = np.full((_AGAINST_COLUMNS, 5), np.nan)
+    for k in range(_AGAINST_COLUMNS):
+        inside = residual[column == k]
+        if inside.size:
+            part[k] = np.quantile(inside, _SHARES, method="nearest")
+        if inside.size < _LEAST_IN_COLUMN:
+            part[k, 1:4] = np.nan
+    at = (edges[:-1] + edges[1:]) / 2
+    panel.columns(at, part[:, 0], part[:, 4], "curve-out")
+    panel.columns(at, part[:, 1], part[:, 3], "middle")
+    panel.line(at, part[:, 2], "measured")
+
+
+_SMALL_WIDTH, _SMALL_HEIGHT = 170, 56
+_SMALL_BOX = (0, 2, _SMALL_WIDTH, _SMALL_HEIGHT - 4)
+_BINS = 41
+_PIECES = 40
+_LAG_S = 0.5
+_LAGS = 60
+_MOST_CORRELATED = 131_072
+_LEAST = 100
+
+
+def draw_histogram(trace: JointTrace, name: str, label: str) -> Markup | None:
+    """Judged residual within ±1.2 γ (all of it without γ); None where too little was judged."""
+    known = _known(trace)
+    if np.count_nonzero(known) < _LEAST:
+        return None
+    reach = 1.2 * trace.gamma_nm
+    if not np.isfinite(reach):
+        reach = float(np.abs(trace.residual_nm[known]).max()) or 1.0
+    counts, edges = np.histogram(np.clip(trace.residual_nm[known], -reach, reach), _BINS, (-reach, reach))
+    panel = Panel(_SMALL_BOX, (-reach, reach), (0.0, float(counts.max())))
+    across, up = np.repeat(edges, 2)[1:-1], np.repeat(counts, 2).astype(np.float64)
+    panel.area(across, np.zeros(up.size), up, "bar-fill")
+    if np.isfinite(trace.gamma_nm):
+        for sign in (-1, 1):
+            panel.moments([sign * trace.gamma_nm], "gamma")
+    return drawing(_SMALL_WIDTH, _SMALL_HEIGHT, label, [panel], name)
+
+
+def draw_autocorrelation(trace: JointTrace, name: str, label: str) -> Markup | None:
+    """Autocorrelation of the judged residual up to half a second; None where no judged stretch is twice that long."""
+    lags, values = autocorrelation(trace)
+    if lags.size == 0:
+        return None
+    panel = Panel(_SMALL_BOX, (0.0, float(lags[-1])), (min(-0.2, float(values.min())), 1.0))
+    panel.level(0.0, "zero")
+    panel.line(lags, values, "curve")
+    return drawing(_SMALL_WIDTH, _SMALL_HEIGHT, label, [panel], name)
+
+
+def autocorrelation(trace: JointTrace) -> tuple[FloatArray, FloatArray]:
+    """Lags, s, and correlation (k,) of the judged residual less its mean, over pairs that were both judged."""
+    known = _known(trace)[:_MOST_CORRELATED]
+    if np.count_nonzero(known) < _LEAST:
+        return np.empty(0), np.empty(0)
+    x = np.where(known, trace.residual_nm[: known.size], 0.0)
+    x = np.where(known, x - x[known].mean(), 0.0)
+    samples = np.unique(np.linspace(0, min(_LAG_S / trace.period_s, known.size / 2), _LAGS).astype(int))
+    length = 1 << int(np.ceil(np.log2(x.size + samples[-1] + 1)))
+    sums, pairs = (_products(y, length)[samples] for y in (x, known.astype(np.float64)))
+    enough = pairs >= _LEAST / 2
+    if not enough.any() or sums[0] <= 0:
+        return np.empty(0), np.empty(0)
+    covariance = sums[enough] / pairs[enough]
+    return samples[enough] * trace.period_s, covariance / covariance[0]
+
+
+def _products(x: FloatArray, length: int) -> FloatArray:
+    """Sums of x(t) x(t + lag) for every lag up to ``length`` less the size of ``x`` (Wiener-Khinchin)."""
+    spectrum = np.fft.rfft(x, length)
+    return np.fft.irfft(spectrum * spectrum.conj(), length)
+
+
+def draw_trend(trace: JointTrace, name: str, label: str) -> Markup | None:
+    """RMS of the judged residual in forty equal stretches of the log; None where too little was judged."""
+    known = _known(trace)
+    if np.count_nonzero(known) < _LEAST:
+        return None
+    edges = column_edges(known.size, _PIECES)
+    power, counts = (np.add.reduceat(x, edges[:-1]) for x in (np.where(known, trace.residual_nm**2, 0.0), 1.0 * known))
+    rms = np.sqrt(np.divide(power, counts, out=np.full(_PIECES, np.nan), where=counts > 0))
+    middle = trace.time_s[(edges[:-1] + edges[1:]) // 2]
+    panel = Panel(
+        _SMALL_BOX,
+        (trace.time_s[0], trace.time_s[-1]),
+        (0.0, 1.1 * float(np.nanmax(rms)) or 1.0),
+    )
+    panel.line(middle, rms, "curve")
+    return drawing(_SMALL_WIDTH, _SMALL_HEIGHT, label, [panel], name)
+
+
+def _known(trace: JointTrace) -> BoolArray:
+    return trace.judged & np.isfinite(trace.residual_nm)

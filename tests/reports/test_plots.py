@@ -28,8 +28,7 @@ from collaudit.reports.plots.downsample import column_edges, column_shares, thin
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_friction import band, curve, draw_friction
-from collaudit.reports.plots.plot_overview import coverage_bar, draw_overview
-from collaudit.reports.plots.plot_statistics import autocorrelation
+from collaudit.reports.plots.plot_residual import autocorrelation, coverage_bar, draw_overview
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
 from collaudit.reports.plots.study_maps import force_map_plot
 from collaudit.reports.plots.svg import polyline, strokes, tick_text, ticks

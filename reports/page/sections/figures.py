@@ -1,4 +1,4 @@
-"""Everything that is drawn of one joint, made in one pass over its signals."""
+"""What is drawn of joints, in one pass over their signals, and cards of the contacts furthest above thresholds."""
 
 from __future__ import annotations
 
@@ -13,13 +13,20 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.files.signals_file import StoredSignals
+from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
-from collaudit.reports.plots.plot_against import draw_against
-from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
-from collaudit.reports.plots.plot_overview import coverage_bar, draw_overview
-from collaudit.reports.plots.plot_statistics import draw_autocorrelation, draw_histogram, draw_trend
+from collaudit.reports.plots.plot_contact import ContactWindow, contact_window, draw_contact
+from collaudit.reports.plots.plot_residual import (
+    coverage_bar,
+    draw_against,
+    draw_autocorrelation,
+    draw_histogram,
+    draw_overview,
+    draw_trend,
+)
 from collaudit.reports.plots.signal_data import kept_samples, packed, pose_samples
-from collaudit.reports.values.contact_alarms import contact_limits
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, height
 from collaudit.reports.values.numbers import significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import speed_unit, torque_unit
@@ -161,3 +168,93 @@ def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: f
     around = [contact_limits(contact, period_s) for contact in (*contacts.values(), *others)]
     near = sorted(result.near_misses, key=lambda event: -event.ratio)
     return around + [(event.onset_s - 0.2, event.onset_s + event.duration_s + 0.2) for event in near]
+
+
+_SHOWN = ("wall clock", "alarms", "lasted", "link or further out", "force (95 %)", "tool speed", "controller")
+
+
+@dataclass(frozen=True, slots=True)
+class ContactCard:
+    """One contact.
+
+    Attributes:
+        title: when it was, and of which kind.
+        facts: term and value.
+        evidence: why it is of its kind, and where it may be.
+        window: seconds that its plots show.
+    """
+
+    number: int
+    title: str
+    facts: tuple[tuple[str, str], ...]
+    evidence: str
+    pose: Markup | None
+    plot: Markup | None
+    window: tuple[float, float]
+
+
+def contact_cards(
+    result: AuditResult,
+    drawn: Mapping[int, Contact],
+    figures: Sequence[JointFigures],
+    force: tuple[FloatArray, FloatArray] | None,
+    key: str,
+) -> tuple[ContactCard, ...]:
+    """The cards of one audit.
+
+    Args:
+        result: the audit.
+        drawn: the contacts, by their number from 1.
+        figures: of the joints.
+        force: time and size (n,) of the force at the wrist sensor; None without one.
+        key: prefix of anchors.
+    """
+    found = contact_section(result, drawn)
+    return tuple(
+        ContactCard(
+            number=number,
+            title=f"at {record['onset']} · {record['kind']}",
+            facts=tuple((term, record[term]) for term in _SHOWN if record[term]),
+            evidence=record["evidence"],
+            pose=_drawn_pose(contact, result, f"{key}-contact-{number}-pose"),
+            plot=_drawn_contact(number, contact, result, figures, force, f"{key}-contact-{number}-plot"),
+            window=window,
+        )
+        for (number, contact), record, window in zip(drawn.items(), found.records, found.windows, strict=True)
+    )
+
+
+def _drawn_contact(
+    number: int,
+    contact: Contact,
+    result: AuditResult,
+    figures: Sequence[JointFigures],
+    force: tuple[FloatArray, FloatArray] | None,
+    name: str,
+) -> Markup | None:
+    windows = [figure.windows[number] for figure in figures if number in figure.windows]
+    if not windows:
+        return None
+    alarms = alarms_of(contact, result)
+    highest = max(alarms, key=height, default=None)
+    worst = "" if highest is None else highest.joint
+    label = visible(f"Contact {number}: residual of all joints over γ, measured and modelled torque of {worst}")
+    rule = result.rule
+    lower = [
+        rule.lasting_nm[a.joint] / rule.gamma_nm[a.joint] for a in alarms if a.lasting and a.joint in rule.lasting_nm
+    ]
+    least = min(lower, default=1.0)
+    return draw_contact(windows, contact, worst, torque_unit(result, worst), force, name, label, least)
+
+
+def _drawn_pose(contact: Contact, result: AuditResult, name: str) -> Markup | None:
+    if contact.scene is None:
+        return None
+    arm = drawn_arm(contact.scene, result.arm)
+    if arm.axes is not None and result.arm is not None:
+        order = [link.joint for link in result.arm.links]
+    else:  # where all joints of the model are judged, the points are theirs
+        order = list(contact.scene.joint_speed_rad_s)
+        order = order if len(arm.points) - 1 == len(order) else []
+    reacted = [k for k, joint in enumerate(order) if joint in contact.joints]
+    return draw_pose(arm, reacted, name, "Pose of the arm at the peak")

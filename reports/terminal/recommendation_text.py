@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from collaudit.core.data.recommendation_result import ArmRate
+from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
-from collaudit.reports.sections.recommendation_sections import recommendation_sections
+from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.study_sections import set_rule_section
 from collaudit.reports.terminal.text_table import sections_text
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import duration, rate_words
+from collaudit.reports.values.numbers import duration, rate, rate_words
 from collaudit.reports.values.visible_text import wrapped
-from collaudit.reports.values.words import with_unit
+from collaudit.reports.values.words import plural, with_unit
 
 
 def recommendation_text(
@@ -62,3 +63,89 @@ def claim(arm: ArmRate) -> str:
     so_far = "" if arm.supported_per_hour is None else f"; {hours} support {rate_words(arm.supported_per_hour)}"
     more = duration(3600.0 * arm.more_hours)
     return f"NOT SUPPORTED: {more} without contact are missing for {asked} false alarms of the arm{so_far}"
+
+
+#: More stretches than this are counted, not listed.
+_LISTED = 8
+_TO_CONFIRM = "left out as possible contact; please confirm (--clean if nothing touched the arm, else --truth)"
+_COUNTED = "counted as clean, as stated, though higher than usual in such motion"
+_NOTICES = "Notices: an external torque of this size that lasts n samples alarms at 95 % of the judged moments."
+_UNTIL_THEN = 'Until then: gamma_nm = "auto" takes the thresholds of the friction file, which claim less.'
+
+
+def recommendation_sections(found: ArmRecommendation) -> tuple[Section, ...]:
+    """A line a joint, opinions on what is set, what to confirm, and what is missing."""
+    refused = all(rule.gamma_nm is None for rule in found.joints.values())
+    higher = ", ".join(f"{joint} {with_unit(f'{x:g}', joint, found.units)}" for joint, x in found.if_clean_nm.items())
+    if_clean = f"If nothing touched the arm there, γ has to be higher: {higher}" if higher else ""
+    missing = joint_lines(
+        [(joint, text) for joint, rule in found.joints.items() for text in rule.missing], len(found.joints)
+    )
+    return (
+        *(() if refused else (_thresholds(found), set_rule_section(found.set_rules, found.units))),
+        _stretches(found, found.to_confirm, _TO_CONFIRM, if_clean),
+        _stretches(found, found.counted, _COUNTED),
+        _highest(found),
+        Section("Missing", (), (), (*missing, *([_UNTIL_THEN] if refused else []))),
+    )
+
+
+def _thresholds(found: ArmRecommendation) -> Section:
+    rows = []
+    for joint, rule in found.joints.items():
+        torques = (
+            "" if value is None else with_unit(f"{value:.3g}", joint, found.units)
+            for value in (rule.noticed_nm, rule.largest_clean_nm)
+        )
+        notices, largest = torques
+        rows.append(
+            (
+                joint,
+                "none" if rule.gamma_nm is None else with_unit(f"{rule.gamma_nm:g}", joint, found.units),
+                str(rule.n),
+                notices,
+                duration(3600.0 * rule.clean_hours),
+                largest,
+                "" if rule.false_alarms_per_hour is None else rate(rule.false_alarms_per_hour, rule.clean_hours),
+            )
+        )
+    head = ("joint", "γ", "n", "notices", "clean time", "largest clean", "false alarms at most (95 %)")
+    return Section("Thresholds", head, tuple(rows), (_NOTICES, *_arm(found.rate)))
+
+
+def _arm(arm: ArmRate) -> tuple[str, ...]:
+    """The arm's false alarms with these thresholds, by both bounds; nothing where there is none."""
+    if arm.extrapolated_per_hour is None or arm.observed_per_hour is None:
+        return ()
+    return (
+        f"False alarms of the arm (95 %): at most {rate_words(arm.extrapolated_per_hour)} if rarer peaks follow those "
+        f"seen, at most {rate_words(arm.observed_per_hour)} by counting alone.",
+    )
+
+
+def _highest(found: ArmRecommendation) -> Section:
+    """The moment that determines each threshold most."""
+    rows = tuple(
+        (joint, peaks[0].log, f"{peaks[0].time_s:.1f} s", with_unit(f"{peaks[0].level_nm:.3g}", joint, found.units))
+        for joint, peaks in found.highest.items()
+        if peaks and found.joints[joint].gamma_nm
+    )
+    title = "Highest level counted as clean: a push there would raise γ (--json lists five a joint)"
+    return Section(title, ("joint", "log", "at", "level"), rows)
+
+
+def _stretches(found: ArmRecommendation, stretches: Sequence[StretchToConfirm], what: str, note: str = "") -> Section:
+    if not stretches:
+        return Section("Left out as possible contact", (), (), (note,) if note else ())
+    count = plural(len(stretches), "stretch", "stretches")
+    ranked = sorted(stretches, key=lambda s: -(s.level_nm or 0.0))[:_LISTED]
+    rows = []
+    for s in sorted(ranked, key=lambda s: (s.log, s.start_s)):
+        slide = len(s.joints) > 0 and all(found.units.get(joint) == "N" for joint in s.joints)
+        level = "" if s.level_nm is None else f"{s.level_nm:.3g} {'N' if slide else 'N·m'}"
+        rows.append((s.log, f"{s.start_s:.1f} to {s.end_s:.1f} s", s.why, ", ".join(s.joints), level))
+    left = len(stretches) - len(rows)
+    more = f"And {left} with lower levels (--json lists all)." if left else ""
+    title = f"{count} ({duration(sum(s.end_s - s.start_s for s in stretches))}) {what}"
+    head = ("log", "when", "why", "joints", "level for n samples")
+    return Section(title, head, tuple(rows), tuple(text for text in (more, note) if text))

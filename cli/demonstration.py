@@ -70,8 +70,7 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     from collaudit.cli.log_arguments import audit_files
     from collaudit.core import api
     from collaudit.core.config import load_config
-    from collaudit.reports.files.run_files import write_friction
-    from collaudit.reports.files.run_folder import write_run
+    from collaudit.reports.files.run_files import write_friction, write_run
     from collaudit.reports.page.html import write_html
 
     steps = len(_RUNS) + 2

@@ -59,8 +59,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     from collaudit.cli.exit_codes import exit_code
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import json_text
-    from collaudit.reports.files.run_files import result_json
-    from collaudit.reports.files.run_folder import RunFolder
+    from collaudit.reports.files.run_files import RunFolder, result_json
 
     loaded = load_settings()
     files = one_log(logs, loaded)

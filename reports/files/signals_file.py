@@ -2,7 +2,7 @@
 
 One row a sample, ``time_s`` first, as float64, then for each joint ``QUANTITY:JOINT`` as float32, and the wrist sensor
 (``wrench:fx`` …). The range of the residual where friction is an interval (``least_nm``, ``most_nm``) and the wrench
-are absent where there are none. Numbers are multiples of steps (:mod:`signal_steps`), which the metadata state: a
+are absent where there are none. Numbers are multiples of steps (:mod:`joint_trace`), which the metadata state: a
 torque's is below a thousandth of gamma and a sixteenth of the residual's own spread, and no residual is rounded across
 gamma. They are there to be looked at and cross-checked; to differentiate or to audit again, take the log itself.
 """
@@ -21,13 +21,14 @@ import pyarrow.parquet as pq
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.reports.plots.joint_trace import JointTrace, size
-from collaudit.reports.values.signal_steps import (
+from collaudit.reports.plots.joint_trace import (
     FORCE_STEP_N,
     MOMENT_STEP_NM,
     POSITION_STEP,
     VELOCITY_STEP,
+    JointTrace,
     in_steps,
+    size,
     stored,
     torque_step_nm,
 )

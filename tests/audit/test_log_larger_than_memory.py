@@ -10,8 +10,7 @@ from collaudit.core.api import audit
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.numeric import tables
-from collaudit.reports.files.run_files import AUDIT_NAME, SIGNALS_NAME
-from collaudit.reports.files.run_folder import write_run
+from collaudit.reports.files.run_files import AUDIT_NAME, SIGNALS_NAME, write_run
 
 
 def judged(log: Path, friction: FrictionFile, run: Path) -> Audit:

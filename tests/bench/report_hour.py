@@ -26,7 +26,7 @@ def write(folder: Path, minutes: float) -> None:
 
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.signals import Signals, State
-    from collaudit.reports.files.run_folder import write_run
+    from collaudit.reports.files.run_files import write_run
 
     n = round(60 * minutes / PERIOD_S)
     time_s, rng = np.arange(n) * PERIOD_S, np.random.default_rng(1)

@@ -17,7 +17,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.run_folder import write_run
+from collaudit.reports.files.run_files import write_run
 
 
 @pytest.fixture(scope="module")

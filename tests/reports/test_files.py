@@ -25,8 +25,8 @@ from collaudit.reports.files.run_files import (
     read_run,
     result_json,
     write_friction,
+    write_run,
 )
-from collaudit.reports.files.run_folder import write_run
 
 EXACT = ("time_s", "state", "gamma_nm")
 #: Quantities that are stored in steps, and the largest step (torques: below a thousandth of gamma, which is 4 N·m).

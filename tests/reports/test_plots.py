@@ -20,8 +20,7 @@ from collaudit.core.data.detection_result import Contact, ContactScene
 from collaudit.core.data.rule_study_result import ForceCell, ForceMap
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.reports.files.run_files import open_run, read_run
-from collaudit.reports.files.run_folder import write_run
+from collaudit.reports.files.run_files import open_run, read_run, write_run
 from collaudit.reports.page.html import html_text
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.downsample import column_edges, column_shares, thin

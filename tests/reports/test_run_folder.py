@@ -11,8 +11,7 @@ import samples
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric import parallel
-from collaudit.reports.files.run_files import read_run
-from collaudit.reports.files.run_folder import RunFolder, write_run
+from collaudit.reports.files.run_files import RunFolder, read_run, write_run
 
 
 @pytest.fixture(autouse=True)

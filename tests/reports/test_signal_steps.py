@@ -14,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collaudit.core.data.signals import State
-from collaudit.reports.files.run_files import open_run, read_run
-from collaudit.reports.files.run_folder import write_run
-from collaudit.reports.values.signal_steps import in_steps, in_steps_within, torque_step_nm
+from collaudit.reports.files.run_files import open_run, read_run, write_run
+from collaudit.reports.plots.joint_trace import in_steps, in_steps_within, torque_step_nm
 
 GAMMA = 4.0
 

@@ -12,8 +12,7 @@ from simulated_logs import Maker
 from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
-from collaudit.reports.files.run_files import read_run
-from collaudit.reports.files.run_folder import write_run
+from collaudit.reports.files.run_files import read_run, write_run
 from collaudit.reports.page.html import html_text
 from collaudit.reports.terminal.command_texts import study_text
 

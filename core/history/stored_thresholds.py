@@ -86,7 +86,16 @@ def stored_recommendation(records: Sequence[LogRecord], robot: str, per_hour: fl
         logs=len(used),
         left_out=len(judged) - len(used),
         nights=nights,
-        joints={j: _rule(item, gammas[j], stated.get(j)) for j, item in found.items()},
+        joints={
+            joint: StoredRule(
+                gamma_nm=gammas[joint],
+                n=item.n,
+                hours=item.peaks.hours,
+                largest_clean_nm=None if item.tail is None else item.tail.largest_nm,
+                set_nm=stated.get(joint),
+            )
+            for joint, item in found.items()
+        },
         rate=_rate(found, gammas, per_hour),
         rate_set=None if None in stated.values() else _rate(found, stated, per_hour),
         supported_since=_since(nights, own, None, per_hour),
@@ -115,10 +124,6 @@ def _peaks(item: JointRecord) -> LogPeaks:
         level = np.concatenate([level, np.full(lost, level.min())])
         minute = np.concatenate([minute, np.arange(lost, dtype=np.int64) % minutes])
     return LogPeaks(level, np.zeros(level.size), minute, np.array(item.minute_hours))
-
-
-def _rule(item: JointEvidence, gamma: float | None, stated: float | None) -> StoredRule:
-    return StoredRule(gamma, item.n, item.peaks.hours, None if item.tail is None else item.tail.largest_nm, stated)
 
 
 def _rate(found: Mapping[str, JointEvidence], gammas: Mapping[str, float | None], per_hour: float) -> ArmRate:

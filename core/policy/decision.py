@@ -14,6 +14,9 @@ from collaudit.core.findings import Finding
 from collaudit.core.policy.baseline import Baseline
 from collaudit.core.policy.rule_outcomes import LogInQuestion, RuleBook
 
+#: Rules that a log's own verdict has judged already, in the same words.
+_IN_CORE = ("contacts", "near_misses")
+
 
 class WaiverBook:
     """The waivers of an audit; it remembers which were needed."""
@@ -133,7 +136,7 @@ def _reasons(
 ) -> tuple[str, ...]:
     result, near = log.result, log.near_misses_alone
     same = verdict == result.verdict and near == [one.text for one in broken if one.rule == "near_misses"]
-    if same and not notes and not undecided and all(_in_core(one) for one in broken):
+    if same and not notes and not undecided and all(one.rule in _IN_CORE and one.note is None for one in broken):
         return result.reasons
     own = result.unjudged or (result.reasons if result.verdict == "not_judged" else ())
     if verdict == "pass":
@@ -142,11 +145,6 @@ def _reasons(
             own = (f"Near misses of the night keep the policy, though not those of this log alone: {near[0]}",)
     why = (*(_sentence(one) for one in broken), *(one.text for one in undecided))
     return (*why, *notes, *own) if verdict == "pass" else (*why, *own, *notes)
-
-
-def _in_core(one: RuleOutcome) -> bool:
-    """Rules that a log's own verdict has judged already, in the same words."""
-    return one.rule in ("contacts", "near_misses") and one.note is None
 
 
 def _sentence(one: RuleOutcome) -> str:

@@ -188,7 +188,7 @@ def noticed_share(ordered: FloatArray, share: float) -> ForceNoticed:
     def at(rank: float) -> float | None:
         place = int(rank)
         value = ordered[place] if 0 <= place < count else np.inf
-        return _force(float(value))
+        return float(f"{value:.3g}") if np.isfinite(value) else None
 
     low, high = (float(binomial_quantile(p, count, share)) for p in (0.025, 0.975))
     lower = at(np.floor(low)) if low >= 0.0 else None
@@ -201,10 +201,6 @@ def wilson_interval(hits: int, count: int) -> tuple[float, float]:
     middle = share + z * z / (2 * count)
     half = z * sqrt(share * (1 - share) / count + z * z / (4 * count * count))
     return max(0.0, (middle - half) / (1 + z * z / count)), min(1.0, (middle + half) / (1 + z * z / count))
-
-
-def _force(value: float) -> float | None:
-    return float(f"{value:.3g}") if np.isfinite(value) else None
 
 
 #: Factors on the thresholds, and forces of the added contacts, N.

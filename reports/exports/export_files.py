@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -45,24 +46,6 @@ _EVENT_COLUMNS: dict[str, pa.DataType] = {
 _QUANTITIES = ("position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "least_nm", "most_nm")
 
 
-def write_csv(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
-    """Write ``PATH`` with the events and ``NAME.signals.csv`` beside it; returns both.
-
-    Raises:
-        CollauditError: a file cannot be written.
-    """
-    return _write_tables(path, audits, _csv, progress)
-
-
-def write_parquet(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
-    """Write ``PATH`` with the events and ``NAME.signals.parquet`` beside it; returns both.
-
-    Raises:
-        CollauditError: a file cannot be written.
-    """
-    return _write_tables(path, audits, _parquet, progress)
-
-
 def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
     """Write the MCAP of one audit: another log has another clock, and needs a file of its own.
 
@@ -80,8 +63,16 @@ def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = 
     return (path,)
 
 
-def _write_tables(path: Path, audits: Sequence[Audit], write: _Writer, progress: Progress | None) -> tuple[Path, ...]:
-    """Events, which are few, and then signals: gathering them is a quarter of the work, writing them the rest."""
+def _write_tables(
+    write: _Writer, path: Path, audits: Sequence[Audit], progress: Progress | None = None
+) -> tuple[Path, ...]:
+    """Write ``PATH`` with the events and ``NAME.signals.SUFFIX`` beside it; returns both.
+
+    Events are few. Gathering the signals is a quarter of the work, writing them the rest.
+
+    Raises:
+        CollauditError: a file cannot be written.
+    """
     signals_path = path.with_name(f"{path.stem}.signals{path.suffix}")
     with staged(path) as part:
         write(_event_table(audits), part, stage(None, 0.0, 1.0))
@@ -108,6 +99,9 @@ def _write_rows(writer: pa_csv.CSVWriter | pq.ParquetWriter, table: pa.Table, pr
     for first in range(0, max(1, table.num_rows), _ROWS):
         writer.write_table(table.slice(first, _ROWS))
         progress(min(first + _ROWS, table.num_rows), table.num_rows)
+
+
+write_csv, write_parquet = (partial(_write_tables, write) for write in (_csv, _parquet))
 
 
 def _event_table(audits: Sequence[Audit]) -> pa.Table:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.core.history.robot_trend import Event, RateOfNights, RobotTrend
+from collaudit.core.history.robot_trend import RateOfNights, RobotTrend
 from collaudit.core.history.series_changes import Change
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.sections.section import Section
@@ -108,7 +108,7 @@ def _robot(trend: RobotTrend) -> dict[str, object]:
         "verdicts": dict(trend.verdicts),
         "contacts": trend.contacts,
         "near_misses": trend.near_misses,
-        "events": [_event(event) for event in trend.events],
+        "events": [{"cause": one.cause, "text": one.text, "changes": one.changes} for one in trend.events],
         "untold": trend.untold,
         "joints": {
             joint: {
@@ -124,7 +124,3 @@ def _robot(trend: RobotTrend) -> dict[str, object]:
             for joint, own in trend.series.items()
         },
     }
-
-
-def _event(event: Event) -> dict[str, object]:
-    return {"cause": event.cause, "text": event.text, "changes": event.changes}

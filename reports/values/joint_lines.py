@@ -44,7 +44,8 @@ def _joined(group: Sequence[tuple[str, str]], joints: int, brief: bool) -> list[
         if not brief or len(lines) < _MANY_ALIKE or len(names) < len(lines):
             return lines
         return [lines[0], _others(names, slots)]
-    ranges = iter([slot[0] if len(set(slot)) == 1 else _range(slot) for slot in slots])
+    ends = [(min(slot, key=float), max(slot, key=float)) for slot in slots]
+    ranges = iter([low if low == high else f"{low} to {high}" for low, high in ends])
     text = _NUMBER.sub(lambda _: next(ranges), plain[0])
     text = (
         text.replace(f"joint '{_JOINT}'", "the joint").replace(f"'{_JOINT}'", "the joint").replace(_JOINT, "the joint")
@@ -67,8 +68,3 @@ def _nameless(joint: str, text: str) -> str:
     if not joint:
         return text
     return re.sub(rf"(?i:joint )?(['\"]?)(?<!\w){re.escape(joint)}(?!\w)\1", _JOINT, text)
-
-
-def _range(numbers: Sequence[str]) -> str:
-    ordered = sorted(set(numbers), key=float)
-    return f"{ordered[0]} to {ordered[-1]}"

@@ -45,21 +45,19 @@ def residual_shares(
     if np.unique(np.floor(time_s / _BLOCK_S)).size < _FEWEST_BLOCKS or not np.any(columns[0]):
         return None
     scale = [max(float(np.sqrt(np.mean(c**2))), 1e-12) for c in columns]
-    count = 3 if _well_conditioned(columns, scale) else 2
-    design = np.column_stack([c / s for c, s in zip(columns, scale, strict=True)][:count])
-    if np.linalg.svd(design[:, :2], compute_uv=False)[-1] < _APART * np.sqrt(y.size):
+    design = np.column_stack([c / s for c, s in zip(columns, scale, strict=True)])
+    if _apart(design[:, :2]) < _APART:
         return None  # it moves one way only: friction looks like a constant torque
+    count = 3 if scale[2] >= 1e-6 and _apart(design) > 10.0 * _APART else 2
+    design = design[:, :count]
     value, se, freedom = _clustered(design, y, np.floor(time_s / _BLOCK_S))
     shares = [Share(float(v / s), float(e / s), freedom) for v, e, s in zip(value, se, scale, strict=False)]
     return ResidualShares(shares[0], shares[2] if count == 3 else None, shares[1])
 
 
-def _well_conditioned(columns: list[FloatArray], scale: list[float]) -> bool:
-    """Whether rigid-body torque can be told from friction and a constant."""
-    if scale[2] < 1e-6:
-        return False
-    design = np.column_stack([c / s for c, s in zip(columns, scale, strict=True)])
-    return bool(np.linalg.svd(design, compute_uv=False)[-1] > 10.0 * _APART * np.sqrt(len(design)))
+def _apart(design: FloatArray) -> float:
+    """How far columns of size 1 can be told from one another, as a share of that size."""
+    return float(np.linalg.svd(design, compute_uv=False)[-1] / np.sqrt(len(design)))
 
 
 def _clustered(design: FloatArray, y: FloatArray, owner: FloatArray) -> tuple[FloatArray, FloatArray, float]:

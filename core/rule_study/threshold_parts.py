@@ -13,7 +13,7 @@ import numpy as np
 
 from collaudit.core.data.rule_study_result import ThresholdParts
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import lowest_in_row
+from collaudit.core.numeric.runs import lowest_in_row, widened
 from collaudit.core.rule_study.joint_plane import excess
 
 _BLOCK_S, _TURN_S, _DRIFT_S = 1.0, 5.0, 20.0
@@ -69,8 +69,7 @@ def threshold_parts(joint: PartInputs, n: int) -> ThresholdParts | None:
 
     whole = level(residual)
     turns = (np.arange(residual.size) * joint.period_s // _TURN_S).astype(np.int64) % 2 == 0
-    near = _near(joint.interval, round(_MARGIN_S / joint.period_s))
-    sliding = joint.clean & ~near
+    sliding = joint.clean & ~widened(joint.interval, round(_MARGIN_S / joint.period_s))
     explained = {
         "drift": _drift(residual, joint.clean, joint.period_s),
         "lag": _cross_fitted(residual, sliding, turns, _lag_columns(joint)),
@@ -102,13 +101,6 @@ def _seldom_level(
     return max(0.0, float(peaks[min(peaks.size - 1, int(peaks.size * _BLOCK_S / every_s))]))
 
 
-def _near(mask: BoolArray, reach: int) -> BoolArray:
-    """(n,) samples within a reach of a marked one."""
-    count = np.concatenate(([0], np.cumsum(mask)))
-    at = np.arange(mask.size)
-    return np.asarray(count[np.minimum(at + reach + 1, mask.size)] > count[np.maximum(at - reach, 0)])
-
-
 def _drift(residual: FloatArray, clean: BoolArray, period_s: float) -> FloatArray:
     """(n,) mean of the clean residual around each sample."""
     half = round(0.5 * _DRIFT_S / period_s)
@@ -122,9 +114,7 @@ def _drift(residual: FloatArray, clean: BoolArray, period_s: float) -> FloatArra
 def _lag_columns(joint: PartInputs) -> FloatArray:
     """(n, 1) what the residual would be if effort were a second later than the motion: the model's rate of change."""
     total: FloatArray = np.nan_to_num(joint.gravity_nm + joint.inertial_nm)
-    rate = np.zeros((total.size, 1))
-    rate[:, 0] = np.gradient(total, joint.period_s)
-    return rate
+    return np.asarray(np.gradient(total, joint.period_s))[:, None]
 
 
 def _model_columns(joint: PartInputs) -> FloatArray:

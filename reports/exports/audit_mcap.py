@@ -97,10 +97,9 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
         "friction_range/most": signals.most_nm,
     }
     made = []
-    for name, columns in series.items():
-        if columns is None:
+    for name, values in series.items():
+        if values is None:
             continue
-        values = np.asarray(columns)
         known = np.isfinite(values).any(axis=1) if name.startswith("friction_range") else np.ones(len(stamps), bool)
         at = stamps[known]
         made.append(

@@ -114,9 +114,15 @@ def _of_joint(
     data = None
     if known:
         kept = kept_samples(trace, detail.points, stretches, detail.around_events)
-        data = {"joint": visible(joint), "unit": unit, "count": len(trace.time_s)} | packed(trace, kept)
-        data |= {"gamma": trace.gamma_nm if np.isfinite(trace.gamma_nm) else None}
-        data |= {"start": float(trace.time_s[0]), "period": trace.period_s}
+        data = {
+            "joint": visible(joint),
+            "unit": unit,
+            "count": len(trace.time_s),
+            **packed(trace, kept),
+            "gamma": trace.gamma_nm if np.isfinite(trace.gamma_nm) else None,
+            "start": float(trace.time_s[0]),
+            "period": trace.period_s,
+        }
     said = visible(f"of {joint}")
     overview, caption = _overview(trace, result, name, unit) if known else (None, "")
     return JointFigures(

@@ -148,11 +148,10 @@ def noticed_line(result: AuditResult) -> str | None:
 
 def noticed_brief(result: AuditResult) -> str:
     """``52 N at the tool``: the first place of the headline; empty where nothing is told."""
-    sensitivity = result.sensitivity
-    forces = headline_forces(sensitivity)
-    if not forces or sensitivity is None or sensitivity.time is None:
+    forces = headline_forces(result.sensitivity)
+    if not forces or result.sensitivity is None or result.sensitivity.time is None:
         return ""
-    return f"{force_text(forces[0].at(sensitivity.time.share))} at {place_text(forces[0], brief=True)}"
+    return f"{force_text(noticed_n(result))} at {place_text(forces[0], brief=True)}"
 
 
 def noticed_n(result: AuditResult) -> float | None:

@@ -73,9 +73,8 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
     ) as writer:
         count = len(signals.time_s)
         parts = [slice(start, min(start + _ROWS, count)) for start in range(0, count, _ROWS)]
-        room = np.empty((len(floats) - 1, min(_ROWS, count)), dtype=np.float32)  # all but time
         for rows in parts:  # one after the other: the log may still be judged beside, and a table takes 35 MB
-            writer.write_table(_rows(signals, steps, schema, rows, room))
+            writer.write_table(_rows(signals, steps, schema, rows))
 
 
 def read_signals(path: Path, log_sha256: str) -> Signals:
@@ -118,29 +117,16 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
     return pa.schema(columns, metadata={_META: json.dumps(meta, allow_nan=False).encode()})
 
 
-def _rows(
-    signals: Signals, steps: list[float], schema: pa.Schema, rows: slice, room: np.ndarray[Any, np.dtype[np.float32]]
-) -> pa.Table:
-    """A part of the table, whose 32-bit columns lie in ``room`` (columns, rows).
-
-    That is used again and again: many small arrays, where large ones were freed, would leave no place for large ones.
-    """
-    arrays, idle = [column_of(signals.time_s[rows])], iter(room[:, : rows.stop - rows.start])
-
-    def placed(values: np.ndarray[Any, Any]) -> pa.Array:
-        if values.dtype != np.float32:
-            return column_of(values)
-        place = next(idle)
-        place[...] = values
-        return column_of(place)
-
+def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) -> pa.Table:
+    """A part of the table."""
+    columns: list[Values] = [signals.time_s[rows]]
     for k, step in enumerate(steps):
         for name in _kinds(signals):
-            arrays.append(placed(stored(name, getattr(signals, name)[rows, k], step, signals.gamma_nm[k])))
+            columns.append(stored(name, getattr(signals, name)[rows, k], step, signals.gamma_nm[k]))
     if signals.wrench is not None:
         finest = (FORCE_STEP_N,) * 3 + (MOMENT_STEP_NM,) * 3
-        arrays += [placed(in_steps(x, step)) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]
-    return pa.Table.from_arrays(arrays, schema=schema)
+        columns += [in_steps(x, step) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]
+    return pa.Table.from_arrays([column_of(values) for values in columns], schema=schema)
 
 
 def _kinds(signals: Signals) -> dict[str, pa.DataType]:

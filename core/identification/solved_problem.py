@@ -18,6 +18,7 @@ from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.solution_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare.effort.effort_gain import slope_beside
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
@@ -133,21 +134,13 @@ def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
     motion = terms.motion
     out = np.zeros(gain.size, dtype=bool)
     for j in np.flatnonzero(motion.moving.any(axis=0)):
-        use = motion.moving[:, j].astype(np.float64)
-        spin = motion.acceleration[:, j]
+        use, spin = motion.moving[:, j], motion.acceleration[:, j]
         model = motion.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
-        model *= use
         nuisance = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
-        others = np.column_stack(nuisance) * use[:, None]
-        free = model - others @ np.linalg.lstsq(others, model, rcond=None)[0]
-        power = float(free @ free)
-        if power <= 0.0:
-            continue
-        slope = float(free @ motion.effort[:, j]) / power
-        rest = motion.effort[:, j] * use - slope * model
-        rest -= others @ np.linalg.lstsq(others, rest, rcond=None)[0]
-        error = float(np.sqrt(np.sum(terms.by_cluster(free * rest) ** 2))) / power
-        out[j] = abs(slope) > _SEEN * error and _ALIKE[0] < gain[j] / slope < _ALIKE[1]
+        others = np.column_stack(nuisance)
+        found = slope_beside(motion.effort[use, j], model[use], others[use], motion.cluster[use], _SEEN)
+        if found is not None and abs(found.value) > found.half:
+            out[j] = _ALIKE[0] < gain[j] / found.value < _ALIKE[1]
     return out
 
 

@@ -26,9 +26,9 @@ from collaudit.core.prepare.calibration import (
 )
 from collaudit.core.prepare.commanded_force import contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
-from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
+from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import effort_kind
-from collaudit.core.prepare.effort.friction_sign import FrictionSign, friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.effort.gain_findings import (
     effort_findings,
     identified_scale_findings,
@@ -181,14 +181,14 @@ def modelled(
     findings += [*switched, *about_states, *raw_effort_findings(series)]
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     gains: tuple[EffortGain, ...] = ()
-    signs: tuple[FrictionSign, ...] = ()
+    signs: dict[str, Slope] = {}
     upright: frozenset[str] = frozenset()
     delay = None
     if rigid is not None and series.effort is not None:
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
         if start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
             signs = friction_signs(series, rigid, contact)
-        upright = frozenset(sign.joint for sign in signs if sign.positive)
+        upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
         gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
         if not switched:
             inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque

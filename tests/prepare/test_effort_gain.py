@@ -11,7 +11,7 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.effort.effort_gain import EffortGain, _gain, _nuisance, effort_gains
+from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope, effort_gains, sliding_columns, slope_beside
 from collaudit.core.prepare.effort.gain_findings import scale_findings, sign_findings
 
 
@@ -154,7 +154,7 @@ def test_a_resting_arm_that_gives_under_touches_says_nothing_of_units(swing_rad:
     assert codes == (["effort-gain"] if swing_rad > 0.1 else ["effort-sign-unknown"])
 
 
-def touching(push: float, sign: float = 1.0) -> tuple[EffortGain, EffortGain | None]:
+def touching(push: float, sign: float = 1.0) -> tuple[EffortGain, Slope | None]:
     """A lightly loaded joint that runs onto something wherever it comes far enough; the gain, and by all samples."""
     rng = np.random.default_rng(2)
     t = PERIOD * np.arange(20000)
@@ -165,14 +165,14 @@ def touching(push: float, sign: float = 1.0) -> tuple[EffortGain, EffortGain | N
     series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
     (found,) = effort_gains(series, gravity[:, None])
     use = np.abs(v) > MOVING_RAD_S
-    return found, _gain("joint1", effort[use], gravity[use], _nuisance(v[use], None), np.floor(t[use]).astype(np.int64))
+    return found, slope_beside(effort[use], gravity[use], sliding_columns(v[use]), np.floor(t[use]))
 
 
 @pytest.mark.parametrize("push", [8.0, 15.0])
 def test_a_contact_cannot_raise_the_sign_error(push: float) -> None:
     found, by_all = touching(push)
     assert by_all is not None
-    assert by_all.inverted, "the contact is what this is about"
+    assert by_all.negative, "the contact is what this is about"
     assert not found.inverted
     assert found.gain > 0
 

@@ -13,12 +13,12 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.prepare import preparation
-from collaudit.core.prepare.effort.effort_gain import EffortGain
-from collaudit.core.prepare.effort.friction_sign import FrictionSign, friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope
+from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.preparation import prepare
 
 
-def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> FrictionSign:
+def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> Slope:
     """A joint with friction; ``led`` is the share of the time in which a hand leads it with 15 N·m."""
     rng = np.random.default_rng(0)
     t = PERIOD * np.arange(20000)
@@ -32,14 +32,14 @@ def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0
     torque -= np.where(t > t[-1] * (1.0 - led), 15.0 * np.sign(v), 0.0)
     log = make_log(t, q[:, None], v[:, None], (sign * torque + rng.normal(0, 0.5, t.size))[:, None])
     series = condition(log, ConditioningConfig())
-    return friction_signs(series, (load * np.cos(q + 0.5))[:, None])[0]
+    return friction_signs(series, (load * np.cos(q + 0.5))[:, None])["joint1"]
 
 
 @pytest.mark.parametrize("load", [0.0, 0.01, 20.0])
 def test_an_inverted_wrist_is_noticed_without_gravity(load: float) -> None:
     assert run(-1.0, load).negative
     assert not run(1.0, load).negative
-    assert run(1.0, load).level > 3.0
+    assert run(1.0, load).value > 3.0
 
 
 def test_no_friction_tells_no_sign() -> None:
@@ -57,18 +57,18 @@ def test_a_hand_that_leads_the_arm_inverts_no_sign() -> None:
 
 def test_what_is_stated_wins_and_gravity_is_heard() -> None:
     sign = run(-1.0)
-    joint = sign.joint
-    (error,) = friction_sign_findings((sign,), (), (joint,), (), "Nm")
+    joint = "joint1"
+    (error,) = friction_sign_findings({joint: sign}, (), (joint,), (), "Nm")
     assert (error.code, error.severity, error.joint) == ("effort-sign-inverted", "error", joint)
     assert f'effort_sign = {{ "{joint}" = -1 }}' in error.text
     assert error.effect == "not-judged-joint"
-    (stated,) = friction_sign_findings((sign,), (), (joint,), (joint,), "Nm")
+    (stated,) = friction_sign_findings({joint: sign}, (), (joint,), (joint,), "Nm")
     assert (stated.code, stated.severity, stated.effect) == ("effort-sign-inverted", "warning", "none")
     against = EffortGain(joint, 1.0, (0.9, 1.1), 0.9)
-    (other,) = friction_sign_findings((sign,), (against,), (joint,), (), "Nm")
+    (other,) = friction_sign_findings({joint: sign}, (against,), (joint,), (), "Nm")
     assert (other.code, other.severity) == ("friction-gives-power", "warning")
     said = EffortGain(joint, -1.0, (-1.1, -0.9), 0.9)
-    assert friction_sign_findings((sign,), (said,), (joint,), (), "Nm") == []
+    assert friction_sign_findings({joint: sign}, (said,), (joint,), (), "Nm") == []
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

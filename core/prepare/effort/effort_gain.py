@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,6 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
 
-_CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8
 _MAX_SAMPLES = 50_000
 _MIN_EXPLAINED = 0.2
@@ -28,6 +27,33 @@ _MOST_WITH_TOOL = 8000
 _LEFT_OUT, _ROUNDS = 0.33, 4
 #: Columns that hold less of their own than this share of the largest are alike.
 _ALIKE = 1e-6
+
+Seconds = FloatArray | IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """How a channel goes with one column, others beside it.
+
+    Attributes:
+        value: coefficient of the column.
+        half: half width of its interval, from the scatter between stretches of one second.
+        explained: share of the channel's variance, after the others, that the column explains.
+    """
+
+    value: float
+    half: float
+    explained: float
+
+    @property
+    def negative(self) -> bool:
+        """Whether the channel clearly runs against the column."""
+        return self.value + self.half < 0 and self.explained >= _MIN_EXPLAINED
+
+    @property
+    def positive(self) -> bool:
+        """Whether the channel clearly goes with the column."""
+        return self.value - self.half > 0 and self.explained >= _MIN_EXPLAINED
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +101,6 @@ def effort_gains(
 ) -> tuple[EffortGain, ...]:
     """Least squares of effort = gain·tau_model + c·sgn(v) + d·v + offset per joint, over moving samples.
 
-    The interval is cluster-robust (one-second clusters; Liang and Zeger, Biometrika 73, 1986), since
-    residuals of neighbouring samples are alike.
-
     Args:
         series: the log on its uniform time base.
         model_torque: (n, j) rigid-body torque, N·m.
@@ -98,12 +121,12 @@ def effort_gains(
         model = model_torque[use, j]
         if contact_nm is not None:
             model = model + np.nan_to_num(contact_nm[use, j])
-        cluster: IntArray = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
-        others = _nuisance(velocity[use, j], None if nuisance is None else nuisance[use, j])
-        found = _gain(names[j], effort[use, j], model, others, cluster)
-        if found is not None and found.inverted:
-            return _unless_few_say_so(found, effort[use, j], model, others, cluster)
-        return found
+        others = sliding_columns(velocity[use, j], () if nuisance is None else nuisance[use, j].T)
+        found = steady_slope(effort[use, j], model, others, np.floor(series.time_s[use]))
+        if found is None:
+            return None
+        ends = found.value - found.half, found.value + found.half
+        return EffortGain(names[j], found.value, ends, found.explained)
 
     return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
 
@@ -122,61 +145,74 @@ def _samples(effort: FloatArray, model: FloatArray, velocity: FloatArray) -> Int
     return found[:: max(1, found.size // _MAX_SAMPLES)]
 
 
-def _nuisance(v: FloatArray, more: FloatArray | None) -> FloatArray:
-    """(n, k) columns of friction, an offset, and what else may explain the effort."""
-    columns = [np.sign(v), v, np.ones_like(v), *([] if more is None else more.T)]
-    size = [np.linalg.norm(column) for column in columns]
-    return np.column_stack([column / norm for column, norm in zip(columns, size, strict=True) if norm > 0])
+def sliding_columns(v: FloatArray, more: Sequence[FloatArray] = ()) -> FloatArray:
+    """(n, k) columns of sliding friction at (n,) speeds, an offset, and what else may explain the effort."""
+    return np.column_stack([np.sign(v), v, np.ones_like(v), *more])
 
 
-def _gain(joint: str, y: FloatArray, x: FloatArray, others: FloatArray, group: IntArray) -> EffortGain | None:
-    if y.size < 2 * _MIN_CLUSTERS:
+def slope_beside(
+    y: FloatArray, x: FloatArray, others: FloatArray, second: Seconds, sigmas: float = STANDARD_ERRORS_95
+) -> Slope | None:
+    """Least squares of a channel on one column beside others; None where too little tells it.
+
+    The interval is cluster-robust (one-second clusters; Liang and Zeger, Biometrika 73, 1986), since
+    residuals of neighbouring samples are alike.
+
+    Args:
+        y, x: (n,) channel and column.
+        others: (n, k); columns alike count once.
+        second: (n,) number of the second that each sample is of.
+        sigmas: half width of the interval in standard errors.
+    """
+    seconds, label = np.unique(second, return_inverse=True)
+    if y.size < 2 * _MIN_CLUSTERS or seconds.size < _MIN_CLUSTERS:
         return None
-    ids, label = np.unique(group, return_inverse=True)
-    if ids.size < _MIN_CLUSTERS or np.std(x) == 0:
-        return None
-    x_free, y_free = _without(others, x), _without(others, y)
+    x_free, y_free = _free(y, x, others)
     power = float(x_free @ x_free)
     if power <= 1e-9 * x.size:
         return None
-    gain = float(x_free @ y_free) / power
-    score = np.bincount(label, weights=x_free * (y_free - gain * x_free))
-    small_sample = ids.size / (ids.size - 1)
-    se = float(np.sqrt(small_sample * np.sum(score**2))) / power
-    half = STANDARD_ERRORS_95 * (1.0 + 2.0 / ids.size) * se
+    value = float(x_free @ y_free) / power
+    score = np.bincount(label, weights=x_free * (y_free - value * x_free))
+    small_sample = seconds.size / (seconds.size - 1)
+    error = float(np.sqrt(small_sample * np.sum(score**2))) / power
     spread = float(y_free @ y_free)
-    explained = gain**2 * power / spread if spread > 0 else 0.0
-    return EffortGain(joint, gain, (gain - half, gain + half), min(1.0, explained))
+    explained = value**2 * power / spread if spread > 0 else 0.0
+    return Slope(value, sigmas * (1.0 + 2.0 / seconds.size) * error, min(1.0, explained))
 
 
-def _without(others: FloatArray, x: FloatArray) -> FloatArray:
-    """A signal (n,) less what columns (n, k) explain of it; columns alike count once."""
-    left, size, _ = np.linalg.svd(others, full_matrices=False)
-    basis = left[:, size > _ALIKE * size[0]]
-    return np.asarray(x - basis @ (basis.T @ x))
+def steady_slope(
+    y: FloatArray, x: FloatArray, others: FloatArray, second: Seconds, sigmas: float = STANDARD_ERRORS_95
+) -> Slope | None:
+    """The slope, unless a third of the time is all that speaks for a negative one, as a contact in the log can.
 
-
-def _unless_few_say_so(
-    found: EffortGain, y: FloatArray, x: FloatArray, others: FloatArray, group: IntArray
-) -> EffortGain:
-    """The gain, unless a third of the time is all that speaks for an inverted sign, as a contact in the log can.
-
-    An inverted sign is inverted all the time. The seconds that speak for it most are left out, the friction beside it
-    estimated anew each time; where the others then say the opposite, theirs is the gain.
+    An inverted sign is inverted all the time. The seconds that speak for it most are left out, what stands beside it
+    estimated anew each time; where the others then say the opposite, theirs is the slope. Arguments as of
+    :func:`slope_beside`.
     """
+    found = slope_beside(y, x, others, second, sigmas)
+    if found is None or not found.negative:
+        return found
     for _ in range(_ROUNDS):
-        ids, label = np.unique(group, return_inverse=True)
-        x_free, y_free = _without(others, x), _without(others, y)
+        _, label = np.unique(second, return_inverse=True)
+        x_free, y_free = _free(y, x, others)
         speaks = np.bincount(label, weights=x_free * y_free)
-        worst = ids[np.argsort(speaks)[: max(1, int(_LEFT_OUT / _ROUNDS * ids.size))]]
-        keep = ~np.isin(group, worst)
-        y, x, others, group = y[keep], x[keep], others[keep], group[keep]
-        rest = _gain(found.joint, y, x, others, group)
+        keep = ~np.isin(label, np.argsort(speaks)[: max(1, int(_LEFT_OUT / _ROUNDS * speaks.size))])
+        y, x, others, second = y[keep], x[keep], others[keep], second[keep]
+        rest = slope_beside(y, x, others, second, sigmas)
         if rest is None:
             return found
-        if rest.gain > 0.0:
+        if rest.value > 0.0:
             return rest
     return found
+
+
+def _free(y: FloatArray, x: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Column x and channel y (n,) less what columns (n, k) explain of them; columns alike count once."""
+    sizes = [(column, np.linalg.norm(column)) for column in others.T]
+    scaled = np.column_stack([column / size for column, size in sizes if size > 0])
+    left, size, _ = np.linalg.svd(scaled, full_matrices=False)
+    basis = left[:, size > _ALIKE * size[0]]
+    return x - basis @ (basis.T @ x), y - basis @ (basis.T @ y)
 
 
 def described_gains(

@@ -16,14 +16,14 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.prepare.effort.effort_gain import sliding_columns, slope_beside
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.vendors.joint_words import TORQUE_SENSED
 
 EffortSource = Literal["motor", "joint"]
 
-_MOST_ROWS, _CLUSTER_S, _LEAST_CLUSTERS = 20_000, 1.0, 8
+_MOST_ROWS = 20_000
 #: Gravity's share is none when it is surely less than so much of the model's, and of the inertia's share, which is
 #: surely more than that.
 _NONE, _SOME = 0.3, 0.3
@@ -102,7 +102,7 @@ def _without_gravity(gravity: _Share, inertia: _Share) -> bool:
 def _shares(series: UniformSeries, robot: RobotModel) -> tuple[_Share, _Share] | None:
     """How much of the model's gravity and inertial torque the effort holds, over all joints; None where untold.
 
-    Weighted means over the joints, by their standard errors, which are clustered by seconds (Liang and Zeger, 1986).
+    Weighted means over the joints, by their standard errors.
     """
     if series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
         return None
@@ -111,41 +111,22 @@ def _shares(series: UniformSeries, robot: RobotModel) -> tuple[_Share, _Share] |
     position, velocity = series.position_rad[rows], series.velocity_rad_s[rows]
     gravity = robot.gravity_torque(position)
     moving = robot.inverse_dynamics(position, velocity, series.acceleration_rad_s2[rows]) - gravity
-    cluster = np.floor(series.time_s[rows] / _CLUSTER_S)
     found = []
     for j in range(velocity.shape[1]):
         use = (np.abs(velocity[:, j]) > MOVING_RAD_S) & np.isfinite(moving[:, j]) & np.isfinite(gravity[:, j])
-        columns = np.column_stack([gravity[use, j], moving[use, j]])
-        one = _fitted(series.effort[rows[use], j], columns, velocity[use, j], cluster[use])
-        if one is not None:
-            found.append(one)
+        effort, v, second = series.effort[rows[use], j], velocity[use, j], np.floor(series.time_s[rows[use]])
+        weight, inertia = gravity[use, j], moving[use, j]
+        of_gravity = slope_beside(effort, weight, sliding_columns(v, [inertia]), second)
+        of_inertia = slope_beside(effort, inertia, sliding_columns(v, [weight]), second)
+        if of_gravity is not None and of_inertia is not None:
+            found.append(((of_gravity.value, of_inertia.value), (of_gravity.half, of_inertia.half)))
     if not found:
         return None
     value, error = (np.array(part) for part in zip(*found, strict=True))
+    error = np.maximum(error / STANDARD_ERRORS_95, 1e-9)
     weight = 1.0 / error**2
     mean = np.sum(weight * value, axis=0) / np.sum(weight, axis=0)
     # joints that differ by more than their errors say how well one number fits them all
     between = np.sum(weight * (value - mean) ** 2, axis=0) / max(1, len(found) - 1)
     half = STANDARD_ERRORS_95 * np.sqrt(np.maximum(1.0, between) / np.sum(weight, axis=0))
     return (float(mean[0]), float(half[0])), (float(mean[1]), float(half[1]))
-
-
-def _fitted(
-    y: FloatArray, columns: FloatArray, v: FloatArray, cluster: FloatArray
-) -> tuple[FloatArray, FloatArray] | None:
-    """Coefficients (2,) of two columns beside friction and an offset, and their standard errors."""
-    _, label = np.unique(cluster, return_inverse=True)
-    if y.size == 0 or label.max() + 1 < _LEAST_CLUSTERS:
-        return None
-    basis, _ = np.linalg.qr(np.column_stack([np.sign(v), v, np.ones_like(v)]))
-    x = columns - basis @ (basis.T @ columns)
-    y = y - basis @ (basis.T @ y)
-    power = x.T @ x
-    if np.linalg.cond(power) > 1e8 or float(np.min(np.diagonal(power))) <= 1e-9 * y.size:
-        return None
-    inverse = np.linalg.inv(power)
-    value = inverse @ (x.T @ y)
-    score = np.zeros((label.max() + 1, 2))
-    np.add.at(score, label, x * (y - x @ value)[:, None])
-    error = np.sqrt(np.diagonal(inverse @ (score.T @ score) @ inverse))
-    return value, np.maximum(error, 1e-9)

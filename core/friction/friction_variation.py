@@ -31,7 +31,6 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
         name: of the log.
         left: the joint's settled motion in it.
     """
-    data = (left.time_s, left.residual, left.friction)
     thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
     nuisance = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
     compared = (left.time_s[thin], left.residual[thin], left.friction[thin], nuisance)
@@ -56,7 +55,7 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
             undetermined.append(f"change with temperature: {why}")
     span = quantile_of(left.load, 0.95) - quantile_of(left.load, 0.05)
     enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
-    loaded = load_slope(*data, left.load) if enough else None
+    loaded = load_slope(*compared, left.load[thin]) if enough else None
     if loaded is not None:
         trends.append(Trend("load", *loaded, span, name))
     else:

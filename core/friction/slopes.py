@@ -32,15 +32,26 @@ def friction_slope(
     Returns:
         The line; None with too little time, or nothing to compare.
     """
-    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
-    if blocks.size < _MIN_BLOCKS:
-        return None
     weight = float(friction @ friction)
     if not weight > 0:
         return None
     middle = float(friction**2 @ against) / weight
-    found = jackknifed(friction * (against - middle), residual, nuisance, label // _TOGETHER)
+    found = _over_time(time_s, friction * (against - middle), residual, nuisance)
     return None if found is None else (*found, middle, float(residual @ friction) / weight)
+
+
+def load_slope(
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, nuisance: FloatArray, load: FloatArray
+) -> tuple[float, Bounds] | None:
+    """N·m of friction per N·m of the gear's load (n,), a torque's size; compared as by :func:`friction_slope`."""
+    return _over_time(time_s, np.sign(friction) * (load - load.mean()), residual, nuisance)
+
+
+def _over_time(
+    time_s: FloatArray, column: FloatArray, target: FloatArray, others: FloatArray
+) -> tuple[float, Bounds] | None:
+    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    return jackknifed(column, target, others, label // _TOGETHER) if blocks.size >= _MIN_BLOCKS else None
 
 
 def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:
@@ -118,28 +129,3 @@ def _without_each(squares: FloatArray, products: FloatArray) -> FloatArray:
 def _inverse(square: FloatArray) -> FloatArray:
     """Pseudo-inverse of one symmetric matrix (k, k), or of each of a stack."""
     return np.asarray(np.linalg.pinv(square, rcond=1e-9, hermitian=True))
-
-
-def load_slope(
-    time_s: FloatArray, residual: FloatArray, friction: FloatArray, load: FloatArray
-) -> tuple[float, Bounds] | None:
-    """N·m of friction per N·m of load on the gear, sample by sample, errors alike over two seconds (t interval).
-
-    Args:
-        time_s, residual, friction: as for :func:`friction_slope`, in the order of time.
-        load: (n,) size of the torque that the gear carries, N·m.
-    """
-    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
-    if blocks.size < _MIN_BLOCKS:
-        return None
-    along = residual * np.sign(friction)
-    at = load - load.mean()
-    power = float(at @ at)
-    if power <= 1e-12 * at.size:
-        return None
-    slope = float(at @ (along - along.mean())) / power
-    score: FloatArray = np.bincount(label, weights=at * (along - along.mean() - slope * at)).astype(np.float64)
-    sums = np.add.reduceat(score, np.arange(0, score.size, _TOGETHER))
-    freedom = max(1, sums.size - 2)
-    half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(np.sum(sums**2) * sums.size / freedom)) / power
-    return slope, (slope - half, slope + half)

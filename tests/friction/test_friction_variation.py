@@ -71,7 +71,8 @@ def test_a_trend_with_load_lies_in_its_interval() -> None:
     hits = 0
     for seed in range(40):
         noise = 0.5 * np.random.default_rng(seed).standard_normal(t.size)
-        found = load_slope(t, np.sign(friction) * 0.03 * (load - 20.0) + noise, friction, load)
+        residual = np.sign(friction) * 0.03 * (load - 20.0) + noise
+        found = load_slope(t, residual, friction, beside(t, friction), load)
         assert found is not None
         assert found[0] == pytest.approx(0.03, abs=0.003)
         hits += found[1][0] <= 0.03 <= found[1][1]
@@ -82,7 +83,7 @@ def test_too_little_says_nothing() -> None:
     t, friction = motion(15.0)
     assert friction_slope(t, np.zeros(t.size), friction, beside(t, friction), t) is None
     t, friction = motion()
-    assert load_slope(t, np.zeros(t.size), friction, np.full(t.size, 7.0)) is None
+    assert load_slope(t, np.zeros(t.size), friction, beside(t, friction), np.full(t.size, 7.0)) is None
     none = np.zeros(t.size)
     assert friction_slope(t, none, none, beside(t, friction), t) is None, "a law without friction"
 

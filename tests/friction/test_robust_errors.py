@@ -8,12 +8,11 @@ from scipy.stats import t as student
 from statsmodels.regression.linear_model import OLS
 from statsmodels.robust import norms
 from statsmodels.robust.robust_linear_model import RLM
-from statsmodels.tools import add_constant
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.friction.fit_quality import _reweighted, point_arrays, robust_weights
 from collaudit.core.friction.motion_points import clustered_error
-from collaudit.core.friction.slopes import friction_slope, load_slope
+from collaudit.core.friction.slopes import friction_slope
 from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS
 
 
@@ -32,25 +31,6 @@ def test_the_error_of_a_mean_over_stretches_is_cluster_robust() -> None:
     other = OLS(values, np.ones(400)).fit(cov_type="cluster", cov_kwds={"groups": cluster})
     assert mean == pytest.approx(other.params[0], rel=1e-12)
     assert error == pytest.approx(other.bse[0], rel=1e-12)
-
-
-def test_the_interval_of_load_is_cluster_robust() -> None:
-    """Clusters are four blocks of two seconds; G/(G - 2) of them, and as many degrees of freedom."""
-    rng = np.random.default_rng(1)
-    time_s = 0.1 * np.arange(1600)
-    friction = 8.0 * np.sign(np.cos(0.7 * time_s))
-    load = np.abs(30.0 * np.sin(0.05 * time_s)) + rng.uniform(0, 2, time_s.size)
-    along = 0.04 * load + wander(rng, time_s.size, 25)
-    found = load_slope(time_s, along * np.sign(friction), friction, load)
-    assert found is not None
-    groups = np.floor(time_s / 8.0).astype(int)
-    options = {"groups": groups, "use_correction": False}
-    other = OLS(along, add_constant(load)).fit(cov_type="cluster", cov_kwds=options)
-    freedom = np.unique(groups).size - 2
-    half = student.ppf(0.975, freedom) * other.bse[1] * np.sqrt((freedom + 2) / freedom)
-    slope = other.params[1]
-    assert found[0] == pytest.approx(slope, rel=1e-10)
-    assert found[1] == pytest.approx((slope - half, slope + half), rel=1e-8)
 
 
 def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:

@@ -18,9 +18,8 @@ from collaudit.core.friction.arm_fit import fit_arm
 from collaudit.core.friction.friction_variation import friction_variation_findings
 from collaudit.core.friction.gear.correction_fit import correction_findings
 from collaudit.core.friction.joint_fits import friction_findings
-from collaudit.core.identification.candidates import wanted
 from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.identification.estimate_choice import choose
+from collaudit.core.identification.estimate_choice import choose, wanted
 from collaudit.core.identification.identification import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.stage_progress import Progress, stage

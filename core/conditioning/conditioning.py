@@ -10,14 +10,16 @@ import numpy as np
 
 from collaudit.core.conditioning.effort_signal import effort_signal_findings, saturation
 from collaudit.core.conditioning.lost_samples import SEVERAL, filled, interpolated, picked_rows
-from collaudit.core.conditioning.measured.doubled_stamps import duplicate_findings, without_contradictions
-from collaudit.core.conditioning.measured.missing_rows import missing_rows
-from collaudit.core.conditioning.measured.stalled_logger import without_stalls
+from collaudit.core.conditioning.measured.doubled_samples import (
+    duplicate_findings,
+    without_contradictions,
+    without_stalls,
+)
 from collaudit.core.conditioning.measured.unmeasured import without_unmeasured
+from collaudit.core.conditioning.position_jumps import continued_angles, missing_rows
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
-from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.conditioning.wrapped_angles import continued_angles
+from collaudit.core.conditioning.position_jumps import continued_angles
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.identification_result import Coupling
 from collaudit.core.data.joint_log import JointLog

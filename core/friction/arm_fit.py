@@ -13,11 +13,10 @@ from collaudit.core.data.identification_result import CoupledFriction, Identifie
 from collaudit.core.findings import Finding
 from collaudit.core.friction.joint_fits import fit_joints, refit_joints, sections_of
 from collaudit.core.friction.sections import SectionSet
-from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
 from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Candidate
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated

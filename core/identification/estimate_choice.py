@@ -11,17 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.solution_errors import held_out
-from collaudit.core.identification.solved_problem import Gains, solved, with_gains
+from collaudit.core.identification.solved_problem import Candidate, Gains, solved, with_gains
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 
@@ -35,6 +35,54 @@ _FEWEST_LOGS = 2
 _SURE = 2.0
 #: Samples that tell candidates apart as well as all would: errors within a second are alike.
 _MOST_TO_CHOOSE = 2000
+#: Trust in the description that is tried where none is stated: standard deviation of its inertials, as a share.
+WIDTHS = (0.2, 1.0, 5.0)
+
+
+def candidates_of(
+    estimate: Sequence[str] | str, config: Config, with_gain: bool, with_rotor: bool = True
+) -> tuple[Candidate, ...]:
+    """What is tried, the simplest first.
+
+    Args:
+        estimate: as configured: ``auto``, or what is to be identified in any case.
+        config: states how far the description is trusted, or leaves that to the data.
+        with_gain: whether the scale of the effort is open to the data.
+        with_rotor: whether the effort has the torque that accelerates the rotors; behind the gears it has not.
+    """
+    widths = WIDTHS if config.fit.cad_sd is None else (config.fit.cad_sd,)
+    if estimate != "auto":
+        stated = tuple(item for item in estimate if item != "friction")
+        return tuple(Candidate(stated, w) for w in (widths if "inertials" in stated else widths[:1]))
+    parts = ((), ("rotor",), ("rotor", "tool")) if with_rotor else ((), ("tool",))
+    plain = [Candidate(part, widths[0]) for part in parts]
+    every = [*plain, *(Candidate(("inertials",), w) for w in widths)]
+    return tuple([*every, *(replace(c, estimate=(*c.estimate, "gain")) for c in every)] if with_gain else every)
+
+
+def with_springs(tried: Sequence[Candidate], joints: tuple[int, ...]) -> tuple[Candidate, ...]:
+    """Each candidate also with torques by the angles of some joints; these after all that are rigid bodies alone.
+
+    Args:
+        tried: the simplest first; those with gains, which such torques would be mistaken for, get none.
+        joints: by number.
+    """
+
+    def rank(one: Candidate) -> tuple[bool, bool, bool]:
+        return "gain" in one.estimate, "spring" in one.estimate, "inertials" in one.estimate
+
+    more = [replace(c, estimate=(*c.estimate, "spring"), springs=joints) for c in tried if "gain" not in c.estimate]
+    return tuple(sorted((*tried, *more), key=rank))
+
+
+def wanted(config: Config) -> tuple[str, ...] | Literal["auto"]:
+    """What is to be identified; a tool whose mass is ``estimate`` belongs to it."""
+    if config.fit.estimate == "auto":
+        return "auto"
+    asked = list(dict.fromkeys(config.fit.estimate))
+    if config.robot.tool.mass_kg == "estimate" and "tool" not in asked:
+        asked.append("tool")
+    return tuple(asked)
 
 
 def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, EstimateChoice | None]:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Identified
 from collaudit.core.findings import Finding, fact
-from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.estimate_choice import choose
 from collaudit.core.identification.identified_values import (
     Report,
@@ -28,7 +27,7 @@ from collaudit.core.identification.problem.identification_problem import (
 )
 from collaudit.core.identification.problem.identification_samples import Motion, collect
 from collaudit.core.identification.problem.solution_errors import standard_errors
-from collaudit.core.identification.solved_problem import Solved, solved
+from collaudit.core.identification.solved_problem import Candidate, Solved, solved
 from collaudit.core.prepare.prepared import Prepared
 
 #: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.load_pairs import pair_gains
 from collaudit.core.identification.problem.identification_problem import Solution, solve
 from collaudit.core.identification.problem.identification_samples import Motion
@@ -34,6 +33,28 @@ _SEEN, _ALIKE = 3.0, (0.5, 2.0)
 _DETERMINED = 0.8
 #: Samples of held-out fits: errors within a tenth of a second are alike, so more would not make their values better.
 MOST_HELD_OUT = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One way to fit.
+
+    Attributes:
+        estimate: what is identified beside friction; empty for friction on the description as it is.
+        width: standard deviation of the described inertials, as a share of them.
+        springs: joints of which a torque by their angle is identified, by number; None for all, where ``spring`` is.
+    """
+
+    estimate: tuple[str, ...]
+    width: float
+    springs: tuple[int, ...] | None = None
+
+    @property
+    def words(self) -> str:
+        """What it identifies."""
+        if "inertials" not in self.estimate:
+            return ", ".join(("friction", *self.estimate))
+        return f"{', '.join(('friction', *self.estimate))} (description ± {100 * self.width:g} %)"
 
 
 def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Candidate, config: Config) -> Unknowns:

@@ -9,7 +9,7 @@ import pytest
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.measured.missing_rows import missing_rows
+from collaudit.core.conditioning.position_jumps import missing_rows
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import Span

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from synthetic import make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.wrapped_angles import continued_angles
+from collaudit.core.conditioning.position_jumps import continued_angles
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import joints_not_judged

@@ -17,8 +17,13 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.fitting import fit_logs
-from collaudit.core.identification.channel_audit import audit_channels, audit_delays, effort_delay, late_effort_findings
-from collaudit.core.identification.effort_audit import audit_effort
+from collaudit.core.identification.channel_audit import (
+    audit_channels,
+    audit_delays,
+    audit_effort,
+    effort_delay,
+    late_effort_findings,
+)
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.effort.channel_shift import effort_shift

@@ -13,13 +13,12 @@ from collaudit.core.api import load_robot, open_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.friction.arm_fit import fit_arm
-from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.estimate_choice import choose, choose_estimate
 from collaudit.core.identification.problem.identification_problem import residual, solve
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.identification.problem.solution_errors import held_out
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, with_gains
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Candidate, with_gains
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.simulation import SimulatedFiles

@@ -18,7 +18,7 @@ from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.law_candidates import FrictionUnits
-from collaudit.core.identification.candidates import Candidate
+from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import fitted_thresholds

@@ -1,4 +1,4 @@
-"""Angles that start again after a turn are continued; positions that jump otherwise are told from them."""
+"""Positions that jump: angles that begin again after a turn are continued; other jumps and missing rows are told."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.conditioning.measured.calm_stretches import shortest_stretch
 from collaudit.core.conditioning.stamp_order import usable_order
+from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
 
 _TURN_RAD = 2.0 * np.pi
@@ -134,3 +138,105 @@ def _restless(joint: str, jumps: int, steps: int) -> Finding:
         "is computed from them."
     )
     return Finding("log-position-break", "error", text, joint=joint)
+
+
+#: A position goes too far where it bends on both sides of a step by so many times what it does in 99 of 100 steps.
+_BEYOND, _USUAL = 10.0, 0.99
+#: Rounding of positions, rad.
+_ROUNDING = 1e-9
+#: The speed of a joint that stands on both sides of a step is not known; it was at most the one of its fast motion.
+_FAST = 0.95
+#: Of the shortest loss that counts: its length is known about as well.
+_ABOUT = 0.75
+_LISTED = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Leaps:
+    """Of one joint: rows after them, how far it went beyond its motion, its speed, and how long that takes (k,)."""
+
+    rows: IntArray
+    excess_rad: FloatArray
+    speed_rad_s: FloatArray
+    lost_s: FloatArray
+
+
+def missing_rows(
+    log: JointLog, position: FloatArray, jumps: Mapping[int, IntArray], detect: DetectConfig
+) -> tuple[IntArray, list[Finding]]:
+    """Find steps of the positions for which the joints need as long at their speed as a contact lasts at least.
+
+    A contact does not look like this: it stops a joint and does not carry it on.
+
+    Args:
+        log: as recorded.
+        position: (n, j) its positions, with angles continued.
+        jumps: by column, rows that follow a jump in any case.
+        detect: a loss shorter than its persistence hides no contact.
+
+    Returns:
+        (k,) rows of the log, the first after each place; and what is said of them.
+    """
+    order = usable_order(log.time_s)
+    period = median_of(np.diff(log.time_s[order])) if order.size > 1 else 0.0
+    joints = range(len(log.joint_names))
+    leaps = list(ordered_map(lambda j: _leaps(log, position[:, j], j, order, period), joints)) if period > 0.0 else []
+    least_s = _ABOUT * shortest_stretch(detect, period) * period if period > 0.0 else 0.0
+    found = np.unique(
+        np.concatenate([np.zeros(0, dtype=np.int64), *(one.rows[one.lost_s >= least_s] for one in leaps)])
+    )
+    found = found[:0] if found.size > max(3.0, _MOST * order.size) else found
+    rows = np.unique(np.concatenate([found, *jumps.values()]))
+    return rows, [_finding(log, position, rows, leaps, jumps)] if rows.size else []
+
+
+def _leaps(log: JointLog, q: FloatArray, j: int, order: IntArray, period: float) -> _Leaps:
+    rows = order[np.isfinite(q[order])]
+    step, dt = np.diff(q[rows]), np.diff(log.time_s[rows])
+    bend = np.diff(step)
+    size = np.abs(bend)
+    none = np.zeros(0)
+    if size.size < 4:
+        return _Leaps(rows[:0], none, none, none)
+    limit = _BEYOND * quantile_of(size, _USUAL) + _ROUNDING
+    far = size > limit
+    at = 1 + np.flatnonzero(far[:-1] & far[1:] & (bend[:-1] * bend[1:] < 0.0))  # steps unlike both their neighbours
+    at = at[(at >= 2) & (at < step.size - 2) & (dt[np.minimum(at, dt.size - 1)] < 2.0 * period)]
+    if not at.size:
+        return _Leaps(rows[:0], none, none, none)
+    neighbours = np.stack([step[at + k] / dt[at + k] for k in (-2, -1, 1, 2)])
+    excess = step[at] - np.median(neighbours, axis=0) * dt[at]
+    speed = np.abs(neighbours).max(axis=0)
+    fast = quantile_of(np.abs(step), _FAST) / period
+    speed = np.where(speed > MOVING_RAD_S, speed, max(fast, MOVING_RAD_S))
+    keep = np.abs(excess) > limit
+    if log.velocity_rad_s is not None:
+        stated = 0.5 * (log.velocity_rad_s[rows[at], j] + log.velocity_rad_s[rows[at + 1], j]) * dt[at]
+        keep &= ~(np.abs(step[at] - stated) <= limit)
+    rows, excess, speed = rows[at + 1][keep], excess[keep], speed[keep]
+    return _Leaps(rows, excess, speed, np.abs(excess) / speed)
+
+
+def _finding(
+    log: JointLog, position: FloatArray, rows: IntArray, leaps: list[_Leaps], jumps: Mapping[int, IntArray]
+) -> Finding:
+    said = []
+    for row in rows[:_LISTED].tolist():
+        at = {j: int(np.flatnonzero(one.rows == row)[0]) for j, one in enumerate(leaps) if (one.rows == row).any()}
+        mine = [*at, *(j for j, known in jumps.items() if row in known and j not in at)]
+        # the joint that is fastest tells best how long it took
+        j = max(mine, key=lambda j: float(leaps[j].speed_rad_s[at[j]]) if j in at else 0.0)
+        size = leaps[j].excess_rad[at[j]] if j in at else position[row, j] - position[max(row - 1, 0), j]
+        long = f", as in {leaps[j].lost_s[at[j]]:.2g} s of its motion" if j in at else ""
+        said.append(f"'{log.joint_names[j]}' by {size:+.3g} rad at {log.time_s[row]:.4g} s{long}")
+    more = f" and {rows.size - _LISTED} more times" if rows.size > _LISTED else ""
+    times = "once" if rows.size == 1 else f"{rows.size} times"
+    where = f"{'; '.join(said)}{more}"
+    text = (
+        f"Positions go on {times} by more than the joints move in one step ({where}): rows are missing there "
+        "though the stamps go on, or an encoder was set anew. A contact then would not be seen. Nothing is judged or "
+        "filtered across it."
+    )
+    who = {j for j, one in enumerate(leaps) if np.isin(one.rows, rows).any()} | set(jumps)
+    joint = log.joint_names[who.pop()] if len(who) == 1 else None
+    return Finding("log-position-break", "warning", text, joint=joint, start_s=float(log.time_s[rows[0]]))

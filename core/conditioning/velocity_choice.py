@@ -77,53 +77,45 @@ def choose_velocity(
             'the configuration asks for the logged velocity ([conditioning] velocity = "logged"), and the log has none',
             hint='name its columns or topic under [log], or set [conditioning] velocity = "auto"',
         )
-    rows = lag_rows(segments, period_s, bandwidth_hz)
+    filters = segments, period_s, bandwidth_hz
+    if logged is None:
+        derived = differentiate(position, segments, period_s)
+        text = "The log has no velocity; it was derived from position for all joints."
+        return Motion(derived, low_pass(derived, *filters), None, (Finding(_DERIVED, "info", text),))
+    rows = lag_rows(*filters)
     velocity = table(*position.shape)
     changed: dict[int, FloatArray] = {}
-    findings: list[Finding] = []
 
     def one(j: int) -> tuple[list[Finding], Lag | None]:
-        said: list[Finding] = []
-        lag = None
+        own, said, lag = np.ascontiguousarray(logged[:, j]), list[Finding](), None
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
-        if logged is None:
-            changed[j] = derived
-            velocity[:, j] = low_pass(derived, segments, period_s, bandwidth_hz)
+        smooth, compare = (low_pass(x, *filters) for x in (derived, own))
+        motion = compare
+        chosen, code, evidence = _choose(own, compare, smooth, derived, joint_names[j], period_s)
+        if code and source == "logged":
+            chosen, said = own, [_kept(joint_names[j], own, code, evidence)]
+        elif code:
+            what = "it was" if chosen is derived else "there it was"
+            said = [Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j])]
         else:
-            smooth = low_pass(derived, segments, period_s, bandwidth_hz)
-            own = np.ascontiguousarray(logged[:, j])
-            compare = low_pass(own, segments, period_s, bandwidth_hz)
-            motion = compare
-            chosen, code, evidence = _choose(own, compare, smooth, derived, joint_names[j], period_s)
-            if code and source == "logged":
-                chosen, said = own, [_kept(joint_names[j], own, code, evidence)]
-            elif code:
-                what = "it was" if chosen is derived else "there it was"
-                said = [Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j])]
-            else:
-                lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
-                late = lag is not None and lag.heavy(period_s)
-                chosen = derived if source == "position" or (late and source == "auto") else own
-                if chosen is own and source == "auto" and lag is not None and lag.matters(period_s):
-                    # what a controller has stays as logged: the raw velocity is not touched
-                    motion = ahead(compare, lag.seconds, segments, period_s)
-            if chosen is not own:
-                changed[j] = chosen
-                motion = smooth if chosen is derived else low_pass(chosen, segments, period_s, bandwidth_hz)
-            velocity[:, j] = motion
+            lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
+            if source == "position" or (source == "auto" and lag is not None and lag.heavy(period_s)):
+                chosen = derived
+            elif source == "auto" and lag is not None and lag.matters(period_s):
+                # what a controller has stays as logged: the raw velocity is not touched
+                motion = ahead(compare, lag.seconds, segments, period_s)
+        if chosen is not own:
+            changed[j] = chosen
+            motion = smooth if chosen is derived else low_pass(chosen, *filters)
+        velocity[:, j] = motion
         return said, lag
 
-    lags: list[Lag | None] = []
-    for said, lag in ordered_map(one, range(len(joint_names))):
-        findings += said
-        lags.append(lag)
-    findings += _late(lags, joint_names, period_s, source)
-    if logged is None:
-        text = "The log has no velocity; it was derived from position for all joints."
-        findings = [Finding(_DERIVED, "info", text)]
+    found = list(ordered_map(one, range(len(joint_names))))
+    lags = [lag for _, lag in found]
+    findings = [finding for said, _ in found for finding in said] + _late(lags, joint_names, period_s, source)
     raw = logged
-    if raw is None or changed:  # a departure from the log
-        raw = table(*position.shape) if raw is None else copied(raw)
+    if changed:  # a departure from the log
+        raw = copied(logged)
         for j, column in changed.items():
             raw[:, j] = column
     return Motion(raw, velocity, pooled_s(lags), tuple(findings))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -59,7 +59,7 @@ def friction_points(
     Returns:
         Points sorted by speed, and what half the sum of each pair leaves of the model's torque (none without one).
     """
-    if not sections:
+    if not sections or series.effort is None:
         return (), ()
     j = series.column(sections[0].joint)
     still = _match(series, sections, j)
@@ -69,17 +69,16 @@ def friction_points(
     sums: list[PairSum] = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
-    series = without_ripple(series, sections, j, ripple)
-    modelled = None if model_torque is None else replace(series, effort=model_torque)
+    effort = without_ripple(series, series.effort, sections, j, ripple)
     for number, pair in enumerate(pairs):
-        point, both = _pair_point(series, modelled, pair, j, ripple)
+        point, both = _pair_point(series, effort, model_torque, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
         if both is not None and number < len(still):
             sums.append(both)
     if model_torque is not None:
-        loose = [_model_point(series, s, model_torque, j, ripple) for s in sections if id(s) not in used]
+        loose = [_model_point(series, effort, s, model_torque, j, ripple) for s in sections if id(s) not in used]
         points += [point for point in loose if point is not None]
     return tuple(sorted(points, key=lambda p: p.speed_rad_s)), tuple(sums)
 
@@ -155,7 +154,12 @@ def _overlapping(series: UniformSeries, plus: Section, minus: Section) -> _Pair 
 
 
 def _pair_point(
-    series: UniformSeries, modelled: UniformSeries | None, pair: _Pair, j: int, ripple: SectionRipple | None
+    series: UniformSeries,
+    effort: FloatArray,
+    model_torque: FloatArray | None,
+    pair: _Pair,
+    j: int,
+    ripple: SectionRipple | None,
 ) -> tuple[FrictionPoint | None, PairSum | None]:
     """Half the difference of both directions, block by block of position, and their half sum beside the model's.
 
@@ -164,10 +168,10 @@ def _pair_point(
     needs for that is taken off.
     """
     edges, both = _edges(pair), None
-    (plus, fast), (minus, slow) = (_by_position(series, s, j, edges) for s in (pair.plus, pair.minus))
+    (plus, fast), (minus, slow) = (_by_position(series, effort, s, j, edges) for s in (pair.plus, pair.minus))
     friction, gravity, speed = 0.5 * (plus - minus), 0.5 * (plus + minus), 0.5 * (fast + slow)
-    if modelled is not None:
-        ahead, back = (_by_position(modelled, s, j, edges)[0] for s in (pair.plus, pair.minus))
+    if model_torque is not None:
+        ahead, back = (_by_position(series, model_torque, s, j, edges)[0] for s in (pair.plus, pair.minus))
         friction = friction - np.nan_to_num(0.5 * (ahead - back))
         both = _pair_sum(series, pair, speed, gravity, 0.5 * (ahead + back))
     known = np.isfinite(friction)
@@ -225,27 +229,32 @@ def _slope(x: FloatArray, y: FloatArray) -> float:
     return float(x @ y) / power if power > 0 else 0.0
 
 
-def _by_position(series: UniformSeries, section: Section, j: int, edges: FloatArray) -> tuple[FloatArray, float]:
-    """Mean effort in each block of positions (NaN where a block is empty), and the mean speed inside."""
-    assert series.effort is not None
+def _by_position(
+    series: UniformSeries, torque: FloatArray, section: Section, j: int, edges: FloatArray
+) -> tuple[FloatArray, float]:
+    """Mean torque in each block of positions (NaN where a block is empty), and the mean speed inside."""
     s = section.span.slice
-    position, effort = series.position_rad[s, j], series.effort[s, j]
+    position = series.position_rad[s, j]
     inside = (position >= edges[0]) & (position <= edges[-1])
     block = np.clip(np.searchsorted(edges, position[inside], side="right") - 1, 0, edges.size - 2)
     count = np.bincount(block, minlength=edges.size - 1)
-    total = np.bincount(block, weights=effort[inside], minlength=edges.size - 1)
+    total = np.bincount(block, weights=torque[s, j][inside], minlength=edges.size - 1)
     with np.errstate(invalid="ignore"):
         means = np.where(count > 0, total / count, np.nan)
     return means, float(np.mean(np.abs(series.velocity_rad_s[s, j][inside]))) if inside.any() else 0.0
 
 
 def _model_point(
-    series: UniformSeries, section: Section, model_torque: FloatArray, j: int, ripple: SectionRipple | None
+    series: UniformSeries,
+    effort: FloatArray,
+    section: Section,
+    model_torque: FloatArray,
+    j: int,
+    ripple: SectionRipple | None,
 ) -> FrictionPoint | None:
-    assert series.effort is not None
     s = section.span.slice
     sign = 1 if section.velocity_rad_s > 0 else -1
-    friction = sign * (series.effort[s, j] - model_torque[s, j])
+    friction = sign * (effort[s, j] - model_torque[s, j])
     if not np.isfinite(friction).all():
         return None
     speed = abs(section.velocity_rad_s)

@@ -117,61 +117,48 @@ def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: Fric
     linear, c = prof.estimate[prof.best], float(prof.c[prof.best])
     values = law.named(linear[:k], c)
     jac = ls.jacobian(data, law, linear, c)
-    weights, by_rate = _translation(law, k, c)
+    turn = _translation(law, k, c)
     ci: dict[str, Bounds | None] = {}
-    for symbol in law.symbols:
-        if by_rate[symbol]:
-            ci[symbol] = c_interval if by_rate[symbol] > 0 else _reciprocal(c_interval)
+    for symbol, row in zip(law.symbols, turn, strict=True):
+        if row[-1]:
+            ci[symbol] = c_interval if row[-1] > 0 else _reciprocal(c_interval)
         elif reasons:  # an open profile leaves the other coefficients without a closed interval either
             ci[symbol] = None
         else:
-            full = np.concatenate([weights[symbol], np.zeros(prof.estimate.shape[1] - k)])
+            full = np.concatenate([row[:-1], np.zeros(prof.estimate.shape[1] - k)])
             ci[symbol] = ls.interval_of_linear(prof, full, quality.allowance)
     low, high = ls.search_range(data)
-    edge = tuple(s for s in law.symbols if by_rate[s] and not low * 1.01 < c < high * 0.99)
+    rates = [symbol for symbol, row in zip(law.symbols, turn, strict=True) if row[-1]]
+    pick = [*range(k), jac.shape[1] - 1]
+    natural = ls.solve(jac).covariance[np.ix_(pick, pick)]
     return Candidate(
         law=law,
         values=values,
         ci95=ci,
-        covariance=None if reasons else _covariance(jac, quality, weights, by_rate, law, k),
+        covariance=None if reasons else np.asarray(quality.scale * turn @ natural @ turn.T),
         predicted=law.curve(values, data.speed, data.direction),
         sum_squares=float(prof.sum_squares[prof.best]),
         parameters=k + 1,
         c_interval=c_interval,
         reasons=reasons,
         jacobian=jac,
-        at_bounds=edge,
+        at_bounds=() if low * 1.01 < c < high * 0.99 else tuple(rates),
     )
 
 
-def _translation(law: SeparableLaw, k: int, c: float) -> tuple[dict[str, FloatArray], dict[str, float]]:
-    """Derivatives of each named parameter by the linear coefficients (k,) and by C."""
-    zero = np.zeros(k)
-    base = law.named(zero, c)
-    units = [law.named(np.eye(k)[i], c) for i in range(k)]
-    weights = {s: np.array([u[s] - base[s] for u in units]) for s in law.symbols}
+def _translation(law: SeparableLaw, k: int, c: float) -> FloatArray:
+    """(p, k + 1) derivatives of each named parameter by the linear coefficients and by C."""
+    base = law.named(np.zeros(k), c)
+    units = [law.named(unit, c) for unit in np.eye(k)]
     step = 1e-6 * c
-    ahead, behind = law.named(zero, c + step), law.named(zero, c - step)
-    return weights, {s: (ahead[s] - behind[s]) / (2 * step) for s in law.symbols}
+    ahead, behind = law.named(np.zeros(k), c + step), law.named(np.zeros(k), c - step)
+    rows = [[*(unit[s] - base[s] for unit in units), (ahead[s] - behind[s]) / (2 * step)] for s in law.symbols]
+    return np.array(rows)
 
 
 def _reciprocal(interval: Bounds) -> Bounds:
     low, high = interval
     return (None if high is None else 1.0 / high), (None if low is None else 1.0 / low)
-
-
-def _covariance(
-    jac: FloatArray,
-    quality: Quality,
-    weights: dict[str, FloatArray],
-    by_rate: dict[str, float],
-    law: SeparableLaw,
-    k: int,
-) -> FloatArray:
-    pick = [*range(k), jac.shape[1] - 1]
-    natural = ls.solve(jac).covariance[np.ix_(pick, pick)]
-    turn = np.array([[*weights[s], by_rate[s]] for s in law.symbols])
-    return np.asarray(quality.scale * turn @ natural @ turn.T)
 
 
 def _why_not(

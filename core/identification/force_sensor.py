@@ -10,6 +10,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, SensorFacts
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.runs import run_bounds
@@ -32,7 +33,7 @@ def calibrate_sensor(prepared: Prepared, config: Config) -> SensorFacts | None:
     series, frame = prepared.series, config.log.wrench_frame
     if series.wrench is None or frame is None or prepared.robot.bodies is None:
         return None
-    poses = _static_poses(prepared)
+    poses = _static_poses(series, series.wrench)
     if len(poses) < _MIN_POSES:
         return None
     q = np.array([pose[0] for pose in poses])
@@ -125,10 +126,8 @@ def _half(bounds: Bounds) -> float:
     return 0.5 * ((bounds[1] or 0.0) - (bounds[0] or 0.0))
 
 
-def _static_poses(prepared: Prepared) -> list[tuple[FloatArray, FloatArray, float]]:
+def _static_poses(series: UniformSeries, wrench: FloatArray) -> list[tuple[FloatArray, FloatArray, float]]:
     """Position (j,), mean reading (6,) and time of every stretch at rest."""
-    series = prepared.series
-    assert series.wrench is not None
     with np.errstate(invalid="ignore"):
         still = np.asarray((np.abs(series.velocity_rad_s) < _STILL).all(axis=1))
     settle = round(_SETTLE_S / series.period_s)
@@ -137,7 +136,7 @@ def _static_poses(prepared: Prepared) -> list[tuple[FloatArray, FloatArray, floa
         if (stop - start) * series.period_s < _REST_S:
             continue
         rows = slice(int(start) + settle, int(stop) - settle // 2)
-        reading = series.wrench[rows]
+        reading = wrench[rows]
         reading = reading[np.isfinite(reading).all(axis=1)]
         if reading.shape[0] >= 10:
             place = np.nanmean(series.position_rad[rows], axis=0)
@@ -150,9 +149,7 @@ def _equations(gravity: FloatArray, reading: FloatArray, sign: float) -> tuple[F
     n = gravity.shape[0]
     design = np.zeros((n, 6, 10))
     design[:, :3, 0] = -sign * gravity
-    for k in range(3):
-        axis = np.zeros(3)
-        axis[k] = 1.0
+    for k, axis in enumerate(np.eye(3)):
         design[:, 3:, 1 + k] = -sign * np.cross(axis, gravity)
     design[:, np.arange(6), 4 + np.arange(6)] = 1.0
     return design.reshape(6 * n, 10), reading.reshape(6 * n)

@@ -124,10 +124,9 @@ def _held_out(terms: Terms, unknowns: Unknowns) -> list[float | None]:
 
 def bodies_of(robot: RobotModel, solution: Solution) -> dict[str, IdentifiedBody]:
     """Inertial parameters of each body."""
-    assert robot.bodies is not None
     original = robot.inertial_parameters
     out = {}
-    for k, name in enumerate(robot.bodies.joint_names):
+    for k, name in enumerate(robot.inertial_bodies().joint_names):
         ten = solution.inertials[10 * k : 10 * k + 10]
         mass = float(ten[0])
         com = tuple(float(x) / mass for x in ten[1:4]) if mass > 0 else (0.0, 0.0, 0.0)
@@ -143,8 +142,7 @@ def bodies_of(robot: RobotModel, solution: Solution) -> dict[str, IdentifiedBody
 
 def base_parameters_of(job: Report) -> tuple[BaseParameter, ...]:
     """Values, intervals, and how much of the knowledge comes from the data, best known first."""
-    assert job.robot.bodies is not None
-    base: BaseMap = base_map(job.robot, tuple(job.robot.bodies.joint_names))
+    base: BaseMap = base_map(job.robot, tuple(job.robot.inertial_bodies().joint_names))
     p = job.unknowns.inertials.size
     covariance = np.zeros((p, p))
     pick = np.flatnonzero(job.solution.free[:p])

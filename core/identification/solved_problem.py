@@ -188,8 +188,8 @@ def _joint_inertia(robot: RobotModel, prepared: Prepared) -> FloatArray:
 
 def own_armature(robot: RobotModel) -> FloatArray:
     """(j,) rotor inertia that the description states of the bodies' own joints, kg·m²."""
-    assert robot.bodies is not None
-    return np.asarray(robot.armature[[robot.bodies.joint_names.index(name) for name in robot.joint_names]])
+    names = robot.inertial_bodies().joint_names
+    return np.asarray(robot.armature[[names.index(name) for name in robot.joint_names]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

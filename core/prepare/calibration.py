@@ -163,10 +163,9 @@ def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[R
 
     Both are moved as point masses at their centres: a body of the right mass on file keeps its inertia.
     """
-    assert robot.bodies is not None
     turn, place, body = robot.in_joint(sensor.frame)
     centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
-    mass, first = robot.bodies.beyond(sensor.frame)
+    mass, first = robot.inertial_bodies().beyond(sensor.frame)
     tool = config.robot.tool
     if not isinstance(tool.mass_kg, str) and tool.mass_kg > 0:
         own_turn, own_place, _ = robot.in_joint(tool.frame)
@@ -192,8 +191,7 @@ def missing_sensor_findings(calibration: Calibration, config: Config) -> list[Fi
 
 
 def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
-    assert robot.bodies is not None
-    names = robot.bodies.joint_names
+    names = robot.inertial_bodies().joint_names
     if set(names) != set(identified.bodies):
         raise ConfigError(
             "the friction file identifies another arm's inertials",

@@ -84,13 +84,13 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        bodies = self._with_inertials()
+        bodies = self.inertial_bodies()
         return self._torques(partial(newton_euler.inverse_dynamics, bodies.links, bodies.gravity_m_s2), (q, v, a))
 
     def torque_beyond(self, other: RobotModel, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """What :meth:`inverse_dynamics` gives more than that of the same arm with other inertials."""
-        bodies = self._with_inertials()
-        more = [own.less(its) for own, its in zip(bodies.links, other._with_inertials().links, strict=True)]
+        bodies = self.inertial_bodies()
+        more = [own.less(its) for own, its in zip(bodies.links, other.inertial_bodies().links, strict=True)]
         return self._torques(partial(newton_euler.inverse_dynamics, more, bodies.gravity_m_s2), (q, v, a))
 
     def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -105,7 +105,7 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        bodies, count = self._with_inertials(), len(self.joint_names)
+        bodies, count = self.inertial_bodies(), len(self.joint_names)
         recursion = partial(newton_euler.momentum, bodies.links, bodies.gravity_m_s2)
         both = self._torques(recursion, (q, v), parts=2)
         return both[:, :count], both[:, count:]
@@ -134,7 +134,7 @@ class RobotModel:
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
-        bodies = self._with_inertials()
+        bodies = self.inertial_bodies()
         return self._torques(partial(newton_euler.holding, bodies.links, bodies.gravity_m_s2), (q,))
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
@@ -149,23 +149,23 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        bodies = self._with_inertials()
+        bodies = self.inertial_bodies()
         full = bodies.torque_regressor(self._expand(q), v @ self.expansion.T, a @ self.expansion.T)
         return np.asarray(np.einsum("kj,nkp->njp", self.expansion, full))
 
     @property
     def inertial_parameters(self) -> FloatArray:
         """(p,) ten for each moving body: mass, first moments, inertia about the joint's origin."""
-        return self._with_inertials().inertial_parameters()
+        return self.inertial_bodies().inertial_parameters()
 
     @property
     def armature(self) -> FloatArray:
         """(k,) rotor inertia of every joint of the model, kg·m² or kg."""
-        return self._with_inertials().armature
+        return self.inertial_bodies().armature
 
     def with_inertials(self, parameters: FloatArray, armature: FloatArray) -> RobotModel:
         """The same arm with other inertial parameters (p,) and rotor inertias (k,)."""
-        return replace(self, bodies=self._with_inertials().with_parameters(parameters, armature))
+        return replace(self, bodies=self.inertial_bodies().with_parameters(parameters, armature))
 
     def without_gravity(self) -> RobotModel:
         """The same arm whose joint torques hold no gravity; what a sensor or a tool weighs stays as it is."""
@@ -264,7 +264,7 @@ class RobotModel:
 
     def in_joint(self, frame: str | None) -> tuple[FloatArray, FloatArray, int]:
         """Rotation and position (m) of a frame, None for the last, in the joint that moves it; that body's number."""
-        bodies = self._with_inertials()
+        bodies = self.inertial_bodies()
         return bodies.frame_in_joint(frame or bodies.frame_names[-1])
 
     def distance_in_joint(self, frame: str) -> float:
@@ -304,7 +304,8 @@ class RobotModel:
             raise unknown_name("the robot has no such frame", "log.wrench_frame", frame, self.bodies.frame_names)
         return self.bodies
 
-    def _with_inertials(self) -> PinocchioModel:
+    def inertial_bodies(self) -> PinocchioModel:
+        """The rigid bodies; NotJudgedError without their inertials."""
         if self.bodies is None or not self.has_inertials:
             raise NotJudgedError(
                 "no model torque can be computed: the robot has no inertials",

@@ -9,7 +9,7 @@ sections of a joint together, each with a parabola of its own for gravity and fr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -87,16 +87,16 @@ def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -
 
 
 def without_ripple(
-    series: UniformSeries, sections: Sequence[Section], j: int, ripple: SectionRipple | None
-) -> UniformSeries:
-    """The log without the waves in the effort of joint j, in its sections."""
-    if ripple is None or series.effort is None:
-        return series
-    effort = series.effort.copy(order="K")
+    series: UniformSeries, effort: FloatArray, sections: Sequence[Section], j: int, ripple: SectionRipple | None
+) -> FloatArray:
+    """(n, j) effort without the waves of joint j, in its sections."""
+    if ripple is None:
+        return effort
+    effort = effort.copy(order="K")
     for section in sections:
         rows = section.span.slice
         effort[rows, j] -= ripple.torque(series.position_rad[rows, j], section.velocity_rad_s)
-    return replace(series, effort=effort)
+    return effort
 
 
 @dataclass(frozen=True, slots=True, eq=False)

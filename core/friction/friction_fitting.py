@@ -15,9 +15,8 @@ from collaudit.core.data.friction_result import (
 )
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import point_arrays, robust_weights, with_scatter
-from collaudit.core.friction.identifiability import identifiability
 from collaudit.core.friction.law_candidates import Candidate, FrictionUnits, fit_linear_law, fit_rate_law, fit_ridge_law
-from collaudit.core.friction.law_comparison import choose, compare
+from collaudit.core.friction.law_comparison import choose, compare, identifiability
 from collaudit.core.friction.physical_law import drives, physical, vanishes_unseen
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named

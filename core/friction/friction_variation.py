@@ -32,30 +32,27 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
         left: the joint's settled motion in it.
     """
     thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
-    nuisance = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
-    compared = (left.time_s[thin], left.residual[thin], left.friction[thin], nuisance)
-    trends, undetermined = [], []
-    minutes = float(np.ptp(left.time_s)) / 60.0
-    found = friction_slope(*compared, left.time_s[thin] / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
+    time_s, friction = left.time_s[thin], left.friction[thin]
+    compared = time_s, left.residual[thin], friction, any_law(friction, left.speed[thin], left.torque_rate[thin])
+    trends, undetermined = list[Trend](), list[str]()
+    seconds = float(np.ptp(left.time_s))
+    found = friction_slope(*compared, time_s / 60.0) if seconds >= _MIN_RUN_S else None
     if found is not None:
-        trends.append(Trend("time", *found[:2], minutes, name))
+        trends.append(Trend("time", *found[:2], seconds / 60.0, name))
     else:
-        short = 60.0 * minutes < _MIN_RUN_S
-        why = f"{60 * minutes:.0f} s of motion are too short" if short else _ALONG
+        why = f"{seconds:.0f} s of motion are too short" if seconds < _MIN_RUN_S else _ALONG
         undetermined.append(f"change with running time: {why}")
     if left.temperature is not None:
-        span = float(np.ptp(left.temperature))
-        found = friction_slope(*compared, left.temperature[thin]) if span >= _MIN_KELVIN else None
+        low, high = float(left.temperature.min()), float(left.temperature.max())
+        found = friction_slope(*compared, left.temperature[thin]) if high - low >= _MIN_KELVIN else None
         if found is not None:
-            low, high = float(left.temperature.min()), float(left.temperature.max())
-            fit = TrendFit(low, high, *found[2:])
-            trends.append(Trend("temperature", *found[:2], span, name, fit))
+            trends.append(Trend("temperature", *found[:2], high - low, name, TrendFit(low, high, *found[2:])))
         else:
-            why = f"it moved by {span:.2g} K only" if span < _MIN_KELVIN else _ALONG
+            why = f"it moved by {high - low:.2g} K only" if high - low < _MIN_KELVIN else _ALONG
             undetermined.append(f"change with temperature: {why}")
     span = quantile_of(left.load, 0.95) - quantile_of(left.load, 0.05)
-    enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
-    loaded = load_slope(*compared, left.load[thin]) if enough else None
+    least = _MIN_LOAD * float(np.mean(np.abs(left.friction)))
+    loaded = load_slope(*compared, left.load[thin]) if span >= least else None
     if loaded is not None:
         trends.append(Trend("load", *loaded, span, name))
     else:

@@ -27,8 +27,7 @@ from collaudit.core.prepare.calibration import (
 from collaudit.core.prepare.commanded_force import contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
 from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope, described_gains, effort_gains
-from collaudit.core.prepare.effort.effort_kind import effort_kind
-from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.effort_kind import effort_kind, friction_sign_findings, friction_signs
 from collaudit.core.prepare.effort.gain_findings import (
     effort_findings,
     identified_scale_findings,

@@ -14,7 +14,7 @@ from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.identification.channel_audit import audit_effort
 from collaudit.core.prepare import preparation
 from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope
-from collaudit.core.prepare.effort.friction_sign import friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.effort_kind import friction_sign_findings, friction_signs
 from collaudit.core.prepare.preparation import prepare
 
 

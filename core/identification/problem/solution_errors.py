@@ -9,7 +9,7 @@ Student's t: a few fast moves may carry all that a log says.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
+    State,
     jacobian,
     solve,
     weighted_joints,
@@ -47,29 +48,44 @@ class StandardErrors:
 def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> StandardErrors:
     """Covariance of all unknowns together, friction and offset among them."""
     state = weighted_state(terms, solution)
+    data, parts = _assembled(terms, state, state.slope)
     scales = unknowns.sd[solution.free]
-    joints, kinds = solution.gain.size, terms.nuisance.shape[2]
-    size = scales.size + kinds * joints
-    precision, data = np.zeros(size), np.zeros((size, size))
+    precision = np.zeros(len(data))
     precision[: scales.size] = scales**-2.0
-    parts = []
-    for j in weighted_joints(state):
-        place, columns = jacobian(terms, state, j)
-        columns = columns / state.at.sigma[j]
-        data[np.ix_(place, place)] += (columns * state.slope[:, j, None]).T @ columns
-        parts.append((j, place, columns))
     inverse = scaled_inverse(data + np.diag(precision))
-    influence, share = np.zeros((terms.starts.size, size)), np.zeros((terms.starts.size, size))
-    for j, place, columns in parts:
-        score = columns * (state.weight[:, j] * state.rest[:, j] / state.at.sigma[j])[:, None]
+    influence, share = np.zeros((terms.starts.size, len(data))), np.zeros((terms.starts.size, len(data)))
+    for j, place, columns, slope in parts:
+        score = columns * (state.weight[:, j] * state.rest[:, j] / state.at.sigma[j] ** 2)[:, None]
         influence += terms.by_cluster(score) @ inverse[place]
-        share += terms.by_cluster((columns @ inverse[place]) ** 2 * state.slope[:, j, None])
+        share += terms.by_cluster((columns @ inverse[place]) ** 2 * slope[:, None])
     full = clustered_covariance(influence, share) + (inverse * precision) @ inverse
+    joints, kinds = solution.gain.size, terms.nuisance.shape[2]
     offset = scales.size + kinds * np.arange(joints) + OFFSET
     known = np.sqrt(np.maximum(np.diag(full)[offset], 0.0))
     own = [scales.size + kinds * j + np.arange(kinds) for j in range(joints)]
     nuisance = np.array([full[np.ix_(place, place)] for place in own])
     return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known, nuisance)
+
+
+#: Of a joint: its number, the unknowns that it feels (f_j,), its columns (n, f_j) by them, weights (n,) of its samples.
+_Part = tuple[int, IntArray, FloatArray, FloatArray]
+
+
+def _assembled(terms: Terms, state: State, weight: FloatArray) -> tuple[FloatArray, list[_Part]]:
+    """(f, f) products of the columns of all joints that count, friction and offset among the unknowns, and their parts.
+
+    Args:
+        terms, state: the problem about its solution.
+        weight: (n, j) of the samples, in units of each joint's noise.
+    """
+    size = np.count_nonzero(state.at.free) + terms.nuisance.shape[2] * state.at.gain.size
+    hessian, parts = np.zeros((size, size)), list[_Part]()
+    for j in weighted_joints(state):
+        place, columns = jacobian(terms, state, j)
+        own = weight[:, j] / state.at.sigma[j] ** 2
+        hessian[np.ix_(place, place)] += (columns * own[:, None]).T @ columns
+        parts.append((j, place, columns, own))
+    return hessian, parts
 
 
 def scaled_inverse(hessian: FloatArray) -> FloatArray:
@@ -92,58 +108,40 @@ def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray
 HELD_OUT_STEPS = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Linearised:
-    """The least-squares problem about a solution, friction and offset among its f unknowns.
+def _left_without(terms: Terms, solution: Solution, unknowns: Unknowns) -> Callable[[BoolArray], FloatArray]:
+    """What is left (m, j) of samples (n,) given, by a fit to the others, N·m.
 
-    Attributes:
-        rest_nm: (n, j) torque that the solution leaves.
-        joints: of each joint that counts its number, the unknowns that it feels (f_j,), its columns (n, f_j) by them
-            and the weights (n,) of its samples.
-        hessian: (f, f) of all samples and the prior.
-        gradient: (f,) of both, at the solution.
+    The problem is taken as linear about its solution, friction and offset among the unknowns, with the weights that its
+    samples have there; a part's share is subtracted from the normal equations.
     """
+    state = weighted_state(terms, solution)
+    products, parts = _assembled(terms, state, state.weight)
+    free, kinds = solution.free, terms.nuisance.shape[2]
+    known = int(np.count_nonzero(free))
+    precision = np.zeros(len(products))
+    precision[:known] = unknowns.sd[free] ** -2.0
+    slope = np.zeros_like(precision)
+    slope[:known] = precision[:known] * (unknowns.values - solution.values)[free]
+    for j, place, columns, weight in parts:
+        friction = slice(known + kinds * j, known + kinds * (j + 1))
+        precision[friction] = _friction_precision(terms, j)
+        slope[friction] = -precision[friction] * solution.nuisance[j]
+        slope[place] += (columns * weight[:, None]).T @ state.rest[:, j]
+    products += np.diag(precision)
 
-    rest_nm: FloatArray
-    joints: tuple[tuple[int, IntArray, FloatArray, FloatArray], ...]
-    hessian: FloatArray
-    gradient: FloatArray
-
-    def without(self, out: BoolArray) -> FloatArray:
-        """(m, j) torque that is left of the samples (n,) given, by a fit to the others, N·m."""
-        hessian, gradient, left = self.hessian.copy(), self.gradient.copy(), self.rest_nm[out]
-        parts = [(j, place, columns[out], weight[out]) for j, place, columns, weight in self.joints]
-        for j, place, columns, weight in parts:
+    def without(out: BoolArray) -> FloatArray:
+        hessian, gradient, left = products.copy(), slope.copy(), state.rest[out]
+        own = [(j, place, columns[out], weight[out]) for j, place, columns, weight in parts]
+        for j, place, columns, weight in own:
             weighed = columns * weight[:, None]
             hessian[np.ix_(place, place)] -= weighed.T @ columns
             gradient[place] -= weighed.T @ left[:, j]
         step = scaled_inverse(hessian) @ gradient
-        for j, place, columns, _ in parts:
+        for j, place, columns, _ in own:
             left[:, j] -= columns @ step[place]
         return left
 
-
-def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearised:
-    """The problem about its solution, with the weights that its samples have there."""
-    state = weighted_state(terms, solution)
-    free, kinds = solution.free, terms.nuisance.shape[2]
-    known = int(np.count_nonzero(free))
-    precision = np.zeros(known + kinds * solution.gain.size)
-    precision[:known] = unknowns.sd[free] ** -2.0
-    gradient = np.zeros_like(precision)
-    gradient[:known] = precision[:known] * (unknowns.values - solution.values)[free]
-    hessian, joints = np.zeros((precision.size, precision.size)), []
-    for j in weighted_joints(state):
-        friction = slice(known + kinds * j, known + kinds * (j + 1))
-        precision[friction] = _friction_precision(terms, j)
-        gradient[friction] = -precision[friction] * solution.nuisance[j]
-        place, columns = jacobian(terms, state, j)
-        weight = state.weight[:, j] / state.at.sigma[j] ** 2
-        weighed = columns * weight[:, None]
-        hessian[np.ix_(place, place)] += weighed.T @ columns
-        gradient[place] += weighed.T @ state.rest[:, j]
-        joints.append((j, place, columns, weight))
-    return Linearised(state.rest, tuple(joints), hessian + np.diag(precision), gradient)
+    return without
 
 
 def _friction_precision(terms: Terms, j: int) -> FloatArray:
@@ -159,15 +157,13 @@ def _friction_precision(terms: Terms, j: int) -> FloatArray:
 def held_out(terms: Terms, unknowns: Unknowns, divisions: Sequence[IntArray]) -> FloatArray:
     """(n, j) torque left of each sample by a fit without its part, N·m; root mean square over the divisions.
 
-    The problem is linear but for Huber's weights. Those of the fit to all samples are kept, so what a fit without a
-    part finds follows from the normal equations less that part's share of them. Samples at which a joint does not count
-    are NaN.
+    Those of Huber's weights are kept that the fit to all samples has. Samples at which a joint does not count are NaN.
     """
     known = terms.over(replace(terms.motion, moving=terms.motion.moving & np.isfinite(unknowns.gain))).without_drift()
-    moving, whole = known.motion.moving, linearised(known, solve(known, unknowns, HELD_OUT_STEPS), unknowns)
+    left_without = _left_without(known, solve(known, unknowns, HELD_OUT_STEPS), unknowns)
     squares = np.zeros_like(known.motion.effort)
     for part in divisions:
         for number in np.unique(part):
             out = np.asarray(part == number)
-            squares[out] += whole.without(out) ** 2
-    return np.where(moving, np.sqrt(squares / len(divisions)), np.nan)
+            squares[out] += left_without(out) ** 2
+    return np.where(known.motion.moving, np.sqrt(squares / len(divisions)), np.nan)

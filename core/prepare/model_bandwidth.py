@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise, takewhile
 
 import numpy as np
 
@@ -101,29 +102,22 @@ def _bandwidth(
     """The bandwidth of one joint's model torque; None where all of it serves."""
     ends = [share * series.bandwidth_hz for share in _LADDER]
     both = np.column_stack([effort, rigid])
-    levels = [low_pass(both, spans, series.period_s, ends[0])]
+    levels = [low_pass(both, spans, series.period_s, end) for end in ends]
     use = np.isfinite(levels[0]).all(axis=1) & ~series.edge[: both.shape[0]]
     if np.count_nonzero(use) < _FEWEST:
         return None
     length = max(2, round(1.0 / (ends[-1] * series.period_s)))
-    bands: list[FloatArray] = []
-    for end in ends[1:]:  # most often the first band is motion, and the others need not be computed
-        levels.append(low_pass(both, spans, series.period_s, end))
-        band = (levels[-2] - levels[-1])[use]
-        if not _is_noise(band[:, 0], band[:, 1], length):
-            break
-        bands.append(band[:, 1])
-    if not bands:
+    bands = ((upper - lower)[use] for upper, lower in pairwise(levels))
+    noise = [band[:, 1] for band in takewhile(lambda band: _is_noise(band[:, 0], band[:, 1], length), bands)]
+    if not noise:
         return None
-    if len(levels) < len(ends):
-        levels.append(low_pass(both, spans, series.period_s, ends[-1]))
     fast = (levels[0] - levels[-1])[use]
     before = fast[:, 0] - fast[:, 1]
-    after = before + np.sum(bands, axis=0)
+    after = before + np.sum(noise, axis=0)
     power = [median_of(_by_block(x, x, length)) for x in (before, after)]
     if power[1] > (1.0 - _WORTH) * power[0]:
         return None
-    return ModelBandwidth(series.joint_names[j], ends[len(bands)], *(float(np.sqrt(p)) for p in power))
+    return ModelBandwidth(series.joint_names[j], ends[len(noise)], *(float(np.sqrt(p)) for p in power))
 
 
 def _is_noise(effort: FloatArray, model: FloatArray, length: int) -> bool:

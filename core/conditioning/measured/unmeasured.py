@@ -22,8 +22,7 @@ from collaudit.core.conditioning.measured.calm_stretches import (
     straight_rows,
     straight_runs,
 )
-from collaudit.core.conditioning.measured.doubled_samples import frozen_spans
-from collaudit.core.conditioning.measured.repeated_stretches import repeated_rows, repeated_rows_of_all
+from collaudit.core.conditioning.measured.doubled_samples import frozen_spans, repeated_rows, repeated_rows_of_all
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S

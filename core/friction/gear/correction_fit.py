@@ -188,7 +188,7 @@ def _strongest(position_rad: FloatArray, residual: FloatArray) -> float | None:
 
 
 def _columns(position_rad: FloatArray, direction: FloatArray, cycles: float) -> FloatArray:
-    """(n, 6): the four columns of a wave, and the mean and mean friction beside them."""
+    """(n, 4) columns of a wave: the same both ways, then against the motion."""
     wave = np.column_stack([np.cos(cycles * position_rad), np.sin(cycles * position_rad)])
     return np.column_stack([wave, direction[:, None] * wave])
 

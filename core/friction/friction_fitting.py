@@ -101,7 +101,7 @@ def _automatic(job: _Job) -> FrictionFit:
     else:  # nothing could be held out: the reference where the F test proves it, else the line
         chosen = reference if reference is not None and _eligible(reference) else line
         why = "taken by the F test against Coulomb + viscous; too few speeds to leave any out"
-        rows = [replace(r, chosen=True, note=why) if r.model == chosen.model else r for r in rows]
+        rows = [replace(r, chosen=True, note=why) if r.model == chosen.law.name else r for r in rows]
     is_line = chosen.law is LINE
     fit = _line(job, line, _why_a_line(job, reference), reference) if is_line else _law_fit(job, chosen)
     return replace(fit, comparison=(*rows, *refused))
@@ -124,7 +124,7 @@ def _why_a_line(job: _Job, reference: Candidate | None) -> tuple[str, ...]:
     if reference.reasons:
         return reference.reasons
     if reference.refusal:
-        return (f"{reference.model}: {reference.refusal}; {' and '.join(term.unknown)} are not used.",)
+        return (f"{reference.law.name}: {reference.refusal}; {' and '.join(term.unknown)} are not used.",)
     return (
         "Coulomb + viscous friction predicts the speeds left out of the fit within one standard error of the best "
         f"law: {' and '.join(term.unknown)} are not needed.",
@@ -217,7 +217,7 @@ def _line(job: _Job, line: Candidate, reasons: tuple[str, ...], reference: Candi
     """Coulomb + viscous parameters, and what they mean for the reference law, eq. (11)."""
     assert REFERENCE.as_line is not None
     names = REFERENCE.as_line(reference.c_interval if reference is not None else (None, None))
-    units = (job.units.effort, job.units.viscous)
+    units = (job.units.effort, f"{job.units.effort}·s/{job.units.length}")
     known = tuple(
         KnownCombination(name, line.values[symbol], line.ci95[symbol] or (None, None), unit)
         for name, symbol, unit in zip(names, LINE.symbols, units, strict=True)
@@ -243,7 +243,7 @@ def _assembled(job: _Job, found: Candidate, richer: Candidate | None) -> Frictio
         covariance = tuple(tuple(float(x) for x in row) for row in found.covariance)
     return replace(
         job.empty,
-        model=found.model,
+        model=found.law.name,
         parameters={job.units.key(found.law, s): v for s, v in found.values.items()},
         ci95={job.units.key(found.law, s): b for s, b in found.ci95.items()},
         covariance=covariance,

@@ -55,11 +55,6 @@ class Candidate:
     beyond: tuple[str, ...] = ()
     refusal: str = ""
 
-    @property
-    def model(self) -> str:
-        """Name of the law."""
-        return self.law.name
-
 
 def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     """A law without a rate: ordinary weighted least squares."""
@@ -277,11 +272,6 @@ class FrictionUnits:
             return cls("raw", f"{length}/s", "raw", length)
         effort, suffix = ("N", "n") if joint_type == "prismatic" else ("N·m", "nm")
         return cls(effort, f"{length}/s", suffix, length)
-
-    @property
-    def viscous(self) -> str:
-        """Unit of D."""
-        return f"{self.effort}·s/{self.length}"
 
     def key(self, law: FrictionLaw, symbol: str) -> str:
         """Key of a law's parameter in friction.json: its symbol and its unit."""

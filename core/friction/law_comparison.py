@@ -115,7 +115,7 @@ def compare(data: ls.Points, candidates: list[Candidate]) -> list[ModelCompariso
             note = candidate.refusal
         rows.append(
             ModelComparison(
-                model=candidate.model,
+                model=candidate.law.name,
                 parameters=round(float(candidate.parameters), 2),
                 rmse_nm=float(np.sqrt(np.mean((data.friction - candidate.predicted) ** 2))),
                 held_out_rmse_nm=rmse,

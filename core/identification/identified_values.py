@@ -167,7 +167,7 @@ def tool_of(job: Report, config: Config) -> IdentifiedTool:
     first[: len(moving) // 2] = True
     masses, spread = [], []
     for rows in (first, ~first):
-        half = job.terms.over(replace(job.terms.motion, moving=np.asarray(moving & rows)))
+        half = replace(job.terms, motion=replace(job.terms.motion, moving=np.asarray(moving & rows)))
         solution = solve(half, job.unknowns, HELD_OUT_STEPS)
         tool = identified_tool(
             job.robot, config, job.unknowns.inertials, solution, standard_errors(half, solution, job.unknowns)

@@ -101,7 +101,7 @@ def test_held_out_errors_are_those_of_fits_without_each_part(made: Made) -> None
     plain = np.full_like(motion.effort, np.nan)
     for number in range(4):
         out = motion.block == number
-        others = terms.over(replace(motion, moving=motion.moving & ~out[:, None]))
+        others = replace(terms, motion=replace(motion, moving=motion.moving & ~out[:, None]))
         plain[out] = residual(others, solve(others, unknowns, 12))[out]
     found = held_out(terms, unknowns, [motion.block])
     for j in range(6):

@@ -16,6 +16,7 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import DirectionDifference
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.effort.channel_shift import basis_of
 
 _FEWEST_PAIRS = 14
 #: One-sided level at which the change with speed counts. Two shapes are tried: of a hundred joints that are the same
@@ -65,8 +66,9 @@ def direction_difference(logs: Sequence[Sequence[PairSum]]) -> DirectionDifferen
     weight = 1.0 / np.sqrt(se**2 + float(np.median(se)) ** 2 + 1e-12)
     slow, fast = float(speed.min()), float(speed.max())
     shapes = list(weight * _shapes(speed, slow))
-    left, rank = _without(np.stack([*shapes, weight * half], axis=1), weight[:, None] * nuisance)
-    freedom = len(pairs) - rank
+    columns, basis = np.stack([*shapes, weight * half], axis=1), basis_of(weight[:, None] * nuisance)
+    left = columns - basis @ (basis.T @ columns)
+    freedom = len(pairs) - basis.shape[1]
     if freedom < _LEAST_FREEDOM or not any(_shows(left[:, k], left[:, 2], shapes[k], freedom - 1) for k in (0, 1)):
         return None
     apart = 2.0 * np.diff(_shapes(np.array([slow, fast]), slow))[:, 0]
@@ -108,11 +110,3 @@ def _drift(logs: Sequence[Sequence[PairSum]]) -> FloatArray:
         block[:, k * (_DRIFT + 1) : (k + 1) * (_DRIFT + 1)] = np.polynomial.legendre.legvander(x, _DRIFT)
         blocks.append(block)
     return np.concatenate(blocks)
-
-
-def _without(columns: FloatArray, others: FloatArray) -> tuple[FloatArray, int]:
-    """Columns less their projection on the others, and the others' rank."""
-    scaled = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
-    left, values, _ = np.linalg.svd(scaled, full_matrices=False)
-    basis = left[:, values > 1e-6 * values[0]]
-    return np.asarray(columns - basis @ (basis.T @ columns)), basis.shape[1]

@@ -106,10 +106,6 @@ class Terms:
         end = nuisance.shape[-1] - motion.drift.shape[1]
         return slice(end - DEGREE, end)
 
-    def over(self, motion: Motion) -> Terms:
-        """The same columns for the same samples of which others count."""
-        return replace(self, motion=motion)
-
     def without_drift(self) -> Terms:
         """The same with an offset that stays, as for predicting another time."""
         return replace(self, nuisance=self.nuisance[:, :, : self.nuisance.shape[2] - self.motion.drift.shape[1]])

@@ -159,7 +159,8 @@ def held_out(terms: Terms, unknowns: Unknowns, divisions: Sequence[IntArray]) ->
 
     Those of Huber's weights are kept that the fit to all samples has. Samples at which a joint does not count are NaN.
     """
-    known = terms.over(replace(terms.motion, moving=terms.motion.moving & np.isfinite(unknowns.gain))).without_drift()
+    motion = replace(terms.motion, moving=terms.motion.moving & np.isfinite(unknowns.gain))
+    known = replace(terms, motion=motion).without_drift()
     left_without = _left_without(known, solve(known, unknowns, HELD_OUT_STEPS), unknowns)
     squares = np.zeros_like(known.motion.effort)
     for part in divisions:

@@ -108,7 +108,7 @@ def basis_of(columns: FloatArray) -> FloatArray:
     """(n, k) orthonormal basis of what columns can explain; of columns all zero or alike, what is left of them."""
     if columns.shape[0] <= columns.shape[1]:
         return np.zeros((columns.shape[0], 0))
-    size = np.linalg.norm(columns, axis=0)
+    size = np.array([np.linalg.norm(column) for column in columns.T])
     u, s, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
     return np.asarray(u[:, s > 1e-9 * s[0]])
 

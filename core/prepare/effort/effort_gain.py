@@ -11,6 +11,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.prepare.effort.channel_shift import basis_of
 from collaudit.core.robot.robot_model import RobotModel
 
 _MIN_CLUSTERS = 8
@@ -20,13 +21,12 @@ _MIN_EXPLAINED = 0.2
 _LEAST_TRAVEL_RAD = 0.05
 #: Torque by a motor's current is good to about a tenth (its constant, warm magnets), by a sensor behind it to less.
 ACCURATE_GAIN = (0.9, 1.1)
-_PLAUSIBLE_GAIN = (0.5, 2.0)
+#: Beyond this it is of another unit than N·m.
+PLAUSIBLE_GAIN = (0.5, 2.0)
 #: The columns of a tool are looked at on so many samples: its regressor is one of all bodies.
 _MOST_WITH_TOOL = 8000
 #: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
 _LEFT_OUT, _ROUNDS = 0.33, 4
-#: Columns that hold less of their own than this share of the largest are alike.
-_ALIKE = 1e-6
 
 Seconds = FloatArray | IntArray
 
@@ -86,11 +86,6 @@ class EffortGain:
     def off(self) -> bool:
         """Whether it has the right sign, and clearly another size than the accuracy of a measured torque explains."""
         return self.known and self.ci95[0] > 0 and not overlaps(self.ci95, ACCURATE_GAIN)
-
-    @property
-    def out_of_scale(self) -> bool:
-        """Whether it has the right sign, and clearly another size than a torque in N·m."""
-        return self.known and self.ci95[0] > 0 and not overlaps(self.ci95, _PLAUSIBLE_GAIN)
 
 
 def effort_gains(
@@ -208,10 +203,7 @@ def steady_slope(
 
 def _free(y: FloatArray, x: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Column x and channel y (n,) less what columns (n, k) explain of them; columns alike count once."""
-    sizes = [(column, np.linalg.norm(column)) for column in others.T]
-    scaled = np.column_stack([column / size for column, size in sizes if size > 0])
-    left, size, _ = np.linalg.svd(scaled, full_matrices=False)
-    basis = left[:, size > _ALIKE * size[0]]
+    basis = basis_of(others)
     return x - basis @ (basis.T @ x), y - basis @ (basis.T @ y)
 
 

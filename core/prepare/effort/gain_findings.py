@@ -14,7 +14,7 @@ from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.effort.channel_shift import effort_shift, moved
 from collaudit.core.prepare.effort.delay_estimate import Delay
-from collaudit.core.prepare.effort.effort_gain import ACCURATE_GAIN, EffortGain, effort_gains, overlaps
+from collaudit.core.prepare.effort.effort_gain import ACCURATE_GAIN, PLAUSIBLE_GAIN, EffortGain, effort_gains, overlaps
 from collaudit.core.robot.robot_model import RobotModel
 
 #: A delay below this explains no sign, s.
@@ -192,7 +192,8 @@ def raw_effort_findings(series: UniformSeries) -> list[Finding]:
 def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
     """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
     known = [gain for gain in gains if gain.known]
-    far = [gain for gain in known if gain.out_of_scale and gain.ci95[1] - gain.ci95[0] < gain.gain]
+    scaled = [gain for gain in known if gain.gain > 0 and not overlaps(gain.ci95, PLAUSIBLE_GAIN)]
+    far = [gain for gain in scaled if gain.ci95[1] - gain.ci95[0] < gain.gain]
     if len(far) < _SEVERAL or 2 * len(far) <= len(known):
         return None
     each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)

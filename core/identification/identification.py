@@ -70,7 +70,7 @@ def identify(
         prior_sd=taken.width,
         consistent=made.consistent,
         consistency=made.how,
-        samples=terms.motion.count,
+        samples=terms.motion.cluster.size,
         sample_rate_hz=terms.motion.rate_hz,
         loss=terms.motion.loss,
     )
@@ -114,7 +114,7 @@ def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candida
         prior_sd=taken.width,
         consistent=False,
         consistency="",
-        samples=motion.count,
+        samples=motion.cluster.size,
         sample_rate_hz=motion.rate_hz,
         loss=motion.loss,
     )

@@ -63,11 +63,6 @@ class Motion:
     bandwidth_hz: float
     regressor: FloatArray
 
-    @property
-    def count(self) -> int:
-        """Number of samples."""
-        return int(self.cluster.size)
-
     def with_effort_of(self, prepared: Sequence[Prepared]) -> Motion:
         """The same samples with the effort of the same logs, of which some may be unknown now: it does not count."""
         found = [_effort(log.series, self.bandwidth_hz)[self.row[self.log == k]] for k, log in enumerate(prepared)]
@@ -77,7 +72,7 @@ class Motion:
 
     def at_most(self, most: int) -> Motion:
         """So many of them, evenly."""
-        step, whole = max(1, -(-self.count // most)), ("coupled", "rate_hz", "loss", "bandwidth_hz")
+        step, whole = max(1, -(-self.cluster.size // most)), ("coupled", "rate_hz", "loss", "bandwidth_hz")
         every = {field.name: getattr(self, field.name)[::step] for field in fields(self) if field.name not in whole}
         every["regressor"] = every["regressor"].copy()  # a view would keep all of it in memory
         return replace(self, **every, rate_hz=self.rate_hz / step)

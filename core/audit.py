@@ -61,7 +61,7 @@ def audit_log(
     judging = _SHARE_WITH_A_STUDY if config.study.run else 1.0
     step = stage(progress, 0.0, judging)
     prepared, about_axes = _calibrated(prepared, friction, config)
-    units, sliding, series = prepared.units, prepared.robot.sliding, prepared.judged_series
+    units, sliding, series = prepared.units, prepared.sliding, prepared.judged_series
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
     step(2, 10)

@@ -94,7 +94,7 @@ def fit_logs(
     return FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=dict(arm.fits),
-        findings=in_joint_units(findings, prepared[0].robot.sliding),
+        findings=in_joint_units(findings, prepared[0].sliding),
         provenance=replace(
             provenance,
             logs=_hashes(prepared),

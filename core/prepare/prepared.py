@@ -114,6 +114,11 @@ class Prepared(shown.Showing):
         return min((one.bandwidth_hz for one in self.quiet), default=self.series.bandwidth_hz)
 
     @property
+    def sliding(self) -> tuple[str, ...]:
+        """Prismatic joints: forces in N, ways in m."""
+        return self.robot.sliding
+
+    @property
     def units(self) -> dict[str, str]:
         """By judged joint the unit of what its drive exerts."""
         return {joint: torque_unit_of(joint, self.robot.sliding) for joint in self.judged}

@@ -15,26 +15,8 @@ from collaudit.core.vendors.message_profiles import ANNOTATION, Profile
 
 Runs = tuple[Numbers, ...]
 
-#: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
-_NEAR = 16
 #: What seconds fit a stamp in ns.
 _MOST_SECONDS = (1 << 63) // NS_PER_S - 1
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Guard:
-    """Bytes from ``start`` that must equal ``expected`` wherever ``free`` is not set (None: everywhere)."""
-
-    start: int
-    expected: ByteArray
-    free: BoolArray | None
-
-    def same(self, rows: ByteArray) -> BoolArray:
-        """(n, g) True where a byte is as it must be."""
-        equal: BoolArray = rows[:, self.start : self.start + self.expected.shape[0]] == self.expected
-        if self.free is not None:
-            np.logical_or(equal, self.free, out=equal)
-        return equal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,28 +24,24 @@ class Plan:
     """How to take columns out of a matrix of messages that share a layout.
 
     Attributes:
-        size: bytes of each message.
         key: names and quantities these messages hold.
-        guards: the bytes that must agree.
+        expected: (b,) the first bytes of such a message.
+        free: (b,) which of them need not agree.
         stamp: the two numbers of the header's stamp, or None.
         columns: quantity to the runs of numbers that make it up.
     """
 
-    size: int
     key: GroupKey
-    guards: tuple[Guard, ...]
+    expected: ByteArray
+    free: BoolArray
     stamp: Runs | None
     columns: dict[str, Runs]
 
     def matches(self, rows: ByteArray) -> BoolArray | None:
         """(n,) True for the rows that share this plan's layout and names; None when all of them do."""
-        same: BoolArray | None = None
-        for guard in self.guards:
-            equal = guard.same(rows)
-            if not equal.all():
-                each: BoolArray = np.asarray(equal.all(axis=1))
-                same = each if same is None else same & each
-        return same
+        equal: BoolArray = rows[:, : self.expected.shape[0]] == self.expected
+        np.logical_or(equal, self.free, out=equal)
+        return None if equal.all() else np.asarray(equal.all(axis=1))
 
     def columns_of(self, rows: ByteArray) -> dict[str, IntArray | FloatArray]:
         """The stamp (int64 ns) and the quantities (n, j) float64 of rows that match; views where they can be."""
@@ -85,23 +63,6 @@ def _numbers(rows: ByteArray, part: Numbers) -> np.ndarray[tuple[int, int], np.d
     return view
 
 
-def _guards(ranges: list[tuple[int, int]], data: bytes) -> tuple[Guard, ...]:
-    """Byte ranges as few guards."""
-    whole = np.frombuffer(data, dtype=np.uint8)
-    bound = np.zeros(len(data), dtype=np.bool_)
-    for start, stop in ranges:
-        bound[start:stop] = True
-    where = np.flatnonzero(bound)
-    cuts = np.flatnonzero(np.diff(where) > _NEAR) + 1
-    out = []
-    for part in np.split(where, cuts):
-        if part.shape[0]:
-            start, stop = int(part[0]), int(part[-1]) + 1
-            free = ~bound[start:stop]
-            out.append(Guard(start, whole[start:stop], free if free.any() else None))
-    return tuple(out)
-
-
 def make_plan(layout: Layout, profile: Profile) -> Plan:
     """Plan the extraction of a profile's columns from messages that share a layout.
 
@@ -118,7 +79,11 @@ def make_plan(layout: Layout, profile: Profile) -> Plan:
     stamp = _stamp(finder, profile.stamp) if profile.stamp is not None else None
     key = GroupKey(names, tuple(counts.items()), stamp is not None)
     columns = {name: found[name] for name in counts}
-    return Plan(len(layout.data), key, _guards(finder.bound, layout.data), stamp, columns)
+    free = np.ones(max((stop for _, stop in finder.bound), default=0), dtype=np.bool_)
+    for start, stop in finder.bound:
+        free[start:stop] = False
+    expected = np.frombuffer(layout.data, np.uint8)[: free.shape[0]]
+    return Plan(key, expected, free, stamp, columns)
 
 
 def _stamp(finder: _Finder, path: str) -> Runs | None:

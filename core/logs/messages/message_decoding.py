@@ -21,7 +21,7 @@ from collaudit.core.logs.messages.message_schema import SchemaError, parse_schem
 from collaudit.core.logs.messages.value_layout import value_layouts
 from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.file_reading import MAX_RATIO
-from collaudit.core.logs.storage.message_places import rows_at
+from collaudit.core.logs.storage.message_places import gather
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import BoolArray, IntArray
 from collaudit.core.vendors.message_profiles import Profile
@@ -153,7 +153,7 @@ class ChannelDecoder:
         places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
         for size, mine in _by_size(batch.length):
-            self._equal_size(_Rows(rows_at(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
+            self._equal_size(_Rows(gather(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
 
     def _add_alone(self, data: bytes, log_ns: IntArray, places: IntArray) -> Plan | None:
         """Decode a message by a layout of its own, which other messages may share; None where it cannot be."""

@@ -55,22 +55,6 @@ def ascending(offsets: IntArray) -> IntArray:
     return offsets
 
 
-def rows_at(data: ByteArray, start: IntArray, width: int) -> ByteArray:
-    """``width`` bytes from each offset as the rows of a matrix: a view where the offsets are evenly apart, else a copy.
-
-    Recorders that write the same topics in turn lay the messages of each evenly apart.
-
-    Args:
-        data, start, width: as of :func:`gather`.
-    """
-    apart = int(start[1] - start[0]) if start.shape[0] > 1 and width else 0
-    if apart <= 0 or not (start[1:] - start[:-1] == apart).all():
-        return gather(data, start, width)
-    return np.ndarray(
-        shape=(start.shape[0], width), dtype=np.uint8, buffer=data.data, offset=int(start[0]), strides=(apart, 1)
-    )
-
-
 def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:
     """Copy ``width`` bytes from each offset into the rows of a matrix.
 

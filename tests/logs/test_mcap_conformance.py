@@ -23,8 +23,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.mcap import mcap_file, mcap_scan
-from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_summary import overview_of
+from collaudit.core.logs.mcap.mcap_file import McapFile, overview_of
 from collaudit.core.numeric import parallel
 
 COUNT = 12

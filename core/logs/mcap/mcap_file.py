@@ -1,20 +1,41 @@
-"""Reading MCAP files as batches of raw messages: by the message index of each chunk, proven against the bytes."""
+"""Reading MCAP files as batches of raw messages: by the message index of each chunk, proven against the bytes.
+
+What is in a huge file is told by its summary section, without walking over it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from zlib_ng import zlib_ng
 
-from collaudit.core.logs.mcap.mcap_records import CHANNEL, MESSAGE, MESSAGE_HEAD, SCHEMA, McapIndex, record_places
+from collaudit.core.logs.mcap.mcap_records import (
+    CHANNEL,
+    MESSAGE,
+    MESSAGE_HEAD,
+    SCHEMA,
+    McapIndex,
+    read_summary,
+    record_places,
+)
 from collaudit.core.logs.mcap.mcap_scan import chunk_at, ranged_index, scan
+from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.message_places import Located, ascending, follow_each_other, gather
-from collaudit.core.logs.storage.records import ByteArray, MessageReader
+from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.records import (
+    ByteArray,
+    Located,
+    MessageReader,
+    Overview,
+    ascending,
+    follow_each_other,
+    gather,
+)
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
@@ -151,3 +172,45 @@ class McapFile(ChunkedFile):
 
 #: How the table of formats opens a file.
 open_mcap: Callable[[Path], MessageReader] = McapFile
+
+
+def overview_of(path: Path) -> Overview | None:
+    """Counts and times as a file's summary states them, and a reader of one chunk of each channel.
+
+    Args:
+        path: an MCAP file.
+
+    Returns:
+        None when the file has no usable summary, or schemas that stand in none of these chunks.
+    """
+    with closing(RandomFile(path)) as file:
+        index = read_summary(file)
+    if index is None:
+        return None
+    text = (
+        f"Only the summary and the first chunk of each topic were read, of {len(index.chunks)} chunks: rates are means "
+        "over the whole log; gaps, clocks and damage inside the chunks were not looked for."
+    )
+    reader = McapFile(path, _first_chunks(index))
+    if reader.index.lacks_schemas():
+        reader.close()
+        return None
+    stamps = np.array(index.stamps_ns, dtype=np.uint64).astype(np.int64)
+    good, garbage = plausible_ns(stamps, path.name)
+    if garbage:
+        text += " Times that are none of this recording stand in the summary; the length leaves them out."
+    return Overview(reader, index.counts, (int(good.min()), int(good.max())), text)
+
+
+def _first_chunks(index: McapIndex) -> McapIndex:
+    """An index of the first chunk that holds each channel, and no others."""
+    chosen: dict[int, ChunkRef] = {}
+    left = set(index.channels)
+    for chunk in index.chunks:
+        held = {number for number, _, _ in chunk.index}
+        if held & left or not held:
+            chosen[chunk.at] = chunk
+            left -= held
+        if not left or len(chosen) > 16:
+            break
+    return McapIndex(index.schemas, index.channels, list(chosen.values()))

@@ -166,7 +166,7 @@ class Scan:
         end = pos + 9 + length
         complete = end <= self.file.size and data_at + records <= end
         have = records if complete else max(0, min(records, self.file.size - data_at))
-        self.index.chunks.append(ChunkRef(pos, data_at, have, size, compression, complete=complete, crc=crc))
+        self.index.chunks.append(ChunkRef(pos, data_at, have, size, compression, crc=crc))
         if not complete:
             self.index.damage.note(f"it ends at byte {self.file.size}, inside the chunk at byte {pos}")
             return None

@@ -21,8 +21,7 @@ from collaudit.core.logs.messages.message_schema import SchemaError, parse_schem
 from collaudit.core.logs.messages.value_layout import value_layouts
 from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.file_reading import MAX_RATIO
-from collaudit.core.logs.storage.message_places import gather
-from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
+from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, gather
 from collaudit.core.numeric.arrays import BoolArray, IntArray
 from collaudit.core.vendors.message_profiles import Profile
 

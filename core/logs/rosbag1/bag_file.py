@@ -17,8 +17,17 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.message_places import Located, ascending, follow_each_other, gather
-from collaudit.core.logs.storage.records import NS_PER_S, ByteArray, Channel, MessageReader, ros_type
+from collaudit.core.logs.storage.records import (
+    NS_PER_S,
+    ByteArray,
+    Channel,
+    Located,
+    MessageReader,
+    ascending,
+    follow_each_other,
+    gather,
+    ros_type,
+)
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.message_places import Located
-from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, MessageReader, ros_type
+from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located, MessageReader, ros_type
 from collaudit.core.numeric.stage_progress import Progress
 
 _ROWS = 4096

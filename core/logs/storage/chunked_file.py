@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.message_places import Located
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes
+from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stage_progress import Progress
@@ -28,7 +27,6 @@ class ChunkRef:
         size: claimed size when decompressed.
         compression: "", ``none``, ``zstd``, ``lz4`` or ``bz2``.
         index: (channel, byte, size) of each message index array.
-        complete: False when the file ends inside it.
         crc: claimed CRC-32 of the decompressed records; 0 when there is none.
         extent: bytes of the chunk and its message indexes as the file's summary states them, which of ``index`` says
             the channels alone; 0 where it was walked.
@@ -41,7 +39,6 @@ class ChunkRef:
     size: int
     compression: str
     index: tuple[tuple[int, int, int], ...] = ()
-    complete: bool = True
     crc: int = 0
     extent: int = 0
     loose: IntArray | None = None

@@ -35,8 +35,7 @@ from collaudit.core.logs.topics.joint_states_topic import choose_joint_states, c
 from collaudit.core.logs.topics.log_topics import Topic, decode, named, skipped_findings, topics_of
 from collaudit.core.logs.topics.logged_wrench import read_wrench
 from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
-from collaudit.core.logs.topics.publishers import publishers_of
-from collaudit.core.logs.topics.topic_series import Series
+from collaudit.core.logs.topics.topic_series import Series, publishers_of
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.numeric.stage_progress import Progress
 

@@ -67,22 +67,11 @@ def alarm_annotations(alarms: Sequence[Series], clock: Clock, origin_ns: int, to
     return [Annotation(name, topic, tuple(sorted(spans)), joint) for (name, joint), spans in found.items() if spans]
 
 
-@dataclass(frozen=True, slots=True)
-class AnnotationTopics:
-    """The topics that hold annotations, the one that holds the phase, and topics of labels that the log lacks."""
-
-    annotations: tuple[Topic, ...]
-    phase: Topic | None
-    absent: tuple[str, ...]
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        """All of them."""
-        return self.annotations if self.phase is None else (*self.annotations, self.phase)
-
-
-def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> AnnotationTopics:
+def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> tuple[list[Topic], list[str]]:
     """Which topics hold annotations and the phase: those of known types, and those configured.
+
+    Returns:
+        The topics, that of the phase last, and entries of labels that the log lacks.
 
     Raises:
         LogError: the log does not have the topic configured as the phase, or a topic has not the field.
@@ -92,8 +81,9 @@ def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> Annotatio
     for entry in (entry for entry in settings.label_topics if entry not in absent):
         topic = _configured(topics, entry, "label")
         chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
-    phase = None if settings.phase_topic is None else _configured(topics, settings.phase_topic, "phase")
-    return AnnotationTopics(tuple(chosen), phase, tuple(absent))
+    if settings.phase_topic is not None:
+        chosen.append(_configured(topics, settings.phase_topic, "phase"))
+    return chosen, absent
 
 
 def _is_known(topic: Topic) -> bool:

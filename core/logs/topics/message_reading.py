@@ -23,7 +23,6 @@ from collaudit.core.logs.signals.unit_conversion import angle_factor, check_join
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.topics.annotation_topics import (
-    AnnotationTopics,
     Times,
     alarm_annotations,
     alarm_series,
@@ -69,8 +68,8 @@ def read_message_log(
         wrench = named(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints)]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []
-        annotated = annotation_topics(topics, settings)
-        decode(reader, [*wanted, *annotated.topics], progress)
+        annotated, absent = annotation_topics(topics, settings)
+        decode(reader, [*wanted, *annotated], progress)
         findings = [
             *damage_findings(reader.damage, name),
             *skipped_findings(joints),
@@ -103,7 +102,7 @@ def read_message_log(
     times = Times(base, clock, origin)
     annotations, phases, unreadable = _annotations(annotated, times)
     annotations = [*alarm_annotations(alarms, clock, origin, joints.name), *annotations]
-    findings += [*unreadable, *absent_labels(annotated.absent, "[log] label_topics", name)]
+    findings += [*unreadable, *absent_labels(absent, "[log] label_topics", name)]
     findings += annotation_findings(annotations)
     scale = angle_factor(settings.units.position)
     conflicts = [found for p in publishers for found in disagreement(p, p.stamps(clock), scale, joints.name)]
@@ -143,14 +142,16 @@ def read_message_log(
     )
 
 
-def _annotations(annotated: AnnotationTopics, times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
+def _annotations(topics: Sequence[Topic], times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
     """Annotations and phases of topics of their own, and what could not be read."""
-    annotations = [one for topic in annotated.annotations for one in read_annotations(topic, times)]
-    findings = [found for topic in annotated.topics for found in skipped_findings(topic)]
-    if annotated.phase is None:
-        return annotations, [], findings
-    phases, unreadable = read_phases(annotated.phase, times)
-    return annotations, phases, [*findings, *unreadable]
+    labels = [topic for topic in topics if topic.profile.role == "label"]
+    annotations = [one for topic in labels for one in read_annotations(topic, times)]
+    findings = [found for topic in topics for found in skipped_findings(topic)]
+    phases: list[Annotation] = []
+    for topic in (topic for topic in topics if topic.profile.role == "phase"):
+        phases, unreadable = read_phases(topic, times)
+        findings += unreadable
+    return annotations, phases, findings
 
 
 def _empty(topic: Topic, reader: MessageReader, where: str) -> LogError:

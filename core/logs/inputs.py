@@ -14,7 +14,7 @@ from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, nam
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
-    from collaudit.core.logs.table_part import TablePart
+    from collaudit.core.logs.column_guess import TablePart
 
 #: What lies beside logs and is none.
 _COMPANIONS = {
@@ -142,7 +142,7 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
 
 
 def _part(path: Path, settings: LogConfig) -> TablePart | None:
-    from collaudit.core.logs.table_part import table_part  # a recording is opened without what reads tables
+    from collaudit.core.logs.column_guess import table_part  # a recording is opened without what reads tables
 
     return table_part(path, settings)
 

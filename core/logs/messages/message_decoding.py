@@ -151,7 +151,8 @@ class ChannelDecoder:
         self.out.bounds.take_messages(count)
         places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
-        for size, mine in _by_size(batch.length):
+        for size in np.unique(batch.length).tolist():
+            mine = batch.length == size
             self._equal_size(_Rows(gather(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
 
     def _add_alone(self, data: bytes, log_ns: IntArray, places: IntArray) -> Plan | None:
@@ -191,10 +192,3 @@ class ChannelDecoder:
         source = np.full(rows.places.shape[0], self.channel.key)
         columns |= {"log_ns": rows.log_ns, "place": rows.places, "source": source}
         self.out.add(plan.key, columns)
-
-
-def _by_size(length: IntArray) -> list[tuple[int, slice | IntArray]]:
-    """Each size of messages (n,), and its rows; all of them, as of most topics, without a copy."""
-    if length.size and (length == length[0]).all():
-        return [(int(length[0]), slice(None))]
-    return [(size, np.flatnonzero(length == size)) for size in np.unique(length).tolist()]

@@ -10,7 +10,6 @@ from typing import Literal
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.logs.storage.file_head import (
-    compression_at,
     compression_of,
     first_member,
     head_of,
@@ -60,20 +59,20 @@ class LogFormat:
     def open_messages(self, path: Path) -> MessageReader:
         """Open a file of messages, compressed as a whole or not."""
         reader: Callable[[Path], MessageReader] = pkgutil.resolve_name(self.reader)
-        messages, damage = open_unpacked(path, compression_at(path), reader, table=False)
+        messages, damage = open_unpacked(path, reader, table=False)
         messages.damage.extend([] if damage is None else [Damage(damage)])
         return messages
 
     def open_table(self, path: Path, settings: CsvConfig) -> TableReader:
         """Open a table, compressed as a whole or not."""
         reader: Callable[[Path, CsvConfig], TableReader] = pkgutil.resolve_name(self.reader)
-        table, damage = open_unpacked(path, compression_at(path), lambda inner: reader(inner, settings), table=True)
+        table, damage = open_unpacked(path, lambda inner: reader(inner, settings), table=True)
         table.path, table.damage = path, damage
         return table
 
     def overview_of(self, path: Path) -> Overview | None:
         """What the file's own summary says, None without a usable one."""
-        if not self.overview or compression_at(path) is not None:
+        if not self.overview or compression_of(head_of(path)) is not None:
             return None
         overview: Callable[[Path], Overview | None] = pkgutil.resolve_name(self.overview)
         return overview(path)

@@ -39,15 +39,6 @@ def compression_of(head: bytes) -> str | None:
     return next((name for magic, name in _COMPRESSED if head.startswith(magic)), None)
 
 
-def compression_at(path: Path) -> str | None:
-    """The method the file at a path is compressed with, or None.
-
-    Raises:
-        LogError: it cannot be opened.
-    """
-    return compression_of(head_of(path, _HEAD))
-
-
 def first_member(head: bytes) -> str:
     """The name of the first file in a ZIP archive, "" where the bytes begin none."""
     if not head.startswith(b"PK\x03\x04"):

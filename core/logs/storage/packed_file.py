@@ -13,7 +13,7 @@ from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
-from collaudit.core.logs.storage.file_head import unpacked_name
+from collaudit.core.logs.storage.file_head import compression_of, head_of, unpacked_name
 from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, FREE_TABLE_BYTES, MAX_RATIO, TABLE_RATIO
 
 _HEAD = 4096
@@ -69,14 +69,11 @@ def inner_head(path: Path, method: str) -> bytes:
     return head[:_HEAD]
 
 
-def open_unpacked(
-    path: Path, method: str | None, opened: Callable[[Path], Reader], *, table: bool
-) -> tuple[Reader, str | None]:
-    """Open a reader on what a compressed file holds, in a temporary folder that goes with the reader.
+def open_unpacked(path: Path, opened: Callable[[Path], Reader], *, table: bool) -> tuple[Reader, str | None]:
+    """Open a reader on a file, or on what a compressed one holds, in a temporary folder that goes with the reader.
 
     Args:
         path: the file.
-        method: how it is compressed; None where it is not.
         opened: opens the decompressed file.
         table: it is a table, all of which will be in memory; where it is damaged, it ends with its last whole line.
 
@@ -86,6 +83,7 @@ def open_unpacked(
     Raises:
         LogError: it cannot be opened, or decompresses into more than its size allows or the disk holds.
     """
+    method = compression_of(head_of(path))
     if method is None:
         return opened(path), None
     folder = Path(tempfile.mkdtemp(prefix="collaudit-"))

@@ -9,14 +9,15 @@ from pathlib import Path
 from typing import Literal
 
 from collaudit.core.config.schema import CsvConfig
-from collaudit.core.logs.storage.file_head import (
+from collaudit.core.logs.storage.file_content import (
     compression_of,
     first_member,
     head_of,
+    inner_head,
     looks_like_text,
+    open_unpacked,
     unpacked_name,
 )
-from collaudit.core.logs.storage.packed_file import inner_head, open_unpacked
 from collaudit.core.logs.storage.records import Damage, MessageReader, Overview
 from collaudit.core.logs.storage.table_reader import TableReader
 

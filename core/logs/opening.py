@@ -13,8 +13,7 @@ from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import LogFormat, format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
 from collaudit.core.logs.storage.chunked_file import ChunkedFile
-from collaudit.core.logs.storage.file_head import compression_of, head_of, looks_like_text, workbook_in
-from collaudit.core.logs.storage.packed_file import inner_head
+from collaudit.core.logs.storage.file_content import compression_of, head_of, inner_head, looks_like_text, workbook_in
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader

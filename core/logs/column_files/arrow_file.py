@@ -11,10 +11,9 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from pyarrow import feather
 
-from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.storage.file_head import head_of
+from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.file_reading import plausible_table
 
 _PARQUET = b"PAR1"
@@ -29,7 +28,7 @@ _SIGNALS = {
 }
 
 
-def open_arrow(path: Path, settings: CsvConfig) -> NamedColumns:
+def open_arrow(path: Path, settings: object) -> NamedColumns:
     """Open a Parquet or Feather file (version 2, which is an Arrow file).
 
     Raises:

@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.column_files.numpy_file import columns_of
-from collaudit.core.logs.storage.file_head import head_of
+from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.file_reading import plausible_table
 
 _HDF5 = b"MATLAB 7.3"
@@ -37,7 +36,7 @@ _OPAQUE = 17
 _DEPTH = 16
 
 
-def open_mat(path: Path, settings: CsvConfig) -> NamedColumns:
+def open_mat(path: Path, settings: object) -> NamedColumns:
     """Open a MATLAB file; the fields of a struct ``log`` become ``log.field``.
 
     Raises:

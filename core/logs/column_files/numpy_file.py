@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.storage.file_head import head_of
+from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.file_reading import plausible_table
 
 _ARCHIVE = b"PK"
@@ -23,7 +22,7 @@ _ARCHIVE = b"PK"
 _ROWS = 4
 
 
-def open_numpy(path: Path, settings: CsvConfig) -> NamedColumns:
+def open_numpy(path: Path, settings: object) -> NamedColumns:
     """Open an archive of arrays, or one array: records, or a matrix whose columns are numbered from 1.
 
     Of a matrix the rows are numbered where there are fewer of these. Pickled objects are never loaded.

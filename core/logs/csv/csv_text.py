@@ -14,7 +14,7 @@ from typing import IO
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.file_head import head_of
+from collaudit.core.logs.storage.file_content import head_of
 
 HEAD_BYTES = 1 << 18
 _SAMPLE_LINES = 64

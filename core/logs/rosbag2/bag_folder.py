@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.file_head import unpacked_name
+from collaudit.core.logs.storage.file_content import unpacked_name
 from collaudit.core.logs.storage.records import Damage
 from collaudit.core.small_files import read_small
 

@@ -1,7 +1,8 @@
-"""Files that are compressed as a whole: what lies within, as a temporary file, bounded."""
+"""What a file holds, by its first bytes: its compression, text; and what lies within a compressed one, bounded."""
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 import weakref
@@ -13,15 +14,71 @@ from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
-from collaudit.core.logs.storage.file_head import compression_of, head_of, unpacked_name
 from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, FREE_TABLE_BYTES, MAX_RATIO, TABLE_RATIO
 
 _HEAD = 4096
 _PIECE = 1 << 20
+#: Control characters that are no white space.
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+#: Magic numbers of compressed files, and the name of the method.
+_COMPRESSED = (
+    (b"\x1f\x8b", "gzip"), (b"\x28\xb5\x2f\xfd", "zstd"), (b"\x04\x22\x4d\x18", "lz4"), (b"\xfd7zXZ\x00", "xz"),
+    (b"BZh", "bz2"),
+)  # fmt: skip
+#: What compressed files append to the name of the file within.
+_COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".lz4", ".xz", ".bz2", ".zip")
 #: What else lies in archives of one log.
 _METADATA = ("__MACOSX/", ".DS_Store", "._")
 
 Reader = TypeVar("Reader")
+
+
+def head_of(path: Path, count: int = _HEAD) -> bytes:
+    """The first bytes of a file.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    try:
+        with path.open("rb") as stream:
+            return stream.read(count)
+    except OSError as error:
+        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
+
+
+def compression_of(head: bytes) -> str | None:
+    """The method a file is compressed with, or None. Archives that are a format of their own are not meant."""
+    if first_member(head):
+        return None if workbook_in(head) or first_member(head).endswith(".npy") else "zip"
+    return next((name for magic, name in _COMPRESSED if head.startswith(magic)), None)
+
+
+def first_member(head: bytes) -> str:
+    """The name of the first file in a ZIP archive, "" where the bytes begin none."""
+    if not head.startswith(b"PK\x03\x04"):
+        return ""
+    return head[30 : 30 + int.from_bytes(head[26:28], "little")].decode(errors="replace")
+
+
+def workbook_in(head: bytes) -> bool:
+    """Whether bytes begin an Excel workbook (or an older one, which is an OLE file)."""
+    return first_member(head).startswith(("[Content_Types].xml", "xl/", "_rels/", "docProps/")) or head.startswith(
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+    )
+
+
+def unpacked_name(name: str) -> str:
+    """A file's name without those of compressions."""
+    for suffix in _COMPRESSED_SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name
+
+
+def looks_like_text(head: bytes) -> bool:
+    """Whether bytes are text: UTF-16 with a mark, or no control characters but white space."""
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return True
+    return _CONTROL.search(head) is None
 
 
 def opened_packed(path: Path, method: str) -> BufferedIOBase:
@@ -29,7 +86,7 @@ def opened_packed(path: Path, method: str) -> BufferedIOBase:
 
     Args:
         path: the file.
-        method: as :func:`~collaudit.core.logs.storage.file_head.compression_of` names it.
+        method: as :func:`compression_of` names it.
 
     Raises:
         LogError: an archive does not hold exactly one file.

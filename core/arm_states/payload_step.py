@@ -1,8 +1,9 @@
-"""A weight picked up or put down during a log: a step in what the tool seems to weigh, in all poses alike.
+"""A weight picked up or put down during a log, once or again and again: two levels of what the tool seems to weigh.
 
-Torque beside the model's is taken as friction, an offset and m(t) times the torque of a kilogram at the tool, with
-m one number before a moment and another after it. Second by second m has a spread of its own: errors of the model and
-of friction make it. A step counts that stands out of it, stays, and is the same on all joints that tell it.
+Torque beside the model's is taken as friction, an offset and m(t) times the torque of a kilogram at the tool, with m
+one of two numbers. Second by second m has a spread of its own: errors of the model and of friction make it. A change
+counts that stands out of it, and is the same on all joints that tell it. One that stays is told by its time; one that
+comes and goes has to stand out further, since any scatter falls into two levels.
 """
 
 from __future__ import annotations
@@ -21,6 +22,11 @@ from collaudit.core.robot.robot_model import RobotModel
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
 #: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.
 _LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
+#: Spreads that a weight which comes and goes exceeds: of logs without one the two levels lie up to 6.4 apart, of arms
+#: that carry 0.5 to 5 kg for half of each cycle 15 to 21. It changes so many times at least, and per block at most.
+_AGAIN_SPREADS, _AGAIN, _OFTEN = 8.0, 4, 0.5
+#: Friction and weight are told from each other in so many rounds.
+_ROUNDS = 4
 #: A joint tells a weight that has this share of what the best one tells; changes are alike within this factor.
 _TELLS, _ALIKE = 0.1, 2.0
 #: Speed at which Coulomb friction is at its full size, rad/s.
@@ -32,14 +38,14 @@ _MOSTLY = 0.3
 #: When the weight at the tool steps, by how much, and half of its 95 % interval, kg. A second's estimates share the
 #: errors of model and friction, so that many of them know hardly more than one: on 76 simulated logs, half of them
 #: with a description that lacks tool and rotors, 95 % of the steps were within 3.6 spreads of a second's estimate of
-#: the truth. The interval is what a step must exceed to count.
-_Step = tuple[float, float, float]
+#: the truth. The interval is what a step must exceed to count. Last, how often it changes.
+_Step = tuple[float, float, float, int]
 
 
 def payload_findings(
     series: UniformSeries, robot: RobotModel, model_nm: FloatArray | None, joints: Collection[str]
 ) -> tuple[Finding, ...]:
-    """A finding where the tool's weight changes for good.
+    """A finding where the tool's weight changes, for good or again and again.
 
     Args:
         series: all joints of the log, effort in N·m.
@@ -50,7 +56,14 @@ def payload_findings(
     step = None if model_nm is None else _found(series, robot, model_nm, joints)
     if step is None:
         return ()
-    at_s, mass_kg, half_kg = step
+    at_s, mass_kg, half_kg, times = step
+    if times > 1:
+        text = (
+            f"The weight at the tool changes {times} times from {at_s:.4g} s on, by {abs(mass_kg):.2g} kg (± "
+            f"{half_kg:.2g} kg, 95 %) over all poses: a load that is carried for a part of the time, or a force up or "
+            "down. The model knows one weight: alarms may come from the other."
+        )
+        return (Finding("payload-carried", "warning", text, start_s=at_s),)
     verb = "gains" if mass_kg > 0 else "loses"
     text = (
         f"From {at_s:.4g} s on, the weight at the tool differs: over all poses it {verb} "
@@ -115,44 +128,59 @@ def _step(
         return None
     residual, per_kg = residual[:, joints], per_kg[:, joints]
     friction = [_friction_shapes(v) for v in velocity[:, joints].T]
-    sums = _sums(residual, per_kg, friction, block)
-    cut = min(range(_LEAST_BLOCKS, count - _LEAST_BLOCKS + 1), key=lambda cut: _split(sums, cut)[0])
-    mass = _split(sums, cut)[1]
-    after = (block >= cut).astype(float)
-    known = per_kg * np.where(after > 0, mass[1], mass[0])[:, None]
-    change, spread = _change(cut, residual, per_kg, known, friction, block)
-    if abs(change) < max(_LEAST_KG, _SPREADS * spread) or not _joints_agree(residual, per_kg, friction, after, change):
+    levels = _levels_of_blocks(residual, per_kg, friction, block)
+    if levels is None:
         return None
-    return float(time_s[int(np.argmax(block >= cut))]), change, _SPREADS * spread
+    told, heavy, change, spread = levels
+    cut, gains, amiss = _best_cut(heavy[told])
+    stays = amiss <= (1.0 - _ON_SIDE) * told.size
+    if stays:
+        first, after, times, spreads = told[cut], np.arange(count) >= told[cut], 1, _SPREADS
+        change = change if gains else -change
+    else:
+        changes = np.flatnonzero(np.diff(heavy[told]))
+        first, after, times, spreads = told[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
+    if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or _AGAIN <= times <= _OFTEN * told.size):
+        return None
+    if not _joints_agree(residual, per_kg, friction, after[block].astype(float), change):
+        return None
+    return float(time_s[int(np.argmax(block >= first))]), change, _SPREADS * spread, times
 
 
-def _sums(residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray) -> FloatArray:
-    """What the fit of a step needs of all samples, each joint in its own spread, friction and offset eliminated.
-
-    Returns:
-        (j, blocks + 1, 5) up to each block sums of the torque per kilogram times itself, times the torque beside the
-        model, and times an orthonormal basis of friction and offset.
-    """
-    count = int(block[-1]) + 1
-    out = np.zeros((residual.shape[1], count + 1, 5))
-    for sums, own, torque, columns in zip(out, residual.T, per_kg.T, friction, strict=True):
-        scale = float(np.std(own))
-        basis, _ = np.linalg.qr(columns)
-        x, y = torque / scale, own / scale
-        y = y - basis @ (basis.T @ y)
-        products = x[:, None] * np.column_stack([x, y, basis])
-        sums[1:] = np.cumsum([np.bincount(block, product, count) for product in products.T], axis=1).T
-    return out
+def _levels_of_blocks(
+    residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray
+) -> tuple[IntArray, BoolArray, float, float] | None:
+    """Blocks that tell a weight, those (b,) of the higher of two levels, how far these lie apart and scatter, kg."""
+    mass = np.zeros(int(block[-1]) + 1)
+    for _ in range(_ROUNDS):
+        each, usable = _each_block(residual, per_kg, mass[block], friction, block)
+        if np.count_nonzero(usable) < 2 * _LEAST_BLOCKS:
+            return None
+        heavy = each > _between(np.sort(each[usable]))
+        if heavy[usable].all() or not heavy[usable].any():
+            return None
+        high, low = median_of(each[usable & heavy]), median_of(each[usable & ~heavy])
+        mass = np.where(heavy, high, low)
+    return np.flatnonzero(usable), heavy, high - low, robust_sd((each - mass)[usable])
 
 
-def _split(sums: FloatArray, cut: int) -> tuple[float, FloatArray]:
-    """Less the squares that one mass before a block and another one from it on explain; and the two masses, kg."""
-    before, behind = sums[:, cut], sums[:, -1] - sums[:, cut]
-    low, high = (np.sum(part[:, 0]) - np.sum(part[:, 2:] ** 2) for part in (before, behind))
-    both = -np.sum(before[:, 2:] * behind[:, 2:])
-    right = np.array([np.sum(before[:, 1]), np.sum(behind[:, 1])])
-    found = np.linalg.lstsq(np.array([[low, both], [both, high]]), right, rcond=1e-9)[0]
-    return -float(found @ right), np.asarray(found, dtype=np.float64)
+def _between(known: FloatArray) -> float:
+    """What lies between two levels of sorted values (b,): most of their squares are those between (Otsu, 1979)."""
+    lower = np.arange(_LEAST_BLOCKS, known.size - _LEAST_BLOCKS + 1)
+    total = np.cumsum(known)
+    apart = total[lower - 1] / lower - (total[-1] - total[lower - 1]) / (known.size - lower)
+    cut = int(lower[np.argmax(lower * (known.size - lower) * apart**2)])
+    return 0.5 * (median_of(known[:cut]) + median_of(known[cut:]))
+
+
+def _best_cut(heavy: BoolArray) -> tuple[int, bool, int]:
+    """Where (b,) blocks pass best from one level to the other, whether to the higher one, and how many lie amiss."""
+    before = np.concatenate(([0], np.cumsum(heavy)))
+    cuts = np.arange(_LEAST_BLOCKS, heavy.size - _LEAST_BLOCKS + 1)
+    up = before[cuts] + (heavy.size - cuts) - (before[-1] - before[cuts])
+    gains = bool(up.min() <= (heavy.size - up).min())
+    wrong = up if gains else heavy.size - up
+    return int(cuts[np.argmin(wrong)]), gains, int(wrong.min())
 
 
 def _friction_shapes(velocity: FloatArray) -> FloatArray:
@@ -160,40 +188,25 @@ def _friction_shapes(velocity: FloatArray) -> FloatArray:
     return np.stack([np.tanh(velocity / _SLIDING_RAD_S), velocity, np.ones_like(velocity)], axis=1)
 
 
-def _change(
-    cut: int,
-    residual: FloatArray,
-    per_kg: FloatArray,
-    known: FloatArray,
-    friction: Sequence[FloatArray],
-    block: IntArray,
-) -> tuple[float, float]:
-    """Change of the mass that each block alone tells, and its spread, kg; none where they do not lie on either side.
+def _each_block(
+    residual: FloatArray, per_kg: FloatArray, mass_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray
+) -> tuple[FloatArray, BoolArray]:
+    """(b,) mass that each block alone tells, kg, and whether it tells one.
 
     Args:
-        cut: the first block behind the step.
         residual, per_kg: (n, j) torque beside the model, and of a kilogram.
-        known: (n, j) torque of the masses before and behind.
+        mass_kg: (n,) as known so far: friction is what is left beside it.
         friction: of each joint (n, 3) shapes of its friction.
         block: (n,) of each sample.
     """
     count = int(block[-1]) + 1
     top, bottom = np.zeros(count), np.zeros(count)
-    for own, torque, mass, columns in zip(residual.T, per_kg.T, known.T, friction, strict=True):
+    for own, torque, columns in zip(residual.T, per_kg.T, friction, strict=True):
         scale = float(np.std(own)) ** 2
-        rubs = columns @ np.linalg.lstsq(columns, own - mass, rcond=None)[0]
+        rubs = columns @ np.linalg.lstsq(columns, own - mass_kg * torque, rcond=None)[0]
         top += np.bincount(block, torque * (own - rubs) / scale, count)
         bottom += np.bincount(block, torque**2 / scale, count)
-    usable = bottom > 0.05 * median_of(bottom)
-    each = top / np.maximum(bottom, 1e-12)
-    before, behind = each[:cut][usable[:cut]], each[cut:][usable[cut:]]
-    if min(before.size, behind.size) < _LEAST_BLOCKS:
-        return 0.0, 0.0
-    low, high = median_of(before), median_of(behind)
-    change, middle = high - low, 0.5 * (low + high)
-    sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
-    spread = robust_sd(np.concatenate((before - low, behind - high)))
-    return (change, spread) if min(sides) >= _ON_SIDE else (0.0, spread)
+    return top / np.maximum(bottom, 1e-12), bottom > 0.05 * median_of(bottom)
 
 
 def _joints_agree(

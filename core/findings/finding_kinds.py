@@ -182,6 +182,12 @@ KINDS: dict[str, Kind] = {
         "Cut the log there, and judge each part with its [robot.tool]; or look for what pulled at the arm.",
         _SPAN,
     ),
+    "payload-carried": Kind(
+        "The weight at the tool comes and goes during the log.",
+        "Judge what carries a load apart from what does not, each with its [robot.tool]; until then alarms may come "
+        "from the load, and thresholds fitted on such motion hold it.",
+        _WARNING,
+    ),
     "log-nan": Kind(
         "Some values are missing: they are not numbers, or such as no arm can have.",
         "Look for the signal's gaps at its source, and at what writes the values. These samples count as not judged.",

@@ -22,9 +22,9 @@ _TOLD = 0.01  # share of a joint's motion from which it is named
 #: What makes most of a log look like contact. A wrong statement spoils every log alike, so it comes first.
 _CAUSES = (
     "if nothing touched the arm, check the description (is it of this arm?), its mounting ([robot] base_rpy_deg), the "
-    "order of the joints, and sign and unit of their efforts ([log.units]). If something did, record a run without "
-    "contact, or say where it was: --truth, --labels. Last, --free-of-contact: all is fitted, what looks like contact "
-    "too, and thresholds grow by it"
+    "order of the joints, sign and unit of their efforts ([log.units]), and whether it carried a load for a part of "
+    "the time. If something did, record a run without contact, or say where it was: --truth, --labels. Last, "
+    "--free-of-contact: all is fitted, what looks like contact too, and thresholds grow by it"
 )
 Times = Sequence[tuple[float, float]]
 

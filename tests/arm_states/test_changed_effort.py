@@ -56,6 +56,27 @@ def test_a_payload_is_told_with_its_mass(made: Maker, robot: str) -> None:
     assert told == pytest.approx(fault["mass_kg"], abs=float(finding.text.split("(± ")[1].split(" kg")[0]))
 
 
+@pytest.mark.parametrize(("mass_kg", "times"), [(1.5, 9), (0.1, 0)])
+def test_a_load_that_comes_and_goes_is_told_with_its_mass(made: Maker, robot: str, mass_kg: float, times: int) -> None:
+    """Carried for four of every eight seconds; what is too light to tell is not told."""
+    files = made("free-clean", robot, duration_s=40.0)
+    settings = load_config(files.config)
+    prepared = api.prepare(files.log, settings)
+    series, arm = prepared.series, prepared.robot
+    assert series.effort is not None
+    frame = arm.frame_names[-1]
+    weight = np.zeros((series.time_s.size, 6))
+    weight[:, :3] = -mass_kg * arm.gravity_in(series.position_rad, frame)
+    carried = (series.time_s % 8.0 >= 4.0)[:, None]
+    effort = series.effort + np.where(carried, arm.wrench_torque(series.position_rad, weight, frame), 0.0)
+    told = [f for f in with_effort(prepared, effort, settings.config).findings if f.code.startswith("payload")]
+    assert [f.code for f in told] == ["payload-carried"] * bool(times)
+    for finding in told:
+        assert f"changes {times} times" in finding.text and not finding.forbids_pass
+        said, half = (float(finding.text.split(mark)[1].split(" kg")[0]) for mark in (", by ", "(± "))
+        assert said == pytest.approx(mass_kg, abs=max(half, 0.1 * mass_kg))
+
+
 @pytest.mark.parametrize(("scenario", "more"), [("stop-go", {"duration_s": 30.0}), ("polish-sine", {"seed": 2})])
 def test_ordinary_runs_change_nothing(made: Maker, robot: str, scenario: str, more: dict[str, object]) -> None:
     assert found(made(scenario, robot, **more)) == []

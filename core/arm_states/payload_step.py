@@ -22,8 +22,8 @@ from collaudit.core.robot.robot_model import RobotModel
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
 #: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.
 _LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
-#: Spreads that a weight which comes and goes exceeds: of logs without one the two levels lie up to 6.4 apart, of arms
-#: that carry 0.5 to 5 kg for half of each cycle 15 to 21. It changes so many times at least, and per block at most.
+#: Spreads that a weight which comes and goes exceeds: of logs without one the two levels lie up to 6.4 apart, of a UR10
+#: that carries 0.5 to 5 kg for half of each cycle 15 to 21. It changes so many times at least, and per block at most.
 _AGAIN_SPREADS, _AGAIN, _OFTEN = 8.0, 4, 0.5
 #: Friction and weight are told from each other in so many rounds.
 _ROUNDS = 4

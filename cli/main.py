@@ -181,6 +181,9 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
     if isinstance(error, ImportError) and any(words in str(error) for words in _WITHOUT_MEMORY):
         note(f"not enough memory to load the program: nothing was judged\n  found:    {error}")
         return EXIT_NOT_JUDGED
+    if isinstance(error, SystemError):  # compiled code that finds no memory for its own error
+        note(f"a library ended without a reason, as where memory is short: nothing was judged\n  found:    {error}")
+        return EXIT_NOT_JUDGED
     if isinstance(error, Exception) and any(words in str(error) for words in _WITHOUT_THREAD):
         note("no thread could be started, which memory or the number of processes forbids: nothing was judged")
         return EXIT_NOT_JUDGED

@@ -102,6 +102,7 @@ def test_a_second_interrupt_does_not_stop_the_clearing_up() -> None:
 @pytest.mark.parametrize(
     ("error", "code", "said"),
     [
+        (SystemError("error return without exception set"), 3, "as where memory is short: nothing was judged"),
         (EOFError("Ran out of input"), 2, "a file ended too early: Ran out of input"),
         (RuntimeError("can't start new thread"), 3, "no thread could be started"),
     ],

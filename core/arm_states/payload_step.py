@@ -43,17 +43,17 @@ _Step = tuple[float, float, float, int]
 
 
 def payload_findings(
-    series: UniformSeries, robot: RobotModel, model_nm: FloatArray | None, joints: Collection[str]
+    series: UniformSeries, robot: RobotModel, commanded_nm: FloatArray | None, joints: Collection[str]
 ) -> tuple[Finding, ...]:
     """A finding where the tool's weight changes, for good or again and again.
 
     Args:
         series: all joints of the log, effort in N·m.
-        robot: the model.
-        model_nm: (n, j) model torque, the tool's commanded force included.
+        robot: the model as described: inertials that were identified on such motion hold a part of its weight.
+        commanded_nm: (n, j) torque of the tool's commanded force, or None.
         joints: names of those that are to tell it: judged, with an effort that goes with the model's torque.
     """
-    step = None if model_nm is None else _found(series, robot, model_nm, joints)
+    step = _found(series, robot, commanded_nm, joints)
     if step is None:
         return ()
     at_s, mass_kg, half_kg, times = step
@@ -73,10 +73,12 @@ def payload_findings(
     return (Finding("payload-changed", "warning", text, start_s=at_s),)
 
 
-def _found(series: UniformSeries, robot: RobotModel, model_nm: FloatArray, joints: Collection[str]) -> _Step | None:
+def _found(
+    series: UniformSeries, robot: RobotModel, commanded_nm: FloatArray | None, joints: Collection[str]
+) -> _Step | None:
     """The step that explains most of these joints; None where none stands out."""
     frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
-    if frame is None or series.effort is None or series.effort_unit != "Nm" or robot.bodies is None:
+    if frame is None or series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
         return None
     rows, block = _rows(series)
     if rows.size == 0 or block[-1] + 1 < 2 * _LEAST_BLOCKS:
@@ -85,7 +87,10 @@ def _found(series: UniformSeries, robot: RobotModel, model_nm: FloatArray, joint
     force = np.zeros((rows.size, 6))
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
-    residual = series.effort[rows] - model_nm[rows]
+    motion = (series.position_rad[rows], series.velocity_rad_s[rows], series.acceleration_rad_s2[rows])
+    residual = series.effort[rows] - robot.inverse_dynamics(*motion)
+    if commanded_nm is not None:
+        residual -= commanded_nm[rows]
     changes = varies(series.effort[rows])  # beside an effort that never does stands the whole model's torque
     telling = [j for j in sorted(map(series.column, joints)) if changes[j]]
     residual, per_kg = residual[:, telling], per_kg[:, telling]

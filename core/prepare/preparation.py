@@ -241,7 +241,10 @@ def modelled(
         gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
         if not switched:
             inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
-            findings += payload_findings(series, robot, explained, [j for j in start.judged if j not in inverted])
+            as_described = calibration.identified is not None and start.series.effort_unit == "Nm"
+            weighed = without_states(start.series, not_driven) if as_described else series
+            arm = start.robot if as_described else robot
+            findings += payload_findings(weighed, arm, contact, [j for j in start.judged if j not in inverted])
         late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
         signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed, upright)

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from collaudit.cli.drafts.config_text import USUAL_LINES, Line, Section, add_units, document, given_keys
+from collaudit.cli.drafts.config_text import USUAL_LINES, Line, Section, add_units, document
+from collaudit.cli.drafts.given_keys import given_keys
 from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.describe import all_keys

@@ -8,6 +8,7 @@ from math import ceil
 
 import numpy as np
 
+from collaudit.core.conditioning.lost_samples import SEVERAL, filled, interpolated, picked_rows
 from collaudit.core.conditioning.measured.doubled_samples import (
     duplicate_findings,
     without_contradictions,
@@ -15,7 +16,7 @@ from collaudit.core.conditioning.measured.doubled_samples import (
 )
 from collaudit.core.conditioning.measured.unmeasured import effort_signal_findings, saturation, without_unmeasured
 from collaudit.core.conditioning.position_jumps import continued_angles, missing_rows
-from collaudit.core.conditioning.stamp_order import SEVERAL, filled, interpolated, picked_rows, usable_order
+from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig

@@ -15,15 +15,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.prepare.phases import (
-    PHASES,
-    ExcessForce,
-    commanded_share,
-    contact_mask,
-    excess_findings,
-    found_by_force,
-    found_finding,
-)
+from collaudit.core.prepare.phases import PHASES, contact_mask, found_by_force
+from collaudit.core.prepare.usual_force import ExcessForce, commanded_share, excess_findings, found_finding
 from collaudit.core.robot.robot_model import RobotModel
 
 _BIAS_S = 1.0

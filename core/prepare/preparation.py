@@ -35,10 +35,11 @@ from collaudit.core.prepare.effort.gain_findings import (
     raw_effort_findings,
     scale_findings,
 )
+from collaudit.core.prepare.joint_selection import in_model_order, judged_joints
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
-from collaudit.core.prepare.prepared import ConditionedLog, Prepared, in_model_order, judged_joints
+from collaudit.core.prepare.prepared import ConditionedLog, Prepared
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
 

@@ -11,8 +11,9 @@ from collaudit.core.api import prepare
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.prepare.phases import commanded_share, contact_mask, excess_findings, find_phases, found_finding
+from collaudit.core.prepare.phases import contact_mask, find_phases
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.usual_force import commanded_share, excess_findings, found_finding
 
 T = 0.008
 FIND = PhasesConfig(find="wrench")

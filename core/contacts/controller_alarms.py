@@ -67,7 +67,7 @@ def compare_controller_alarms(
 
 
 def _alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[str]) -> BoolArray:
-    """(n,) whether at least half of the watched joints were judged: above γ, or beyond the range of friction.
+    """(n,) whether at least half of the watched joints were judged, by value or by the range of friction.
 
     Args:
         run: the states of its samples.

@@ -347,8 +347,9 @@ KINDS: dict[str, Kind] = {
         setting="robot",
     ),
     "model-joint-locked": Kind(
-        "A joint of the model is not in the log: it was held at zero, and is not watched.",
-        "Record it; or, if it did not stand at zero, state where: [robot] parked.",
+        "A joint of the model is not in the log, or is a gripper's by its name: it was held at zero, and is not "
+        "watched.",
+        "Record it, or state where it stood: [robot] parked. A gripper's joint is judged if [robot] joints names it.",
         _EXCLUDES,
         setting="robot",
     ),

@@ -13,7 +13,7 @@ import numpy as np
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
-from collaudit.core.findings import Finding, fact
+from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
@@ -217,7 +217,7 @@ def _of_a_gripper(joints: Sequence[str], where: str) -> Finding:
         f"Not judged, and held at zero, as their names are those of a gripper: {', '.join(joints)}. If they are the "
         "arm's, name all of its joints in [robot] joints."
     )
-    return fact(text, where=where)
+    return Finding("model-joint-locked", "warning", text, where=where)
 
 
 #: A locked joint that moves less than this (a gripper's finger) changes no torque worth a warning, kg.

@@ -112,7 +112,8 @@ def test_a_gripper_is_judged_only_if_it_is_named(
     (tmp_path / "g.urdf").write_text(FINGERS)
     robot = build_robot(RobotConfig(urdf=Path("g.urdf"), joints=joints), tmp_path, ["finger", "turn"])
     assert robot.joint_names == judged
-    assert ["those of a gripper: finger" in finding.text for finding in robot.findings] == [True] * (joints is None)
+    told = ["those of a gripper: finger" in finding.text and finding.excludes for finding in robot.findings]
+    assert told == [True] * (joints is None)
 
 
 def test_a_log_of_a_gripper_alone_is_judged(tmp_path: Path) -> None:

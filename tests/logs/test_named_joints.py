@@ -40,6 +40,14 @@ def table(path: Path, names: list[str]) -> Path:
     return path
 
 
+def test_axes_of_a_robot_are_its_joints_whatever_they_are_called() -> None:
+    """x, y and z are parts of a pose, except where the robot's joints have these names."""
+    axes = ["x", "y", "z"]
+    names = ["time", *columns(axes)]
+    assert [list(of.joints) for of in recognise(names, 0, axes)[0].values()] == [axes] * 3
+    assert recognise(names, 0)[0] == {}
+
+
 @pytest.mark.parametrize("form", ["{}.{}", "{1}_{0}", "/joint_states/{}/{}"])
 @pytest.mark.parametrize(
     "joints", [BAXTER[7:], BAXTER, [f"{side}_{name}" for side in ("left", "right") for name in UR], UR]

@@ -147,7 +147,7 @@ def recognise(
     found = _named_joints(every, choices, robot)
     choices |= {quantity: _beside(choices[quantity], each) for quantity, each in found.items()}
     for quantity in [each for each in choices if each not in found]:
-        named = _guess_named(unnumbered, quantity)
+        named = _guess_named(unnumbered, quantity, robot)
         numbered = choices[quantity].taken
         if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
             found[quantity] = numbered
@@ -165,7 +165,7 @@ def _named_joints(names: Sequence[str], choices: Mapping[str, Choice], robot: Se
     The names are alike in all quantities. As many joints as are numbered have other names, or names of the robot.
     """
     counted = [quantity for quantity, choice in choices.items() if choice.taken is not None or choice.open]
-    named = {quantity: found for quantity in counted if (found := _guess_named(names, quantity)) is not None}
+    named = {quantity: found for quantity in counted if (found := _guess_named(names, quantity, robot)) is not None}
     joints = [set(named[quantity].joints) for quantity in MOTION if quantity in named]
     alike = set.intersection(*joints) if "position" in named else set()
     return {key: found for key, found in named.items() if _keeps_names(found, choices[key], alike, robot)}
@@ -187,7 +187,7 @@ def _keeps_names(named: Found, choice: Choice, alike: set[str], robot: Sequence[
     )
 
 
-def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
+def _guess_named(names: Sequence[str], quantity: str, robot: Sequence[str]) -> Found | None:
     """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
     known: dict[str, Meaning] = {}
     holders = set()
@@ -206,22 +206,28 @@ def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
         if best is not None and len(best.columns) >= len(holders):
             break  # no other pattern finds more
         matched = match_pattern(names, pattern)
-        found = None if matched is None else _of_joints(replace(matched, meaning=meaning))
+        found = None if matched is None else _of_joints(replace(matched, meaning=meaning), robot)
         if found is not None and (best is None or len(found.columns) > len(best.columns)):
             best = found
     return best
 
 
-def _of_joints(found: Found) -> Found | None:
-    """Without columns of no joint, and with what stands before all joints' names as part of the pattern."""
+def _of_joints(found: Found, robot: Sequence[str]) -> Found | None:
+    """Without columns of no joint, and with what stands before all joints' names as part of the pattern.
+
+    A joint of the robot is one whatever it is called: those of a gantry are x, y and z.
+    """
     turned = any(re.fullmatch(r"(.*[^a-z])?x\d*", joint.lower()) for joint in found.joints)
     number = r"\d" if turned else r"(?<!^w)\d"  # w1 beside no x is a wrist, and no part of an orientation
     kept = [
         (joint, column)
         for joint, column in zip(found.joints, found.columns, strict=True)
-        if (words := [re.sub(number, "", word) for word in words_of(joint)])
-        and _NO_JOINT.isdisjoint((words[0], words[-1]))
-        and _QUANTITIES.isdisjoint(words)
+        if joint.rpartition("/")[2] in robot
+        or (
+            (words := [re.sub(number, "", word) for word in words_of(joint)])
+            and _NO_JOINT.isdisjoint((words[0], words[-1]))
+            and _QUANTITIES.isdisjoint(words)
+        )
     ]
     if not kept:
         return None

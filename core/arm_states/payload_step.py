@@ -76,7 +76,7 @@ def payload_findings(
 def _found(
     series: UniformSeries, robot: RobotModel, commanded_nm: FloatArray | None, joints: Collection[str]
 ) -> _Step | None:
-    """The step that explains most of these joints; None where none stands out."""
+    """The step that explains most of these joints; None where none stands out, or what comes and goes is no load."""
     frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
     if frame is None or series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
         return None
@@ -99,13 +99,15 @@ def _found(
         return None
     velocity = series.velocity_rad_s[rows][known][:, telling]
     sliding = _sliding(velocity)
-    return _step(
+    step = _step(
         np.where(sliding, residual[known], 0.0),
         np.where(sliding, per_kg[known], 0.0),
         np.where(sliding, velocity, 0.0),
         block[known],
         series.time_s[rows][known],
     )
+    arm_kg = float(robot.inertial_parameters[::10].sum())
+    return None if step is None or (step[3] > 1 and abs(step[1]) > arm_kg) else step  # no arm carries its own weight
 
 
 def _sliding(velocity: FloatArray) -> BoolArray:

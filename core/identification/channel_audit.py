@@ -27,8 +27,8 @@ from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.gain_findings import MOUNTING_FIRST, gains_at
 from collaudit.core.prepare.prepared import Prepared
 
-_MATTERS_S = 0.02
-_UNSHARP_S = 0.03
+#: A shorter delay spoils neither gains nor residual; an interval wider than the other is no number to enter.
+_MATTERS_S, _UNSHARP_S = 0.02, 0.03
 #: So much of a log tells a delay as well as an hour does, s.
 _ENOUGH_S = 240.0
 #: A delay, why there is none, or nothing to ask of.
@@ -84,7 +84,7 @@ def audit_delays(prepared: Prepared, config: Config, effort: _Found, wrench: _Fo
         side = "behind" if delay.seconds > 0 else "ahead of"
         text = f"The {channel} is {size} {side} the motion ({span})"
         lag = _velocity_words(prepared.series) if channel == "effort" else ""
-        if low > _UNSHARP_S and high - low > _UNSHARP_S:
+        if high - low > _UNSHARP_S and low > prepared.series.period_s:
             findings.append(Finding(code, "warning", f"{text}: too uncertain to be taken off, but late.{lag}"))
         elif high - low > _UNSHARP_S:
             findings.append(Finding(code, "info", f"{text}: too uncertain to show an offset.{lag}"))

@@ -134,7 +134,9 @@ def test_of_a_log_that_alarms_a_late_effort_is_said(late: float, said: int) -> N
     assert late_effort_findings(prepared(moving_log(late), mended), mended) == []
 
 
-@pytest.mark.parametrize(("span_s", "severity"), [((0.256, 0.314), "warning"), ((0.0005, 0.16), "info")])
+@pytest.mark.parametrize(
+    ("span_s", "severity"), [((0.256, 0.314), "warning"), ((0.012, 0.085), "warning"), ((0.0005, 0.16), "info")]
+)
 def test_a_delay_that_is_not_sharp_is_told_where_it_is_clearly_one(span_s: tuple[float, float], severity: str) -> None:
     found = replace(effort_delay(prepared(moving_log(0.3), settings())), seconds=sum(span_s) / 2, ci95=span_s)
     (said,) = audit_delays(prepared(moving_log(0.3), settings()), settings(), found, None)

@@ -74,7 +74,7 @@ def _alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[s
         inputs: which joints were watched.
         names: of the joints, in column order.
     """
-    watched = [k for k, joint in enumerate(names) if inputs.watch[joint].watched]
+    watched = [names.index(joint) for joint in inputs.rule.watch]
     judged = np.zeros(run.detected.state.shape[0], dtype=np.int16)
     for k in watched:
         judged += run.detected.state[:, k] <= State.FRICTION_INTERVAL

@@ -59,8 +59,7 @@ def detection_findings(
     def of_joint(joint: str) -> list[Finding]:
         return _cut_events(series, run, series.column(joint), joint, inputs.rule.n)
 
-    judged = [name for name in series.joint_names if inputs.watch[name].watched and name in inputs.rule.gamma_nm]
-    return findings + [finding for its in by_name(of_joint, judged).values() for finding in its]
+    return findings + [finding for its in by_name(of_joint, inputs.rule.watch).values() for finding in its]
 
 
 def _friction_levels(levels: Mapping[str, LevelFacts]) -> list[Finding]:
@@ -236,9 +235,7 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
         )
         return Finding("model-no-gain", "warning", text, joint=joint)
 
-    found = by_name(
-        of_joint, [name for name in series.joint_names if inputs.watch[name].watched and name in inputs.laws]
-    )
+    found = by_name(of_joint, [joint for joint in inputs.rule.watch if joint in inputs.laws])
     return [finding for finding in found.values() if finding is not None]
 
 

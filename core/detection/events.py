@@ -47,7 +47,7 @@ def detect_events(threshold: Threshold, watch: Mapping[str, Watch], phases: NDAr
     series, residual, rule = threshold.series, threshold.residual, threshold.rule
     state = _with_unwatched(residual.state, series.joint_names, watch, phases, rule.n)
     merge = round(MERGE_S / series.period_s)
-    watched = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
+    watched = [series.column(joint) for joint in rule.watch]
     columns = residual.isolation.judged_columns(watched, rule.gamma_nm)
     width = knock_width(rule.n, residual.balance.kernel.settle_s, series.period_s)
     hits: list[Collision] = []

@@ -52,8 +52,7 @@ def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) ->
     if blocks is None:
         return ()
     names, gamma = prepared.judged_series.joint_names, inputs.rule.gamma_nm
-    judged = [j for j, name in enumerate(names) if inputs.watch[name].watched and name in gamma]
-    judged = [j for j in judged if names[j] not in inputs.quiet]
+    judged = [j for j, joint in enumerate(names) if joint in inputs.rule.watch and joint not in inputs.quiet]
     steps = list(ordered_map(lambda j: _steps_of(blocks, j, gamma[names[j]]), judged))
     asked, pushed = (np.zeros(blocks.time_s.size) for _ in range(2))
     for one in (one for its in steps for one in its):
@@ -95,8 +94,14 @@ def _of_joint(
 ) -> list[tuple[float, float, DisturbedJoint]]:
     """Disturbances of one joint: start, end, size.
 
-    None where its own motion, or more motion of another joint than any deflection, was asked for just before: (m,) the
-    largest step of position of all joints, along the drive and against it.
+    Left out is one just before which its own motion, or more motion of another joint than any deflection, was
+    commanded.
+
+    Args:
+        blocks: of the log.
+        scales: the joint's steps, scale by scale.
+        joint: its name.
+        asked, pushed: (m,) the largest step of position of all joints, along the drive and against it.
     """
     against = np.logical_or.reduce([s.against for s in scales])
     along = np.logical_or.reduce([s.along for s in scales])

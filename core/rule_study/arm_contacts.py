@@ -75,11 +75,6 @@ class AddedContacts:
         return needed, float(np.median(late)) * self.period_s if late.size else None
 
 
-def watched_columns(inputs: DetectionInputs, joint_names: Sequence[str]) -> list[int]:
-    """Columns of the joints that the rule judges."""
-    return [j for j, name in enumerate(joint_names) if inputs.watch[name].watched and name in inputs.rule.gamma_nm]
-
-
 def added_contacts(
     prepared: Prepared,
     run: DetectorRun,
@@ -102,7 +97,7 @@ def added_contacts(
         None without a kinematic model, watched joints, or a stretch that is long enough.
     """
     series, kernel = prepared.judged_series, run.residual.balance.kernel
-    columns = watched_columns(inputs, series.joint_names)
+    columns = [series.column(joint) for joint in inputs.rule.watch]
     model_columns = prepared.columns()
     felt = [
         p
@@ -123,7 +118,7 @@ def added_contacts(
     raw = unit_torques(prepared, contacts, samples, shape)[columns]
     unit = through_filters(raw, kernel, series.bandwidth_hz, series.period_s)
     around = windows(series, run, inputs.laws, columns, samples)
-    gamma = np.array([inputs.rule.gamma_nm[series.joint_names[j]] for j in columns])
+    gamma = np.array([inputs.rule.gamma_nm[joint] for joint in inputs.rule.watch])
     strongest = np.argmax(np.abs(raw).max(axis=2) / gamma[:, None], axis=0)
     standing = around.standing[strongest, np.arange(moments.size), margin]
     return AddedContacts(shape, contacts, standing, around, unit, margin, series.period_s)
@@ -220,9 +215,9 @@ def labelled_curve(
         contact: start and end of each known contact, s.
         added: pushes that were added to the same log.
     """
-    series, names = prepared.judged_series, prepared.judged_series.joint_names
-    columns, n = watched_columns(inputs, names), inputs.rule.n
-    gamma = np.array([inputs.rule.gamma_nm[names[j]] for j in columns])
+    series, n = prepared.judged_series, inputs.rule.n
+    columns = [series.column(joint) for joint in inputs.rule.watch]
+    gamma = np.array([inputs.rule.gamma_nm[joint] for joint in inputs.rule.watch])
     state = run.detected.state
     reached = []
     for start, end in contact:

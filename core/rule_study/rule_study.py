@@ -34,7 +34,6 @@ from collaudit.core.rule_study.arm_contacts import (
     added_contacts,
     contact_sensitivities,
     labelled_curve,
-    watched_columns,
 )
 from collaudit.core.rule_study.force_map import force_map
 from collaudit.core.rule_study.injected_contacts import (
@@ -77,12 +76,12 @@ class StudiedLog:
     @property
     def columns(self) -> list[int]:
         """Of the watched joints."""
-        return watched_columns(self.inputs, self.prepared.judged_series.joint_names)
+        return [self.prepared.judged_series.column(joint) for joint in self.inputs.rule.watch]
 
     @property
-    def joints(self) -> list[str]:
+    def joints(self) -> tuple[str, ...]:
         """Names of the watched joints."""
-        return [self.prepared.judged_series.joint_names[j] for j in self.columns]
+        return self.inputs.rule.watch
 
 
 def audit_study(

@@ -110,7 +110,7 @@ class _Looked:
 
     Attributes:
         prepared, run: the log.
-        joints: watched ones with a threshold.
+        joints: watched ones.
         push: as asked for, through the detector's filter.
         shown: the same by joint, behind what smooths its effort besides.
         period_s: sample period, s.
@@ -125,11 +125,10 @@ class _Looked:
     @classmethod
     def at(cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> _Looked:
         series, rule = prepared.judged_series, inputs.rule
-        joints = tuple(j for j in series.joint_names if inputs.watch[j].watched and j in rule.gamma_nm)
         known = (config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
         shown = {joint: Push.of(*known, smoothing.high_s) for joint, smoothing in prepared.effort_smoothing.items()}
         push = Push.of(*known)
-        return cls(prepared, run, joints, push, {joint: shown.get(joint, push) for joint in joints})
+        return cls(prepared, run, rule.watch, push, {joint: shown.get(joint, push) for joint in rule.watch})
 
     @property
     def period_s(self) -> float:

@@ -51,13 +51,8 @@ def stick_frames(robot: RobotModel, tool: str | None) -> list[str]:
         robot: with or without a description.
         tool: its frame; None: the frame of the last link that is furthest out.
     """
-    if robot.bodies is None:
-        return []
-    known = robot.bodies.frame_names
-    joints = [joint if joint in known else robot.link_of(joint) for joint in robot.joint_names]
-    last = [frame for frame in known if robot.bodies.frame_joint(frame) == robot.joint_names[-1]]
-    outer = tool if tool in known else max(last, key=robot.distance_in_joint, default=None)
-    return [frame for frame in (*joints, outer) if frame is not None]
+    outer = tool if tool in robot.frame_names else robot.outer_frame(robot.joint_names[-1])
+    return [frame for frame in (*map(robot.frame_at, robot.joint_names), outer) if frame is not None]
 
 
 def arm_geometry(prepared: Prepared, tool: str | None) -> ArmGeometry | None:

@@ -255,12 +255,22 @@ class RobotModel:
 
         return evaluate(of_rows, [q], 6)
 
+    def _frames_of(self, joint: str) -> list[str]:
+        """Frames that a joint moves and no joint after it; none without a description."""
+        bodies = self.bodies
+        return [] if bodies is None else [f for f in bodies.frame_names if bodies.frame_joint(f) == joint]
+
     def link_of(self, joint: str) -> str | None:
         """A frame of the link that a joint moves, or None without a description."""
-        if self.bodies is None:
-            return None
-        frames = [f for f in self.bodies.frame_names if f != joint and self.bodies.frame_joint(f) == joint]
-        return frames[0] if frames else None
+        return next((frame for frame in self._frames_of(joint) if frame != joint), None)
+
+    def frame_at(self, joint: str) -> str | None:
+        """The frame of a joint, or else of the link that it moves; None without a description."""
+        return joint if joint in self.frame_names else self.link_of(joint)
+
+    def outer_frame(self, joint: str) -> str | None:
+        """The frame of the link that a joint moves which is furthest from it: where a hand or tool is, of the last."""
+        return max(self._frames_of(joint), key=self.distance_in_joint, default=None)
 
     def in_joint(self, frame: str | None) -> tuple[FloatArray, FloatArray, int]:
         """Rotation and position (m) of a frame, None for the last, in the joint that moves it; that body's number."""

@@ -91,16 +91,15 @@ def _chain_places(
     robot: RobotModel, bodies: PinocchioModel, names: Sequence[str], tool: str | None, arm: str
 ) -> Iterator[Place]:
     """Places of one arm by its joints; ``arm`` ends their names."""
-    frames, columns = bodies.frame_names, tuple(map(robot.joint_names.index, names))
-    ends = [following if following in frames else robot.link_of(following) for following in names[1:]]
+    columns = tuple(map(robot.joint_names.index, names))
+    ends = [robot.frame_at(following) for following in names[1:]]
     forearm = _forearm(robot, bodies, names, ends)
     for k, frame in enumerate(ends):
         link = robot.link_of(names[k]) or names[k]
         if frame is not None:
             yield Place(FOREARM + arm if k == forearm else link, link, frame, columns[: k + 1])
-    own = [f for f in frames if bodies.frame_joint(f) == names[-1]]
-    mounted = tool in frames and (not arm or bodies.frame_joint(tool) in names)
-    outer = tool if mounted else max(own, key=robot.distance_in_joint, default=None)
+    mounted = tool in bodies.frame_names and (not arm or bodies.frame_joint(tool) in names)
+    outer = tool if mounted else robot.outer_frame(names[-1])
     if outer is not None:
         yield Place(TOOL + arm, robot.link_of(names[-1]) or names[-1], outer, columns)
 

@@ -67,6 +67,12 @@ _TEXT = {
 }
 
 
+def reason_text(code: str) -> str:
+    """A reason of :attr:`State.code` in words; one that this version does not know stands as it is."""
+    state = State.of(code)
+    return code if state is None else state.text
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Signals(shown.Showing):
     """Time series of one audit, on the uniform time base.

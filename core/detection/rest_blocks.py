@@ -16,7 +16,7 @@ from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import centred_extremes, widened
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.stats import median_of, smallest_step
 from collaudit.core.prepare.prepared import Prepared
 
 #: Steps are looked for in means over this time, s.
@@ -29,6 +29,8 @@ STILL = 5e-3
 STOOD_S, STAYS_S = 0.3, 0.3
 #: Nothing is told this close to time in which the drives were off, s.
 _NEAR_OFF_S = 0.5
+#: Samples, drawn evenly, that tell the step of an encoder.
+_DRAWN = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +73,8 @@ class RestBlocks:
             off = widened(series.not_driven, round(_NEAR_OFF_S / series.period_s))
 
         every = _means(series.position_rad, size)
-        steps = np.array([_count(series.position_rad[:, j]) for j in columns])
+        thinned = series.position_rad[:: max(1, series.time_s.size // _DRAWN)]
+        steps = np.array([smallest_step(thinned[:, j]) for j in columns])
         torque, model = (np.empty((count, len(columns)), order="F") for _ in range(2))
         effort, rigid, contact = series.effort, prepared.rigid_nm, prepared.contact_nm
 
@@ -124,14 +127,6 @@ class Window:
         width, rise = (max(least, round(x / period_s)) for x, least in zip(scale, (1, 0), strict=True))
         stood, stays = (max(1, round(t / period_s)) for t in (STOOD_S, STAYS_S))
         return cls(width, rise, stood + width + rise // 2, width + rise - rise // 2 + stays)
-
-
-def _count(position: FloatArray) -> float:
-    """The smallest step that a joint's positions are written in; 0 where they are no grid."""
-    some = position[:: max(1, position.size // 20_000)]
-    gaps = np.diff(np.unique(some[np.isfinite(some)]))
-    gaps = gaps[gaps > 1e-9]
-    return quantile_of(gaps, 0.05) if gaps.size else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -46,6 +46,13 @@ def quantile_of(x: FloatArray, share: float) -> float:
     return float(np.quantile(x, share))
 
 
+def smallest_step(x: FloatArray) -> float:
+    """The smallest step that (n,) numbers are written in, NaN aside; 0 where they are all alike."""
+    gaps = np.diff(np.unique(x[np.isfinite(x)]))
+    gaps = gaps[gaps > 1e-9]
+    return quantile_of(gaps, 0.05) if gaps.size else 0.0
+
+
 def varies(x: FloatArray) -> BoolArray:
     """(j,) whether a column of (n, j) numbers has two that differ; NaN is none."""
     low, high = np.nanmin(x, axis=0, initial=np.inf), np.nanmax(x, axis=0, initial=-np.inf)

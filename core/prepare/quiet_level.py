@@ -15,7 +15,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.null_tail import ARM_PER_HOUR, MARGIN, block_peaks, null_tail
-from collaudit.core.numeric.stats import SD_PER_MAD, quantile_of
+from collaudit.core.numeric.stats import SD_PER_MAD, median_of, smallest_step
 from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
@@ -70,7 +70,7 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
         j = series.column(joint)
         level = _level(torque[:, j], quiet, series.time_s)
         spread = SD_PER_MAD * float(np.median(np.abs(torque[quiet, j] - level[quiet])))
-        least = max(float(noise[j]), _step(torque[:, j]))  # torques in coarse steps do not vary at rest at all
+        least = max(float(noise[j]), smallest_step(torque[:, j]))  # torques in coarse steps do not vary at rest at all
         if not least > 0.0:
             continue  # a torque that is the same all the time tells nothing
         spread = max(spread, least)
@@ -96,8 +96,7 @@ def _quiet(prepared: Prepared, torque: FloatArray) -> tuple[BoolArray, FloatArra
     if not known.any():
         return known, np.zeros(torque.shape[1])
     noise = np.quantile(spread[known], _EVEN_SHARE, axis=0)
-    floor = np.array([_step(torque[known, j]) for j in range(torque.shape[1])])
-    noise = np.maximum(noise, floor)
+    noise = np.maximum(noise, [smallest_step(column) for column in torque[known].T])
     with np.errstate(invalid="ignore"):
         quiet = known & (spread <= _EVEN_TIMES * np.maximum(noise, 1e-12)).all(axis=1)
     return np.asarray(quiet), noise
@@ -105,7 +104,8 @@ def _quiet(prepared: Prepared, torque: FloatArray) -> tuple[BoolArray, FloatArra
 
 def _moving_sd(x: FloatArray, width: int) -> FloatArray:
     """(m - width + 1, j) standard deviation over each window of so many rows; NaN where a value is missing."""
-    centred, start = np.nan_to_num(x - np.nanmedian(x, axis=0)), np.zeros((1, x.shape[1]))
+    middle = [median_of(column[np.isfinite(column)]) for column in x.T]
+    centred, start = np.nan_to_num(x - middle), np.zeros((1, x.shape[1]))
     runs = (np.cumsum(np.concatenate((start, part)), axis=0) for part in (centred, centred**2, ~np.isfinite(x)))
     mean, square, missing = ((run[width:] - run[:-width]) / width for run in runs)
     return np.asarray(np.where(missing > 0.0, np.nan, np.sqrt(np.maximum(square - mean**2, 0.0))))
@@ -123,11 +123,3 @@ def _level(torque: FloatArray, quiet: BoolArray, time_s: FloatArray) -> FloatArr
             at.append(0.5 * (edges[k] + edges[k + 1]))
             value.append(float(np.median(torque[inside])))
     return np.asarray(np.interp(time_s, at, value))
-
-
-def _step(torque: FloatArray) -> float:
-    """The smallest step that the values are written in, N·m."""
-    values = np.unique(torque[np.isfinite(torque)])
-    gaps = np.diff(values)
-    gaps = gaps[gaps > 1e-9]
-    return quantile_of(gaps, 0.05) if gaps.size else 0.0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, Sensitivity
-from collaudit.core.data.signals import State
+from collaudit.core.data.signals import State, reason_text
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding
@@ -166,7 +166,7 @@ def _not_judged(coverage: Coverage) -> list[str]:
         joints = {joint: cover.not_judged_s.get(reason, 0.0) for joint, cover in watched.items()}
         said = {joint: seconds for joint, seconds in joints.items() if seconds >= least}
         if said and State.of(reason) is not State.GAP:
-            out.append(f"Not judged ({state_text(reason)}): {by_joint(said, len(watched))}.")
+            out.append(f"Not judged ({reason_text(reason)}): {by_joint(said, len(watched))}.")
     return out
 
 
@@ -202,12 +202,6 @@ def by_joint(seconds: Mapping[str, float], watched: int) -> str:
     if len(texts) == watched > 1 and len(set(texts.values())) == 1:
         return f"all {watched} joints {next(iter(texts.values()))}"
     return ", ".join(f"{joint} {text}" for joint, text in texts.items())
-
-
-def state_text(code: str) -> str:
-    """A reason code in words."""
-    state = State.of(code)
-    return code if state is None else state.text
 
 
 def seconds_text(seconds: float) -> str:

@@ -29,16 +29,21 @@ def time_text(time: ForceTime) -> str:
 
 def headline_forces(sensitivity: Sensitivity | None) -> Sequence[NoticedForce]:
     """The places that a headline speaks of, tool first: those that a force is asked for at, else tool and forearm."""
-    forces = () if sensitivity is None else sensitivity.forces
-    asked = [force for force in forces if force.asked is not None]
-    return (asked or [force for force in forces if force.kind in (TOOL, FOREARM) and force.unfelt < 1.0])[::-1]
+    if sensitivity is None:
+        return []
+    asked = [force for force, _ in asked_places(sensitivity)]
+    return asked or [f for f in reversed(sensitivity.forces) if f.kind in (TOOL, FOREARM) and f.unfelt < 1.0]
+
+
+def asked_places(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
+    """Places at which a force is asked for, the tool first."""
+    return [(force, force.asked) for force in reversed(sensitivity.forces) if force.asked is not None]
 
 
 def too_insensitive(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
     """Places at which it takes a larger force than is asked for, the tool first."""
-    asked = [(force, force.asked) for force in reversed(sensitivity.forces) if force.asked is not None]
     share = 0.0 if sensitivity.time is None else sensitivity.time.share
-    return [(force, need) for force, need in asked if need.force_n < (force.at(share) or 0.0)]
+    return [(force, need) for force, need in asked_places(sensitivity) if need.force_n < (force.at(share) or 0.0)]
 
 
 def noticed_sentence(sensitivity: Sensitivity) -> str | None:

@@ -7,11 +7,12 @@ from collections.abc import Collection, Mapping
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
 from collaudit.core.data.identification_result import EstimateChoice
-from collaudit.core.data.sensitivity_result import AskedForce, JointSensitivity, NoticedForce, Sensitivity
+from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity
+from collaudit.core.data.signals import reason_text
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
-from collaudit.core.verdict.coverage import seconds_text, state_text
-from collaudit.core.verdict.noticed_words import force_text, place_text, time_text, too_insensitive
+from collaudit.core.verdict.coverage import seconds_text
+from collaudit.core.verdict.noticed_words import asked_places, force_text, place_text, time_text, too_insensitive
 from collaudit.core.verdict.sensitivity import BRIEF_S
 
 #: What makes an arm more sensitive, and what to state where it need not be.
@@ -79,7 +80,7 @@ def _of_arm(
     choice: EstimateChoice | None,
 ) -> str | None:
     """What force goes unnoticed that must not."""
-    asked, time = _asked(sensitivity), sensitivity.time
+    asked, time = asked_places(sensitivity), sensitivity.time
     if not asked or time is None:
         return _nothing_asked(sensitivity, rule)
     short = too_insensitive(sensitivity)
@@ -116,7 +117,7 @@ def _lower(force_n: float | None, joint: str | None, choice: EstimateChoice | No
 def _lost(sensitivity: Sensitivity, coverage: Coverage) -> str | None:
     """That in too much of the time no force at all would have alarmed, though no joint lacks that much."""
     time, lost = sensitivity.time, dict[str, float]()
-    short = [(force, need) for force, need in _asked(sensitivity) if time is not None and need.share < time.share]
+    short = [(force, need) for force, need in asked_places(sensitivity) if time is not None and need.share < time.share]
     if not short or time is None:
         return None
     for cover in coverage.joints.values():
@@ -126,11 +127,6 @@ def _lost(sensitivity: Sensitivity, coverage: Coverage) -> str | None:
         f"A push of {need.force_n:.3g} N at {place_text(force)} would have been noticed in {100 * need.share:.3g} % of "
         f"the time{' the arm moved' if time.moving else ''} (policy: at least {100 * time.share:g} %){_reasons(lost)}."
     )
-
-
-def _asked(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
-    """Places at which a force is asked for, the tool first."""
-    return [(force, force.asked) for force in reversed(sensitivity.forces) if force.asked is not None]
 
 
 def _gamma(joint: str, rule: RuleFacts, sliding: Collection[str]) -> str:
@@ -186,4 +182,4 @@ def _up_to(s: JointSensitivity) -> str:
 
 def _reasons(not_judged_s: Mapping[str, float]) -> str:
     worst = sorted(not_judged_s.items(), key=lambda item: -item[1])[:2]
-    return f" ({', '.join(f'{state_text(code)}, {seconds_text(value)}' for code, value in worst)})" if worst else ""
+    return f" ({', '.join(f'{reason_text(code)}, {seconds_text(value)}' for code, value in worst)})" if worst else ""

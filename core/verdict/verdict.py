@@ -14,9 +14,10 @@ from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.sensitivity_result import Sensitivity
+from collaudit.core.data.signals import reason_text
 from collaudit.core.findings import Finding, without_errors_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.coverage import by_joint, seconds_text, state_text
+from collaudit.core.verdict.coverage import by_joint, seconds_text
 from collaudit.core.verdict.noticed_words import noticed_sentence
 
 
@@ -112,7 +113,7 @@ def _nothing(evidence: Evidence) -> str:
     causes: dict[str, dict[str, float]] = {}
     for joint, cover in watched.items():
         for reason, seconds in cover.not_judged_s.items():
-            causes.setdefault(state_text(reason), {})[joint] = seconds
+            causes.setdefault(reason_text(reason), {})[joint] = seconds
         if cover.standing_s > 0:
             causes.setdefault("friction known only as a range", {})[joint] = cover.standing_s
     parts = [f"{reason}: {by_joint(seconds, len(watched))}" for reason, seconds in causes.items()]

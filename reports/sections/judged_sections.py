@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collaudit.core.data.audit_result import AuditResult, JointCoverage, RecommendedRule
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce
+from collaudit.core.data.signals import reason_text
 from collaudit.core.verdict.noticed_words import force_text, time_text
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, duration, fixed, percent, rate, significant, stated, time_decimals
-from collaudit.reports.values.words import NONE, counted, reason_text, torque_unit
+from collaudit.reports.values.words import NONE, counted, torque_unit
 
 #: Shares of the time that tables show.
 SHOWN = (0.5, 0.95)

@@ -7,7 +7,6 @@ from datetime import UTC, datetime, timedelta
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.data.signals import State
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.verdict.noticed_words import (
@@ -42,17 +41,11 @@ VERDICT_SENTENCE: dict[Verdict, str] = {
 }
 
 _UNIT_WORDS = {"nm": "N·m", "n": "N", "raw": "raw", "s": "s", "rad": "rad", "m": "m"}
-_STATE_TEXT = {state.code: state.text for state in State}
 
 
 def verdict_word(verdict: Verdict, exclusions: Sequence[str] = ()) -> str:
     """A verdict in words; a pass says when something is excluded from it."""
     return _WITH_EXCLUSIONS if verdict == "pass" and exclusions else VERDICT_WORD[verdict]
-
-
-def reason_text(code: str) -> str:
-    """A not-judged reason code in words; a code this version does not know stands as it is."""
-    return _STATE_TEXT.get(code, code)
 
 
 def torque_unit(result: AuditResult, joint: str) -> str:

@@ -226,7 +226,7 @@ def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) 
             latest.setdefault(rules[-1].persistence_s, {})[joint] = rules[-1].gamma_nm[joint]
     found: dict[str, SetRule] = {}
     for persistence_s, gammas in latest.items():
-        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour)
+        found |= judge_set_rules(*recommend_joints(evidence, persistence_s, per_hour), gammas, per_hour)
     return {joint: found[joint] for joint in evidence.joints if joint in found}
 
 

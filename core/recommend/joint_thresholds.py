@@ -237,17 +237,18 @@ def _logs_apart(peaks: SustainedPeaks) -> float:
 
 
 def judge_set_rules(
-    evidence: ArmEvidence, gamma_nm: Mapping[str, float], persistence_s: float, per_hour: float
+    joints: Mapping[str, RecommendedRule],
+    found: Mapping[str, JointEvidence],
+    gamma_nm: Mapping[str, float],
+    per_hour: float,
 ) -> dict[str, SetRule]:
-    """The opinions on a rule that is set, at its own persistence.
+    """The opinions on a rule that is set.
 
     Args:
-        evidence: of the arm, without what is left out.
+        joints, found: of :func:`recommend_joints`, at the rule's own persistence.
         gamma_nm: as set, of the joints that have one.
-        persistence_s: as set.
         per_hour: false alarms of the arm that are accepted.
     """
-    joints, found = recommend_joints(evidence, persistence_s, per_hour)
     share = per_hour / max(1, len(joints))
     return {
         joint: judge_set_rule(gamma_nm[joint], rule, found[joint], share)

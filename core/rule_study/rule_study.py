@@ -26,8 +26,7 @@ from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
-from collaudit.core.recommend.arm_recommendation import recommended_of_log
-from collaudit.core.recommend.joint_thresholds import judge_set_rules
+from collaudit.core.recommend.joint_thresholds import judge_set_rules, recommend_joints
 from collaudit.core.recommend.outlying_peaks import unsuspicious
 from collaudit.core.rule_study.arm_contacts import (
     AddedContacts,
@@ -105,12 +104,12 @@ def audit_study(
     rule, contact = inputs.rule, known_contact(prepared, config, truth)
     events = (result.collisions, result.near_misses)
     evidence = evidence_of(result.log, rule, signals, result.phases, events, contact)
-    rules = recommended_of_log(evidence, rule.n * evidence.period_s, config.study.per_hour)
+    arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
+    rules, found = recommend_joints(arm, rule.persistence_s, config.study.per_hour)
     supported = {joint: one.gamma_nm for joint, one in rules.items() if one.gamma_nm is not None}
     studied = StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact)
     study = study_rule(studied, supported, progress)
-    arm = unsuspicious(ArmEvidence((evidence,), evidence.watched), rule.persistence_s)
-    opinions = judge_set_rules(arm, rule.gamma_nm, rule.persistence_s, config.study.per_hour)
+    opinions = judge_set_rules(rules, found, rule.gamma_nm, config.study.per_hour)
     return replace(study, set_rules=opinions, units=dict(result.log.units))
 
 

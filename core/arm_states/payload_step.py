@@ -87,8 +87,7 @@ def _found(
     force = np.zeros((rows.size, 6))
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
-    motion = (series.position_rad[rows], series.velocity_rad_s[rows], series.acceleration_rad_s2[rows])
-    residual = series.effort[rows] - robot.inverse_dynamics(*motion)
+    residual = series.effort[rows] - robot.inverse_dynamics(*(x[rows] for x in series.motion))
     if commanded_nm is not None:
         residual -= commanded_nm[rows]
     changes = varies(series.effort[rows])  # beside an effort that never does stands the whole model's torque
@@ -139,8 +138,8 @@ def _step(
     if levels is None:
         return None
     told, heavy, change, spread = levels
-    cut, gains, amiss = _best_cut(heavy[told])
-    stays = amiss <= (1.0 - _ON_SIDE) * told.size
+    cut, gains, wrong = _best_cut(heavy[told])
+    stays = wrong <= (1.0 - _ON_SIDE) * told.size
     if stays:
         first, after, times, spreads = told[cut], np.arange(count) >= told[cut], 1, _SPREADS
         change = change if gains else -change
@@ -181,7 +180,7 @@ def _between(known: FloatArray) -> float:
 
 
 def _best_cut(heavy: BoolArray) -> tuple[int, bool, int]:
-    """Where (b,) blocks pass best from one level to the other, whether to the higher one, and how many lie amiss."""
+    """Where (b,) blocks pass best from one level to the other, whether to the higher, and how many lie wrong."""
     before = np.concatenate(([0], np.cumsum(heavy)))
     cuts = np.arange(_LEAST_BLOCKS, heavy.size - _LEAST_BLOCKS + 1)
     up = before[cuts] + (heavy.size - cuts) - (before[-1] - before[cuts])

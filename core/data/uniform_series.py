@@ -74,6 +74,11 @@ class UniformSeries:
     couplings: tuple[Coupling, ...] = ()
     not_driven: BoolArray | None = None
 
+    @property
+    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and acceleration, (n, j) each, as the dynamics take them."""
+        return self.position_rad, self.velocity_rad_s, self.acceleration_rad_s2
+
     def column(self, joint: str) -> int:
         """Index of a joint's column."""
         return self.joint_names.index(joint)

@@ -178,8 +178,7 @@ def motion_of(prepared: Prepared) -> ThinnedMotion:
     every = max(1, round(1.0 / (_RATE_HZ * series.period_s)))
     every *= 1 if n <= _MANY * every else 2
     rows = np.arange(every // 2, n, every) if n > every else np.arange(n)
-    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    q, v, a = (np.nan_to_num(np.asarray(table[rows]), nan=np.inf) for table in motion)
+    q, v, a = (np.nan_to_num(np.asarray(table[rows]), nan=np.inf) for table in series.motion)
     known = np.isfinite(q + v + a).all(axis=1) & ~series.edge[rows]
     q, v, a = (np.where(known[:, None], x, 0.0) for x in (q, v, a))
     moving = known & (np.abs(v) > MOVING_RAD_S).any(axis=1)

@@ -65,8 +65,7 @@ def contact_torque(
     if carried is None or not robot.has_inertials:
         torque = robot.wrench_torque(series.position_rad, force, frame)
     else:
-        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-        torque = robot.contact_torque(*motion, force, frame, carried)
+        torque = robot.contact_torque(*series.motion, force, frame, carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
     contact = contact_mask(phases)
     found = found_by_force(config.phases, bool(series.phases))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,9 +26,10 @@ from collaudit.core.prepare.calibration import (
     missing_sensor_findings,
     spring_findings,
 )
-from collaudit.core.prepare.commanded_force import contact_torque, tool_force
+from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
-from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope, described_gains, effort_gains
+from collaudit.core.prepare.effort.delay_estimate import Delay
+from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import effort_kind, friction_sign_findings, friction_signs
 from collaudit.core.prepare.effort.gain_findings import (
     effort_findings,
@@ -113,8 +115,7 @@ def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -
     series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
     rigid = prepared.rigid_nm
     if rigid is not None and robot is not prepared.robot:
-        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-        change = within_bandwidth(series, robot.torque_beyond(prepared.robot, *motion), prepared.quiet)
+        change = within_bandwidth(series, robot.torque_beyond(prepared.robot, *series.motion), prepared.quiet)
         rigid = combined(np.add, rigid, change)
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
 
@@ -173,8 +174,8 @@ def _load_torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatAr
     series, robot = prepared.series, prepared.robot
     if load.mass_kg <= 0.0:
         return np.zeros_like(series.position_rad)
-    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    return np.asarray(_carrying(robot, load, config).inverse_dynamics(*motion) - robot.inverse_dynamics(*motion))
+    carrying = _carrying(robot, load, config)
+    return np.asarray(carrying.inverse_dynamics(*series.motion) - robot.inverse_dynamics(*series.motion))
 
 
 def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
@@ -203,23 +204,7 @@ def modelled(
     calibration = calibration or Calibration()
     robot, about = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
     series = calibrated_series(start.series, calibration)
-    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    rigid = None
-    if known is not None and known.calibration.sensor == calibration.sensor:
-        commanded, rigid = known.commanded, known.rigid_nm
-        if rigid is not None and robot is not known.robot:
-            if known.quiet:  # of all its bands something else may be noise
-                rigid = _carried(robot.inverse_dynamics(*motion), start)
-            else:
-                rigid = combined(np.add, rigid, robot.torque_beyond(known.robot, *motion))
-    else:
-        commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
-        rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None
-    quiet: tuple[ModelBandwidth, ...] = ()
-    if known is not None and rigid is known.rigid_nm:
-        quiet = known.quiet
-    elif rigid is not None and config.conditioning.bandwidth_hz is None:
-        rigid, quiet = quiet_model(series, rigid, commanded.torque_nm)
+    commanded, rigid, quiet = _torques(start, series, robot, calibration, config, known)
     findings = [*start.findings, *commanded.findings, *bandwidth_findings(quiet, series.bandwidth_hz)]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
@@ -230,34 +215,13 @@ def modelled(
     series = without_states(series, not_driven)
     findings += [*switched, *about_states, *raw_effort_findings(series)]
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
-    gains: tuple[EffortGain, ...] = ()
-    signs: dict[str, Slope] = {}
-    upright: frozenset[str] = frozenset()
-    delay = None
+    checks = _EffortChecks()
     if rigid is not None and series.effort is not None:
-        gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        if start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
-            signs = friction_signs(series, rigid, contact)
-        upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
-        gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
+        checks = _effort_checks(start, series, robot, rigid, contact, calibration, config)
         if not switched:
-            inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
-            as_described = calibration.identified is not None and start.series.effort_unit == "Nm"
-            weighed = without_states(start.series, not_driven) if as_described else series
-            arm = start.robot if as_described else robot
-            findings += payload_findings(weighed, arm, contact, [j for j in start.judged if j not in inverted])
-        late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
-        signed = _signed(config)
-        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed, upright)
-        findings += found
-        if delay is None:  # of a late effort no scale is known
-            described, identified, tool = gains, calibration.identified, config.robot.tool.frame
-            if robot is not start.robot:  # against the arm as described, what was identified of it left open
-                lacking = () if identified is None else identified.estimate
-                described = described_gains(series, start.robot, contact, start.load_nm, lacking, tool)
-            scale += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
-            findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
-    findings += [*scale, *about, *spring_findings(start.series, calibration.identified)]
+            findings += _payload_findings(start, series, robot, contact, calibration, checks.gains)
+    scale += checks.scale
+    findings += [*checks.findings, *scale, *about, *spring_findings(start.series, calibration.identified)]
     return Prepared(
         series,
         robot,
@@ -265,15 +229,103 @@ def modelled(
         commanded,
         start.judged,
         start.phases,
-        gains,
-        delay,
+        checks.gains,
+        checks.delay,
         in_joint_units(findings, robot.sliding),
         calibration,
         start,
         quiet,
         in_joint_units(scale, robot.sliding),
-        upright=upright,
+        upright=checks.upright,
     )
+
+
+def _torques(
+    start: ConditionedLog,
+    series: UniformSeries,
+    robot: RobotModel,
+    calibration: Calibration,
+    config: Config,
+    known: Prepared | None,
+) -> tuple[CommandedTorque, FloatArray | None, tuple[ModelBandwidth, ...]]:
+    """Torque of the commanded tool force, rigid-body torque, and joints of which a part of that is noise, left out.
+
+    Arguments as of :func:`modelled`, and series and robot as calibrated.
+    """
+    if known is None or known.calibration.sensor != calibration.sensor:
+        commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
+        rigid = _carried(robot.inverse_dynamics(*series.motion), start) if robot.has_inertials else None
+    elif known.rigid_nm is None or robot is known.robot:
+        return known.commanded, known.rigid_nm, known.quiet
+    elif known.quiet:  # of all its bands something else may be noise
+        commanded, rigid = known.commanded, _carried(robot.inverse_dynamics(*series.motion), start)
+    else:
+        change = robot.torque_beyond(known.robot, *series.motion)
+        commanded, rigid = known.commanded, combined(np.add, known.rigid_nm, change)
+    if rigid is None or config.conditioning.bandwidth_hz is not None:
+        return commanded, rigid, ()
+    return commanded, *quiet_model(series, rigid, commanded.torque_nm)
+
+
+@dataclass(frozen=True, slots=True)
+class _EffortChecks:
+    """What the effort says of itself against the model's torque; attributes as of :class:`Prepared`."""
+
+    gains: tuple[EffortGain, ...] = ()
+    delay: Delay | None = None
+    upright: frozenset[str] = frozenset()
+    findings: tuple[Finding, ...] = ()
+    scale: tuple[Finding, ...] = ()
+
+
+def _effort_checks(
+    start: ConditionedLog,
+    series: UniformSeries,
+    robot: RobotModel,
+    rigid: FloatArray,
+    contact: FloatArray | None,
+    calibration: Calibration,
+    config: Config,
+) -> _EffortChecks:
+    """Gains, signs, delay and scale of a log's effort; series, robot and torques (n, j) are as calibrated."""
+    gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
+    sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
+    signs = {} if sensed else friction_signs(series, rigid, contact)
+    upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
+    gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
+    late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
+    signed = _signed(config)
+    findings, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed, upright)
+    if delay is not None:  # of a late effort no scale is known
+        return _EffortChecks(gains, delay, upright, tuple(findings))
+    described = gains
+    if robot is not start.robot:  # against the arm as described, what was identified of it left open
+        lacking = () if calibration.identified is None else calibration.identified.estimate
+        tool = config.robot.tool.frame
+        described = described_gains(series, start.robot, contact, start.load_nm, lacking, tool)
+    scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
+    findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
+    return _EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
+
+
+def _payload_findings(
+    start: ConditionedLog,
+    series: UniformSeries,
+    robot: RobotModel,
+    contact: FloatArray | None,
+    calibration: Calibration,
+    gains: Sequence[EffortGain],
+) -> tuple[Finding, ...]:
+    """Weights that change, by the joints whose effort goes with the model's torque: beside others stands twice that.
+
+    Inertials that were identified hold a part of such weights: where the effort is a torque without their calibration,
+    the arm as described tells them.
+    """
+    inverted = {gain.joint for gain in gains if gain.inverted}
+    telling = [joint for joint in start.judged if joint not in inverted]
+    if calibration.identified is not None and start.series.effort_unit == "Nm":
+        series, robot = without_states(start.series, series.not_driven), start.robot
+    return payload_findings(series, robot, contact, telling)
 
 
 def _gains_with_free_tool(

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from collaudit.cli.batch.log_jobs import LogJob, Outcome
+    from collaudit.cli.fleet.night_policy import Decisions
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.core.history.log_record import LogRecord
     from collaudit.core.history.robot_trend import RobotTrend
@@ -184,7 +185,7 @@ def command(
     from collaudit.cli.batch.log_jobs import Limits, night_records, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code
-    from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
+    from collaudit.cli.fleet.baseline_files import is_store, read_baseline
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.night_policy import NightPolicy, night_manifest
     from collaudit.cli.fleet.run_log import SCHEMA, run_log
@@ -193,10 +194,9 @@ def command(
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.manifest_file import MANIFEST_NAME, signing_key, write_signature
     from collaudit.reports.files.run_files import read_friction
-    from collaudit.reports.page.index import summarise, write_index
-    from collaudit.reports.page.scripts import write_assets
+    from collaudit.reports.page.index import summarise
     from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.values.entries import night_sentence, nights_before, verdict_counts
+    from collaudit.reports.values.entries import verdict_counts
 
     key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
@@ -229,14 +229,8 @@ def command(
         entries = decisions.entries
         tonight, nights = night_records(work, outcomes, entries), store or history
         stored = [] if nights is None else ResultStore(nights).records()
-        before, sentence = nights_before(tonight, stored), night_sentence(entries, _trends(tonight, stored))
-        write_index(output, entries, sentence, before)
-        write_assets(output)
-        atomic_write(output / POLICY_NAME, json_text(decisions.file))
         unread = [outcome.entry for outcome in outcomes if not outcome.result]
-        for name in extra:
-            text = summary_text(decisions.results, name, unread, sentence)
-            atomic_write(output / f"summary{FORMATS[name].suffix}", text)
+        _write_night(output, decisions, tonight, stored, unread, extra)
         manifest = night_manifest(output, work, outcomes, decisions, (loaded, *of_robots), own_files())
         atomic_write(output / MANIFEST_NAME, json_text(manifest))
         if key is not None:
@@ -255,6 +249,39 @@ def command(
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
     return code
+
+
+def _write_night(
+    output: Path,
+    decisions: Decisions,
+    tonight: Mapping[str, LogRecord],
+    stored: Sequence[LogRecord],
+    unread: Sequence[IndexEntry],
+    formats: Sequence[str],
+) -> None:
+    """Write what speaks of all logs together: the index page, policy.json and summaries.
+
+    Args:
+        output: folder of the audit.
+        decisions: of the policy.
+        tonight, stored: records of these logs, and of earlier nights.
+        unread: logs without a result.
+        formats: of the summaries.
+    """
+    from collaudit.cli.fleet.baseline_files import POLICY_NAME
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.json_files import json_text
+    from collaudit.reports.page.index import write_index
+    from collaudit.reports.page.scripts import write_assets
+    from collaudit.reports.values.entries import night_sentence, nights_before
+
+    sentence = night_sentence(decisions.entries, _trends(tonight, stored))
+    write_index(output, decisions.entries, sentence, nights_before(tonight, stored))
+    write_assets(output)
+    atomic_write(output / POLICY_NAME, json_text(decisions.file))
+    for name in formats:
+        text = summary_text(decisions.results, name, unread, sentence)
+        atomic_write(output / f"summary{FORMATS[name].suffix}", text)
 
 
 def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Sequence[RobotTrend]:

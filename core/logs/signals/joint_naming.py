@@ -135,6 +135,8 @@ def _kept(
         findings.append(fact(text, where=where))
     if missing:
         text = f"The robot has joints that the log does not have: {listed(missing)}."
+        if absent := [name for name in mapping if name not in names]:
+            text += f" Nor has the log these names of [log] joint_names: {listed(absent)}."
         findings.append(Finding("log-joints-missing", "warning", text, where=where))
     return NameMap(tuple(mapped[name] for name in kept), tuple(kept), tuple(findings))
 

@@ -14,7 +14,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.stats import NOISE_OF_BENDS, median_of
 
 #: Samples that are enough to see it.
 _MOST_SAMPLES = 4000
@@ -41,8 +41,6 @@ _NEAR_S, _MEAN, _OPPOSITE, _SURE = 1.0, 4, 0.5, 8.0
 _STANDING_RAD_S, _SETTLED_S, _GAP = 1e-3, 0.1, 3.0
 #: A joint that goes on is this fast at least, rad/s: below, friction may turn, as it does where a joint breaks loose.
 _SLIDES_RAD_S = 0.02
-#: Standard deviation of white noise in medians of the size of its second differences.
-_NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: Samples in motion, of those looked at, that tell a joint's size.
 _LEAST_MOVING = 50
 
@@ -162,7 +160,7 @@ def _turns_at_once(time_s: FloatArray, effort: FloatArray, velocity: FloatArray,
     total = np.concatenate(([0.0], np.cumsum(x)))
     mean = (total[_MEAN:] - total[:-_MEAN]) / _MEAN
     before, after = mean[:-_MEAN], mean[_MEAN:]
-    noise = median_of(np.abs(np.diff(x, 2))) * _NOISE_OF_BENDS * np.sqrt(2.0 / _MEAN)
+    noise = median_of(np.abs(np.diff(x, 2))) * NOISE_OF_BENDS * np.sqrt(2.0 / _MEAN)
     turns = np.abs(before + after) < _OPPOSITE * np.abs(after - before)
     turns &= np.abs(after - before) > _SURE * noise
     first, last = v[: turns.size], v[2 * _MEAN - 1 :]

@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.stats import parabola_minimum
 
 _COARSE = 161
 _DENSE = 121
@@ -164,9 +165,8 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
     k = int(np.argmin(sums))
     if not 0 < k < _FINE - 1:
         return float(fine[k])
-    before, least, after = sums[k - 1 : k + 2] - sums[k]
-    bend = before - 2.0 * least + after
-    return float(fine[k] * (fine[1] / fine[0]) ** (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
+    beyond = float(parabola_minimum(*(sums[k - 1 : k + 2] - sums[k])))
+    return float(fine[k] * (fine[1] / fine[0]) ** beyond)
 
 
 def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArray:

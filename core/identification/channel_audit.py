@@ -179,8 +179,7 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
         return []
     gains = prepared.gains
     if delay is not None:
-        contact = 0.0 if prepared.contact_nm is None else np.nan_to_num(prepared.contact_nm)
-        gains = gains_at(prepared.series, prepared.rigid_nm + contact, delay)
+        gains = gains_at(prepared.series, prepared.rigid_nm, delay, prepared.contact_nm)
     known = [g for g in gains if g.known and g.joint in prepared.judged]
     if not known:
         return []

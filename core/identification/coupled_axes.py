@@ -18,8 +18,8 @@ from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.problem_terms import friction_columns
-from collaudit.core.identification.problem.solution_errors import clustered_covariance, scaled_inverse
+from collaudit.core.identification.problem.problem_terms import friction_columns, generalised_inverse
+from collaudit.core.identification.problem.solution_errors import RANK, clustered_covariance
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
 from collaudit.core.prepare.prepared import Prepared
@@ -144,7 +144,7 @@ def _least_squares(system: _System, use: BoolArray) -> tuple[FloatArray, FloatAr
             sigma[system.joint == k] = max(robust_sd(rest[system.joint == k]), 1e-4)
         weight = np.minimum(1.0, HUBER_BOUND / np.maximum(np.abs(rest) / sigma, 1e-9))
     slope = (np.abs(rest) <= HUBER_BOUND * sigma) / sigma**2
-    inverse = scaled_inverse((columns * slope[:, None]).T @ columns)
+    inverse = generalised_inverse((columns * slope[:, None]).T @ columns, RANK)
     felt = columns @ inverse
     influence = _summed(felt * (weight * rest / sigma**2)[:, None], system.cluster)
     share = _summed(felt**2 * slope[:, None], system.cluster)

@@ -1,4 +1,4 @@
-"""Runs of True in a mask, without a loop over samples.
+"""Runs of True in a mask, and of equal values, without a loop over samples.
 
 Smallest, largest and mean values of windows that slide over a signal; a window that holds a NaN is NaN.
 """
@@ -6,8 +6,10 @@ Smallest, largest and mean values of windows that slide over a signal; a window 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 
@@ -18,6 +20,12 @@ def run_bounds(mask: BoolArray) -> tuple[IntArray, IntArray]:
     first, last = mask[:1].nonzero()[0], mask[-1:].nonzero()[0] + mask.size
     edges = np.concatenate((first, edges, last)).astype(np.int64)
     return edges[::2], edges[1::2]
+
+
+def equal_runs(x: NDArray[Any]) -> tuple[IntArray, IntArray]:
+    """Starts and stops (half-open) of the runs of equal values in (n,) numbers, n > 0."""
+    starts = np.concatenate(([0], np.flatnonzero(x[1:] != x[:-1]) + 1))
+    return starts, np.append(starts[1:], x.size)
 
 
 def covered(spans: Iterable[Span], size: int) -> BoolArray:

@@ -12,6 +12,8 @@ STANDARD_ERRORS_95 = 1.96
 NORMAL_QUANTILE_975 = 1.959964
 #: Standard deviations of a normal distribution in one median absolute deviation: 1 / Φ⁻¹(3/4).
 SD_PER_MAD = 1.4826
+#: The same of white noise in medians of the size of its second differences, whose standard deviation is sqrt(6) of it.
+NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: Standard error of a median over that of a mean, of normal values: √(π / 2).
 MEDIAN_SE = 1.2533
 #: Huber's bound in standard deviations: 95 % of the efficiency of least squares on normal errors.

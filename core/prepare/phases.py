@@ -12,7 +12,7 @@ from collaudit.core.data.audit_result import Phase, PhaseSpan
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import closed, lasting, run_bounds
+from collaudit.core.numeric.runs import closed, equal_runs, lasting, run_bounds
 
 #: Force is smoothed over this before it is compared.
 _SMOOTH_S = 0.05
@@ -66,11 +66,9 @@ def logged_phases(
 
 def phase_spans(time_s: FloatArray, labels: NDArray[np.int8], period_s: float) -> tuple[PhaseSpan, ...]:
     """The labels as stretches of time."""
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(labels)) + 1))
-    stops = np.concatenate((starts[1:], [labels.size]))
     return tuple(
         PhaseSpan(PHASES[int(labels[a])], float(time_s[a]), float(time_s[b - 1] + period_s))
-        for a, b in zip(starts, stops, strict=True)
+        for a, b in zip(*equal_runs(labels), strict=True)
     )
 
 

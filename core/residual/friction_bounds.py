@@ -149,13 +149,8 @@ _CONFIRMED = 0.5
 
 def carried_load(prepared: Prepared, joint: str, law: FrictionModel) -> FloatArray | None:
     """(n,) size of the torque on the gear, N·m; None where the law does not go with it."""
-    if law.load is None or prepared.rigid_nm is None:
-        return None
-    j = prepared.series.column(joint)
-    torque = prepared.rigid_nm[:, j]
-    if prepared.contact_nm is not None:
-        torque = torque + prepared.contact_nm[:, j]
-    return np.asarray(np.abs(torque))
+    torque = None if law.load is None else prepared.explained_nm(joint)
+    return None if torque is None else np.asarray(np.abs(torque))
 
 
 def known_ripple(

@@ -18,7 +18,7 @@ from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import range_exceeds
+from collaudit.core.numeric.runs import equal_runs, range_exceeds
 from collaudit.core.prepare.quiet_level import STILL_TRAVEL
 from collaudit.core.verdict.noticed_words import listed, place_text
 
@@ -71,10 +71,9 @@ def measure_coverage(
 
 def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, watch: Watch) -> JointCoverage:
     period = series.period_s
-    starts = np.concatenate(([0], np.flatnonzero(state[1:] != state[:-1]) + 1))
-    stops, states = np.append(starts[1:], state.size), state[starts]
+    starts, stops = equal_runs(state)
     count = np.zeros(len(State), dtype=np.int64)
-    np.add.at(count, states, stops - starts)
+    np.add.at(count, state[starts], stops - starts)
     return JointCoverage(
         watched=watch.watched,
         why=watch.why,
@@ -84,7 +83,7 @@ def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, wa
         not_judged_s={
             code.code: float(count[code]) * period for code in State if code > State.FRICTION_INTERVAL and count[code]
         },
-        spans=_spans(series.time_s, (starts, stops, states), period),
+        spans=_spans(series.time_s, (starts, stops, state[starts]), period),
     )
 
 

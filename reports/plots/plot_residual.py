@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from collaudit.core.data.audit_result import Collision, NearMiss
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import equal_runs, run_bounds
 from collaudit.reports.plots.downsample import column_edges, column_extremes, column_shares
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
@@ -102,7 +102,7 @@ def coverage_bar(trace: JointTrace, label: str) -> Markup:
 def _path(top: NDArray[np.int_]) -> str:
     """All below a step line, as steps; what is drawn after it covers what is not its own."""
     x = np.rint(np.linspace(0, _LONG_WIDTH, len(top) + 1)).astype(int)
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(top)) + 1))
+    starts, _ = equal_runs(top)
     across = np.diff(np.append(x[starts], _LONG_WIDTH)).tolist()
     up = np.diff(top[starts], prepend=0).tolist()
     steps = "".join(f"v{-rise}h{run}" for rise, run in zip(up, across, strict=True))

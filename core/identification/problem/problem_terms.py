@@ -24,7 +24,6 @@ OFFSET = 2
 _LAW = 7
 _COUPLED = 3
 _LOW_SPEEDS = (0.03, 0.1)  # rad/s: Stribeck velocities of gears lie between
-_RANK = 1e-10
 #: rad (or m) that a joint must cover for its angle to tell anything.
 _LEAST_RANGE = 0.2
 
@@ -159,11 +158,16 @@ def nuisance_columns(
     return out, one_way
 
 
-def generalised_inverse(gram: FloatArray) -> FloatArray:
-    """(k, k) generalised inverse of weighted products (k, k) of columns: those alike or zero share or have no part."""
+def generalised_inverse(gram: FloatArray, rank: float = 1e-10) -> FloatArray:
+    """(k, k) generalised inverse of weighted products (k, k) of columns: those alike or zero share or have no part.
+
+    Args:
+        gram: rows and columns are scaled to a diagonal of one.
+        rank: share of the largest singular value below which one is none.
+    """
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     size[np.diag(gram) <= 0] = 1.0
-    inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=_RANK, hermitian=True)
+    inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=rank, hermitian=True)
     return np.asarray(inverse / np.outer(size, size))
 
 

@@ -23,11 +23,13 @@ from collaudit.core.identification.problem.identification_problem import (
     weighted_joints,
     weighted_state,
 )
-from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns
+from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns, generalised_inverse
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 _MOST = 0.9
+#: Share of the largest singular value below which combinations of unknowns are not told.
+RANK = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +54,7 @@ def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Sta
     scales = unknowns.sd[solution.free]
     precision = np.zeros(len(data))
     precision[: scales.size] = scales**-2.0
-    inverse = scaled_inverse(data + np.diag(precision))
+    inverse = generalised_inverse(data + np.diag(precision), RANK)
     influence, share = np.zeros((terms.starts.size, len(data))), np.zeros((terms.starts.size, len(data)))
     for j, place, columns, slope in parts:
         score = columns * (state.weight[:, j] * state.rest[:, j] / state.at.sigma[j] ** 2)[:, None]
@@ -86,13 +88,6 @@ def _assembled(terms: Terms, state: State, weight: FloatArray) -> tuple[FloatArr
         hessian[np.ix_(place, place)] += (columns * own[:, None]).T @ columns
         parts.append((j, place, columns, own))
     return hessian, parts
-
-
-def scaled_inverse(hessian: FloatArray) -> FloatArray:
-    """Generalised inverse of (f, f), its rows and columns scaled to a diagonal of one."""
-    scale = np.sqrt(np.maximum(np.diag(hessian), 1e-30))
-    inverse = np.linalg.pinv(hessian / np.outer(scale, scale), rcond=1e-12, hermitian=True)
-    return np.asarray(inverse / np.outer(scale, scale))
 
 
 def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
@@ -136,7 +131,7 @@ def _left_without(terms: Terms, solution: Solution, unknowns: Unknowns) -> Calla
             weighed = columns * weight[:, None]
             hessian[np.ix_(place, place)] -= weighed.T @ columns
             gradient[place] -= weighed.T @ left[:, j]
-        step = scaled_inverse(hessian) @ gradient
+        step = generalised_inverse(hessian, RANK) @ gradient
         for j, place, columns, _ in own:
             left[:, j] -= columns @ step[place]
         return left

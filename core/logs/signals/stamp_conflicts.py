@@ -10,15 +10,13 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked
-from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.stats import NOISE_OF_BENDS, median_of
 
 #: So many samples must contradict: one is a spike.
 _FEW = 5
 #: A sample that contradicts lies beside the way by so many standard deviations of the difference of two samples and
 #: this share of what the signal moved, alone or in the mean of so many.
 _SURE, _ON_THE_WAY, _TOGETHER = 6.0 * 2.0**0.5, 0.5, (1, 4, 16)
-#: Standard deviation of white noise in medians of the size of its second differences, sqrt(6) * 0.6745 of it.
-_NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: A sample apart from its neighbours lies apart by so many times what these differ by.
 _MOTIONS = 4.0
 #: Of two publishers who stamp each by their own clock, so many samples among so many lie apart from both neighbours, by
@@ -147,7 +145,7 @@ def _off_course(values: FloatArray, fresh: BoolArray) -> BoolArray:
     bends = bends[np.isfinite(bends)]
     if steps.size == 0 or bends.size == 0:  # a channel that is not known, or does not change
         return np.asarray(np.abs(values[again] - course[group]) > 0.0)
-    noise = _SURE * max(median_of(bends) * _NOISE_OF_BENDS, float(steps.min()))
+    noise = _SURE * max(median_of(bends) * NOISE_OF_BENDS, float(steps.min()))
     before, here = course[np.maximum(group - 1, 0)], course[group]
     after, there = course[np.minimum(group + 1, kept.size - 1)], values[again]
     motion = np.fmax(np.abs(after - here), np.abs(here - before))

@@ -157,10 +157,10 @@ class CleanResidual:
         return np.asarray(np.diff(count[run] - np.maximum(np.append(0, last)[run] - edges, 0)))
 
 
-def round_up(level_nm: float) -> float:
-    """Two significant digits, upwards; a level that has no more stays as it is."""
+def round_up(level_nm: float, digits: int = 2) -> float:
+    """So many significant digits, upwards; a level that has no more stays as it is."""
     if not level_nm > 0:
         return 0.0
-    step = 10.0 ** (floor(log10(level_nm)) - 1)
+    step = 10.0 ** (floor(log10(level_nm)) - digits + 1)
     steps = level_nm / step
     return float(f"{(round(steps) if abs(steps - round(steps)) < 1e-9 else floor(steps) + 1) * step:.6g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.history.record_of_audit import residual_shares
+from collaudit.core.history.residual_shares import residual_shares
 
 RATE_HZ = 100.0
 

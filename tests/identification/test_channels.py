@@ -20,10 +20,10 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.identification.channel_audit import (
     audit_channels,
     audit_delays,
-    audit_effort,
     effort_delay,
     late_effort_findings,
 )
+from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.effort.channel_shift import effort_shift

@@ -11,7 +11,7 @@ from three_joints import arm, log_of, settings
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.identification.channel_audit import audit_effort
+from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.prepare import preparation
 from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope
 from collaudit.core.prepare.effort.effort_kind import friction_sign_findings, friction_signs

@@ -137,16 +137,16 @@ def _step(
     levels = _levels_of_blocks(residual, per_kg, friction, block)
     if levels is None:
         return None
-    told, heavy, change, spread = levels
-    cut, gains, wrong = _best_cut(heavy[told])
-    stays = wrong <= (1.0 - _ON_SIDE) * told.size
+    usable, heavy, change, spread = levels
+    cut, gains, wrong = _best_cut(heavy[usable])
+    stays = wrong <= (1.0 - _ON_SIDE) * usable.size
     if stays:
-        first, after, times, spreads = told[cut], np.arange(count) >= told[cut], 1, _SPREADS
+        first, after, times, spreads = usable[cut], np.arange(count) >= usable[cut], 1, _SPREADS
         change = change if gains else -change
     else:
-        changes = np.flatnonzero(np.diff(heavy[told]))
-        first, after, times, spreads = told[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
-    if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or _AGAIN <= times <= _OFTEN * told.size):
+        changes = np.flatnonzero(np.diff(heavy[usable]))
+        first, after, times, spreads = usable[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
+    if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or _AGAIN <= times <= _OFTEN * usable.size):
         return None
     if not _joints_agree(residual, per_kg, friction, after[block].astype(float), change):
         return None

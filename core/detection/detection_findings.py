@@ -124,8 +124,8 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
     far = (state == State.EDGE) & (np.abs(run.residual.torque_nm[:, j]) > _FAR_AT_EDGE * level)
-    told = evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
-    above &= told | (lasting(far, n) & (n >= _FEWEST_AT_EDGE))
+    meaningful = evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
+    above &= meaningful | (lasting(far, n) & (n >= _FEWEST_AT_EDGE))
     blind = np.logical_or.reduce([state == code for code in _BLIND])
     starts, stops = run_bounds(above | blind)
     out = []

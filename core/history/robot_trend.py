@@ -57,7 +57,7 @@ class RobotTrend:
         verdicts: verdict to count.
         series: joint to quantity to series.
         events: what changed, earliest first.
-        untold: what the nights do not allow to say.
+        undetermined: what the nights do not allow to say.
     """
 
     robot: str
@@ -69,7 +69,7 @@ class RobotTrend:
     verdicts: Mapping[str, int]
     series: Mapping[str, Mapping[Quantity, NightSeries]]
     events: tuple[Event, ...]
-    untold: tuple[str, ...]
+    undetermined: tuple[str, ...]
 
 
 def robot_trends(records: Sequence[LogRecord]) -> tuple[RobotTrend, ...]:
@@ -107,7 +107,7 @@ def _trend(robot: str, records: Sequence[LogRecord], joints: Sequence[str], test
         verdicts=verdicts,
         series=series,
         events=tuple(sorted(_events(changes, joints), key=lambda e: (e.changes[0].night, e.cause))),
-        untold=_undetermined(records, series, nights),
+        undetermined=_undetermined(records, series, nights),
     )
 
 

@@ -233,9 +233,8 @@ def _parts(series: NightSeries, a: int, b: int) -> Iterator[tuple[int, int, Seri
             yield begin, end, change
 
 
-def _find(series: NightSeries, a: int, b: int, covariate: FloatArray | None = None) -> SeriesChange | None:
-    own = slice(a, b)
-    return find_change(series.days[own], series.value[own], series.se[own], covariate)
+def _find(series: NightSeries, a: int, b: int) -> SeriesChange | None:
+    return find_change(series.days[a:b], series.value[a:b], series.se[a:b])
 
 
 def _new_basis(series: NightSeries, a: int, change: SeriesChange) -> bool:

@@ -35,17 +35,16 @@ class BaseMap:
     names: tuple[str, ...]
 
 
-def base_map(robot: RobotModel, labels: tuple[str, ...], seed: int = 0) -> BaseMap:
+def base_map(robot: RobotModel, labels: tuple[str, ...]) -> BaseMap:
     """Base parameters of an arm, from its regressor at random motions.
 
     Args:
         robot: the arm.
         labels: names of its moving bodies, ten parameters each.
-        seed: of the random motions; the combinations do not depend on it.
     """
     from scipy.linalg import qr
 
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)  # the combinations do not depend on the motions
     joints = len(robot.joint_names)
     motion = [rng.uniform(-np.pi, np.pi, (60, joints)) for _ in range(3)]
     stacked = robot.torque_regressor(*motion).reshape(60 * joints, -1)

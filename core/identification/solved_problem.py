@@ -143,8 +143,9 @@ def drive_gains(
     shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
     gain, sd = np.where(shown, gain, np.nan), np.where(kept, prior, error)
     of_loads, loads_sd = pair_gains(terms)
-    told = np.isfinite(of_loads)
-    return Gains(np.where(told, of_loads, gain), np.where(told, loads_sd, sd), np.asarray(kept & ~told), told)
+    by_load = np.isfinite(of_loads)
+    gain, sd = np.where(by_load, of_loads, gain), np.where(by_load, loads_sd, sd)
+    return Gains(gain, sd, np.asarray(kept & ~by_load), by_load)
 
 
 def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:

@@ -28,7 +28,7 @@ _LISTED = 20
 
 @dataclass(frozen=True, slots=True)
 class ExcessForce:
-    """A stretch in which the tool's force exceeded what is taken as meant.
+    """A stretch in which the tool's force exceeded what is taken as commanded.
 
     Attributes:
         start_s, end_s: seconds from the log's first sample.
@@ -135,11 +135,11 @@ def found_finding(time_s: FloatArray, force_n: FloatArray, contact: BoolArray, c
     spans = shown.first(f"{time_s[a]:.4g} to {time_s[b - 1]:.4g} s" for a, b in bounds)
     top = int(np.argmax(np.where(contact, np.nan_to_num(force_n), 0.0)))
     limit = config.force_limit_n
-    meant = f"what is usual in {_LEAST_FOUND} or more phases" if limit is None else f"force up to {limit:g} N"
+    usual = f"what is usual in {_LEAST_FOUND} or more phases" if limit is None else f"force up to {limit:g} N"
     text = (
         f"{len(bounds)} contact phase{'' if len(bounds) == 1 else 's'} found where the tool's force exceeds "
         f"{config.contact_force_n:g} N ({spans}; largest {force_n[top]:.3g} N at {time_s[top]:.4g} s). Nothing else "
-        f"says that contact is intended: {meant} is taken as intended there, so a collision of the tool with no more "
+        f"says that contact is intended: {usual} is taken as intended there, so a collision of the tool with no more "
         "cannot be seen. State in [phases] when contact is intended."
     )
     return Finding("phases-unknown", "warning", text)

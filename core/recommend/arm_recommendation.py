@@ -230,9 +230,7 @@ def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) 
     return {joint: found[joint] for joint in evidence.joints if joint in found}
 
 
-def recommended_of_log(
-    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
-) -> dict[str, RecommendedRule]:
+def recommended_of_log(log: LogEvidence, persistence_s: float) -> dict[str, RecommendedRule]:
     """A threshold for each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
     evidence = unsuspicious(ArmEvidence((log,), log.watched), persistence_s)
-    return recommend_joints(evidence, persistence_s, per_hour)[0]
+    return recommend_joints(evidence, persistence_s)[0]

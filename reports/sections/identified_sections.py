@@ -196,11 +196,11 @@ def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds
 
 def _trends(trends: dict[str, FrictionVariation]) -> Section:
     lines: list[tuple[str, ...]] = []
-    untold: list[tuple[str, str]] = []
+    undetermined: list[tuple[str, str]] = []
     for joint, found in trends.items():
         by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}
         lines.append((joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1)))
-        untold += [(joint, f"{text}.") for text in found.untold]
+        undetermined += [(joint, f"{text}.") for text in found.untold]
     head = (
         "Joint",
         "Friction with running time, % a minute",
@@ -211,7 +211,7 @@ def _trends(trends: dict[str, FrictionVariation]) -> Section:
         "Friction trends (time, temperature, load)",
         head,
         tuple(lines),
-        tuple(joint_lines(untold, len(trends))),
+        tuple(joint_lines(undetermined, len(trends))),
     )
 
 

@@ -46,13 +46,13 @@ def robot_section(trends: Sequence[RobotTrend]) -> Section:
         for trend in trends
     )
     head = ("robot", "nights", "logs", "failed", "not judged", "judged", "contacts [95 %]", "near misses [95 %]")
-    untold: dict[str, list[str]] = {}
+    undetermined: dict[str, list[str]] = {}
     for trend in trends:
-        for words in trend.untold:
-            untold.setdefault(words, []).append(trend.robot)
+        for words in trend.undetermined:
+            undetermined.setdefault(words, []).append(trend.robot)
     notes = tuple(
         f"Not told ({'all robots' if len(robots) == len(trends) else ', '.join(robots)}): {words}"
-        for words, robots in untold.items()
+        for words, robots in undetermined.items()
     )
     return Section("Robots", head, rows, notes)
 
@@ -109,7 +109,7 @@ def _robot(trend: RobotTrend) -> dict[str, object]:
         "contacts": trend.contacts,
         "near_misses": trend.near_misses,
         "events": [{"cause": one.cause, "text": one.text, "changes": one.changes} for one in trend.events],
-        "untold": trend.untold,
+        "untold": trend.undetermined,
         "joints": {
             joint: {
                 quantity: {

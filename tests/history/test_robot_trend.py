@@ -83,7 +83,7 @@ def test_wear_then_a_repair_are_two_events() -> None:
 
 def test_few_nights_tell_nothing_and_say_so() -> None:
     trend = robot_trends(history("young", 7, friction=lambda k, _: 0.1 * k))[0]
-    assert not trend.events and any("7 nights" in words for words in trend.untold)
+    assert not trend.events and any("7 nights" in words for words in trend.undetermined)
 
 
 def test_a_new_friction_file_within_its_error_is_no_change() -> None:
@@ -116,7 +116,7 @@ def test_fits_of_each_night_are_followed_too() -> None:
         records.append(log_record("own", k, (own,), friction_sha256=None))
     (event,) = events(records, "own")
     assert event.cause == "wear-like growth"
-    assert any("fitted on themselves" in words for words in robot_trends(records)[0].untold)
+    assert any("fitted on themselves" in words for words in robot_trends(records)[0].undetermined)
 
 
 def test_a_night_that_was_not_judged_is_no_quiet_night() -> None:

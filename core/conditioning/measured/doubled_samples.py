@@ -145,11 +145,11 @@ def without_contradictions(log: JointLog) -> JointLog:
         if values is None:
             continue
         rows = ordered_map(lambda column: contradicting(log.time_s, column), values.T)
-        told = {j: wrong for j, wrong in enumerate(rows) if wrong is not None}
-        if told:
+        contradicted = {j: wrong for j, wrong in enumerate(rows) if wrong is not None}
+        if contradicted:
             known = copied(values)
             unit = "rad" if name == "position_rad" else _UNITS.get(log.effort_unit, "")
-            for j, wrong in told.items():
+            for j, wrong in contradicted.items():
                 known[wrong, j] = np.nan
                 findings.append(_conflict(log, j, wrong, name.partition("_")[0], values, unit))
             parts[name] = frozen(known)

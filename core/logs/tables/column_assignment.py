@@ -145,7 +145,7 @@ def recognise(
     if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
         choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
     found = _named_joints(every, choices, robot)
-    choices |= {quantity: _beside(choices[quantity], each) for quantity, each in found.items()}
+    choices |= {quantity: _without_named(choices[quantity], each) for quantity, each in found.items()}
     for quantity in [each for each in choices if each not in found]:
         named = _guess_named(unnumbered, quantity, robot)
         numbered = choices[quantity].taken
@@ -171,7 +171,7 @@ def _named_joints(names: Sequence[str], choices: Mapping[str, Choice], robot: Se
     return {key: found for key, found in named.items() if _keeps_names(found, choices[key], alike, robot)}
 
 
-def _beside(choice: Choice, named: Found) -> Choice:
+def _without_named(choice: Choice, named: Found) -> Choice:
     """What is passed over for columns that are named."""
     return Choice(None, tuple(group for group in choice.passed if not {*group.columns} <= {*named.columns}))
 

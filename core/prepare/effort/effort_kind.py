@@ -106,7 +106,7 @@ def _without_gravity(gravity: _Share, inertia: _Share) -> bool:
 
 
 def _shares(series: UniformSeries, robot: RobotModel) -> tuple[_Share, _Share] | None:
-    """How much of the model's gravity and inertial torque the effort holds, over all joints; None where untold.
+    """How much of the model's gravity and inertial torque the effort holds, over all joints; None where not known.
 
     Weighted means over the joints, by their standard errors.
     """

@@ -18,7 +18,11 @@ from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.problem_terms import friction_columns, generalised_inverse
+from collaudit.core.identification.problem.problem_terms import (
+    FRICTION_COLUMNS,
+    friction_columns,
+    generalised_inverse,
+)
 from collaudit.core.identification.problem.solution_errors import RANK, clustered_covariance
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
@@ -87,7 +91,7 @@ def fit_coupled(
 
 def _system(motion: Motion, rest: FloatArray, weights: FloatArray) -> _System:
     touched = np.flatnonzero((weights != 0).any(axis=0) & motion.moving.any(axis=0))
-    count, own = weights.shape[0], 7
+    count, own = weights.shape[0], FRICTION_COLUMNS
     blocks, target, joint, cluster = [], [], [], []
     for k, j in enumerate(touched):
         rows = np.flatnonzero(motion.moving[:, j])

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, STANDARD_ERRORS_95, robust_sd
 
@@ -20,7 +20,6 @@ _SHOWN, _LEFT = 0.1, 1e-3
 _ROUNDS, _MOST = 5, 0.9
 #: A stated mass, and where it is, are right to this share (standard deviation).
 _STATED = 0.005
-_LAW = 7
 
 
 def pair_gains(terms: Terms) -> tuple[FloatArray, FloatArray]:
@@ -50,7 +49,7 @@ def _gain(terms: Terms, load: FloatArray, log: IntArray, j: int, use: BoolArray)
     motion = terms.motion
     sliding = np.sign(motion.velocity[:, j]) * np.abs(load)
     own = motion.regressor[:, j][:, np.any(motion.regressor[:, j] != 0.0, axis=0)]
-    law, drift = terms.nuisance[j][:, :_LAW], terms.nuisance[j][:, _LAW:]
+    law, drift = terms.nuisance[j][:, :FRICTION_COLUMNS], terms.nuisance[j][:, FRICTION_COLUMNS:]
     laws = [law * (log == k)[:, None] for k in np.unique(log[use])]
     others = np.column_stack([own, sliding, motion.acceleration[:, j], drift, *laws])[use]
     others = _scaled(others)

@@ -18,7 +18,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.identification.inertial_parameters import BaseMap, base_map
-from collaudit.core.identification.problem.problem_terms import friction_columns
+from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, friction_columns
 from collaudit.core.identification.solved_problem import inertials_prior_sd
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -30,7 +30,6 @@ from collaudit.core.robot.robot_model import RobotModel
 _SHARE, _ROTOR_SHARE, _LOAD = 0.2, 0.5, 0.1
 #: Standard deviation of the torque where no log says, as a share of the joint's highest.
 _UNKNOWN_NOISE = 0.01
-_NUISANCE = 7  # columns of friction and offset of a joint
 _NEXT_TO_NONE = 1e-6  # information on these before the data, in units of the noise
 
 
@@ -62,22 +61,24 @@ class Unknowns:
         rigid = regressor @ robot.inertial_parameters
         count, (samples, joints), inertials = self.scale.size, q.shape, regressor.shape[2]
         each = np.arange(joints)
-        columns = np.zeros((samples, joints, count + _NUISANCE * joints))
+        columns = np.zeros((samples, joints, count + FRICTION_COLUMNS * joints))
         columns[:, :, :inertials] = regressor
         columns[:, each, inertials + each] = a
         if self.with_gain:
             columns[:, each, inertials + joints + each] = rigid
         columns[:, each, count - joints + each] = np.sign(v) * np.abs(rigid)
         columns[:, :, :count] *= self.scale
-        nuisance = count + _NUISANCE * each[:, None] + np.arange(_NUISANCE)
-        columns[:, each[:, None], nuisance] = friction_columns(v.ravel(), a.ravel()).reshape(samples, joints, _NUISANCE)
+        nuisance = count + FRICTION_COLUMNS * each[:, None] + np.arange(FRICTION_COLUMNS)
+        columns[:, each[:, None], nuisance] = friction_columns(v.ravel(), a.ravel()).reshape(
+            samples, joints, FRICTION_COLUMNS
+        )
         moving = (columns / self.noise[:, None])[np.abs(v) > 1e-6]
         return np.asarray(weight * moving.T @ moving)
 
     def prior(self) -> FloatArray:
         """(m, m) information before the motion: prior and earlier logs; next to none on what stands beside."""
         count = self.scale.size
-        out = np.diag(np.concatenate([np.ones(count), np.repeat(self.noise**-2.0, _NUISANCE) * _NEXT_TO_NONE]))
+        out = np.diag(np.concatenate([np.ones(count), np.repeat(self.noise**-2.0, FRICTION_COLUMNS) * _NEXT_TO_NONE]))
         out[:count, :count] += self.earlier
         return out
 

@@ -20,8 +20,8 @@ from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import interval_95
 
-OFFSET = 2
-_LAW = 7
+#: Columns of friction and offset of a joint, and which of them is the offset.
+FRICTION_COLUMNS, OFFSET = 7, 2
 _COUPLED = 3
 _LOW_SPEEDS = (0.03, 0.1)  # rad/s: Stribeck velocities of gears lie between
 #: rad (or m) that a joint must cover for its angle to tell anything.
@@ -140,14 +140,14 @@ def nuisance_columns(
             inertia are columns of each of these joints.
     """
     joints = velocity.shape[1]
-    first = _LAW + _COUPLED * coupled.shape[0]
+    first = FRICTION_COLUMNS + _COUPLED * coupled.shape[0]
     out = np.zeros((joints, velocity.shape[0], first + drift.shape[1]))
     one_way = np.zeros(joints, dtype=bool)
     for j in range(joints):
-        out[j, :, :_LAW] = friction_columns(velocity[:, j], acceleration[:, j])
+        out[j, :, :FRICTION_COLUMNS] = friction_columns(velocity[:, j], acceleration[:, j])
         for c in np.flatnonzero(coupled[:, j]):
             s = velocity @ coupled[c]
-            at = _LAW + _COUPLED * c
+            at = FRICTION_COLUMNS + _COUPLED * c
             out[j, :, at : at + _COUPLED] = np.column_stack([np.sign(s), s, acceleration @ coupled[c]])
         out[j, :, first:] = drift
         ahead = np.count_nonzero(velocity[moving[:, j], j] > 0)

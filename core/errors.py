@@ -7,7 +7,7 @@ Every expected failure is a :class:`CollauditError`. Only the command line catch
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 EXIT_PASS = 0
@@ -90,6 +90,28 @@ def did_you_mean(found: str, known: Iterable[str]) -> str | None:
     by_lower = {name.lower(): name for name in known}
     close = difflib.get_close_matches(found.lower(), by_lower, n=1)
     return f"did you mean {by_lower[close[0]]!r}?" if close else None
+
+
+def refuse_unknown(names: Iterable[str], known: Sequence[str], problem: str, where: str) -> None:
+    """Refuse names of a configuration that are not known.
+
+    Args:
+        names: as stated.
+        known: that can be meant.
+        problem: what is wrong, in words; where: the key.
+
+    Raises:
+        ConfigError: some are not known.
+    """
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ConfigError(
+            problem,
+            where=where,
+            found=", ".join(unknown),
+            expected="some of " + ", ".join(known),
+            hint=did_you_mean(unknown[0], known),
+        )
 
 
 def similar_file(path: Path) -> str | None:

@@ -5,7 +5,7 @@ Judged are position-controlled joints, not those that give way to a commanded fo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.recommendation_result import FollowedMotion
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.errors import ConfigError, did_you_mean
+from collaudit.core.errors import refuse_unknown
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
@@ -48,7 +48,10 @@ def make_rule(
     """
     detect, follows = config.detect, follows or FollowedMotion()
     watch = choose_watched(series, contact_mask(phases), detect)
-    gamma = {} if detect.gamma_nm == "auto" else _gamma(series.joint_names, detect.gamma_nm)
+    gamma: dict[str, float] = {}
+    if detect.gamma_nm != "auto":
+        problem = "a threshold belongs to no judged joint"
+        gamma = stated_by_joint(detect.gamma_nm, series.joint_names, problem, "[detect] gamma_nm")
     for joint in series.joint_names:
         if joint not in gamma and watch[joint].watched:
             watch[joint] = Watch(False, False, "there is no threshold for it")
@@ -82,23 +85,14 @@ def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, floa
     return n, detect.asked_persistence_ms
 
 
-def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dict[str, float]:
-    if not isinstance(configured, dict):
-        return dict.fromkeys(joints, float(configured))
-    _refuse_unknown(configured, joints, "a threshold belongs to no judged joint", "[detect] gamma_nm")
-    return {joint: float(configured[joint]) for joint in joints if joint in configured}
-
-
-def _refuse_unknown(names: Iterable[str], joints: tuple[str, ...], problem: str, where: str) -> None:
-    unknown = [name for name in names if name not in joints]
-    if unknown:
-        raise ConfigError(
-            problem,
-            where=where,
-            found=", ".join(unknown),
-            expected="some of " + ", ".join(joints),
-            hint=did_you_mean(unknown[0], joints),
-        )
+def stated_by_joint(
+    stated: float | dict[str, float], joints: tuple[str, ...], problem: str, where: str
+) -> dict[str, float]:
+    """A number that is stated for all of the joints, or for some by name; arguments as of :func:`refuse_unknown`."""
+    if not isinstance(stated, dict):
+        return dict.fromkeys(joints, float(stated))
+    refuse_unknown(stated, joints, problem, where)
+    return {joint: float(stated[joint]) for joint in joints if joint in stated}
 
 
 def watch_findings(watch: Mapping[str, Watch]) -> list[Finding]:
@@ -180,7 +174,7 @@ def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watc
 
 
 def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
-    _refuse_unknown(names, joints, "a watched joint is not among the judged joints", "[detect] watch")
+    refuse_unknown(names, joints, "a watched joint is not among the judged joints", "[detect] watch")
     return {
         joint: Watch(True, True, "named in [detect] watch")
         if joint in names

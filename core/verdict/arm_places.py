@@ -18,7 +18,7 @@ import numpy as np
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, AskedBy, kind_of_place
-from collaudit.core.errors import ConfigError, did_you_mean
+from collaudit.core.errors import refuse_unknown
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.robot.pinocchio_model import PinocchioModel
@@ -157,15 +157,9 @@ def asked_forces(
         ConfigError: a force is stated for a place that the arm does not have.
     """
     names = list(dict.fromkeys([*(place.name for place in places), *(place.kind for place in places)]))
-    for name in policy.observable_n:
-        if names and name not in names:
-            raise ConfigError(
-                "a force is asked for at a place that this arm does not have",
-                where="[policy] observable_n",
-                found=name,
-                expected="some of " + ", ".join(names),
-                hint=did_you_mean(name, names),
-            )
+    if names:
+        problem = "a force is asked for at a place that this arm does not have"
+        refuse_unknown(policy.observable_n, names, problem, "[policy] observable_n")
     out = {}
     for place in places:
         stated = policy.observable_n.get(place.name, policy.observable_n.get(place.kind))

@@ -19,7 +19,7 @@ from collaudit.core.data.sensitivity_result import (
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.detection.rule_reach import largest_efforts
-from collaudit.core.errors import ConfigError
+from collaudit.core.detection.rule_settings import stated_by_joint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
@@ -44,19 +44,10 @@ def observable_torques(policy: PolicyConfig, joints: tuple[str, ...]) -> dict[st
     Raises:
         ConfigError: a torque is stated for a joint that is not judged.
     """
-    stated = policy.observable_nm
-    if stated is None:
+    if policy.observable_nm is None:
         return {}
-    if not isinstance(stated, dict):
-        return dict.fromkeys(joints, stated)
-    if unknown := sorted(stated.keys() - set(joints)):
-        raise ConfigError(
-            "a torque is asked to be observable on a joint that is not judged",
-            where="[policy] observable_nm",
-            found=", ".join(unknown),
-            expected="some of " + ", ".join(joints),
-        )
-    return dict(stated)
+    problem = "a torque is asked to be observable on a joint that is not judged"
+    return stated_by_joint(policy.observable_nm, joints, problem, "[policy] observable_nm")
 
 
 def measure_sensitivity(

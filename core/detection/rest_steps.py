@@ -60,7 +60,7 @@ def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) ->
         asked[one.rows] = np.maximum(asked[one.rows], np.where(one.along[one.rows], size, 0.0))
         pushed[one.rows] = np.maximum(pushed[one.rows], np.where(one.against[one.rows], size, 0.0))
     found = [_of_joint(blocks, its, names[j], asked, pushed) for j, its in zip(judged, steps, strict=True)]
-    return tuple(RestStep(a, b, one) for its in found for a, b, one in its)
+    return tuple(step for its in found for step in its)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,8 +91,8 @@ class _Steps:
 
 def _of_joint(
     blocks: RestBlocks, scales: Sequence[_Steps], joint: str, asked: FloatArray, pushed: FloatArray
-) -> list[tuple[float, float, DisturbedJoint]]:
-    """Disturbances of one joint: start, end, size.
+) -> list[RestStep]:
+    """Disturbances of one joint.
 
     Left out is one just before which its own motion, or more motion of another joint than any deflection, was
     commanded.
@@ -107,7 +107,7 @@ def _of_joint(
     along = np.logical_or.reduce([s.along for s in scales])
     if not against.any():
         return []
-    out: list[tuple[float, float, DisturbedJoint]] = []
+    out: list[RestStep] = []
     starts, stops = run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s)))
     before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, STAYS_S))
     for a, b in zip(starts, stops, strict=True):
@@ -121,7 +121,7 @@ def _of_joint(
         one = DisturbedJoint(joint, float(scale.torque_nm[here]), float(scale.position_rad[here]))
         edges = [edge for s in scales if (edge := _edges(s, a, b)) is not None]
         first, last = min(edge[0] for edge in edges), max(edge[1] for edge in edges)
-        out.append((float(blocks.time_s[first]), float(blocks.time_s[last]), one))
+        out.append(RestStep(float(blocks.time_s[first]), float(blocks.time_s[last]), one))
     return out
 
 

@@ -94,12 +94,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     """
     asked, robot = wanted(config), prepared[0].robot
     raw = prepared[0].series.effort_unit == "raw"
-    with_gain = asked == "auto" and (raw or bool(config.log.units.torque_constant_nm_per_a))
-    tried = candidates_of(asked, config, with_gain, prepared[0].effort_source != "joint")
-    if asked == "auto" and raw:  # without its gain an effort is no torque
-        tried = tuple(one for one in tried if "gain" in one.estimate)
-    elif asked == "auto" and config.robot.tool.mass_kg == "estimate":
-        tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
+    tried = _possible(asked, prepared[0], config)
     nothing = Candidate((), tried[0].width)
     unmodelled = not robot.has_inertials or any(log.series.effort is None for log in prepared)
     if unmodelled and (asked == "auto" or not tried[0].estimate):
@@ -156,6 +151,18 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     if stated is None:
         return taken, choice
     return stated, None if taken == stated else replace(choice, taken=stated.words, better=taken.words)
+
+
+def _possible(asked: Sequence[str] | str, log: Prepared, config: Config) -> tuple[Candidate, ...]:
+    """The candidates of what is asked for that such logs leave open, the simplest first."""
+    raw = log.series.effort_unit == "raw"
+    with_gain = asked == "auto" and (raw or bool(config.log.units.torque_constant_nm_per_a))
+    every = candidates_of(asked, config, with_gain, log.effort_source != "joint")
+    if asked == "auto" and raw:  # without its gain an effort is no torque
+        return tuple(one for one in every if "gain" in one.estimate)
+    if asked == "auto" and config.robot.tool.mass_kg == "estimate":
+        return tuple(one for one in every if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
+    return every
 
 
 def _refuse_if_impossible(asked: Sequence[str], log: Prepared) -> None:

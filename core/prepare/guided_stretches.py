@@ -45,7 +45,7 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     mask = covered((one.span for one in found), series.time_s.size)
     if series.not_driven is not None:
         mask |= series.not_driven
-    findings = tuple(Finding("arm-guided", "warning", *_words(series, one, "judged")) for one in found)
+    findings = tuple(_finding("arm-guided", series, one, "judged") for one in found)
     marked = without_states(series, mask)
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
 
@@ -84,7 +84,7 @@ def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared
     found = _found(prepared, rough_friction(prepared), config)
     if not found:
         return prepared, ()
-    findings = tuple(Finding("fit-left-out", "warning", *_words(prepared.series, one, "fitted")) for one in found)
+    findings = tuple(_finding("fit-left-out", prepared.series, one, "fitted") for one in found)
     left_out = covered((one.span for one in found), prepared.series.time_s.size)
     return without_effort(prepared, left_out, config), findings
 
@@ -155,8 +155,8 @@ def _known(
     return series, drive, rigid, prepared.robot.gravity_torque, by_column
 
 
-def _words(series: UniformSeries, found: HandGuiding, what: str) -> tuple[str, str | None, str | None, float, float]:
-    """Text, where, joint, start and end of a finding."""
+def _finding(code: str, series: UniformSeries, found: HandGuiding, what: str) -> Finding:
+    """That a hand guided the arm in a stretch, which is not ``what``."""
     start, end = (float(series.time_s[k]) for k in (found.span.start, found.span.stop - 1))
     joints = ", ".join(series.joint_names[j] for j in found.joints)
     supplied = 100 * max(found.share, 0.0)
@@ -165,4 +165,4 @@ def _words(series: UniformSeries, found: HandGuiding, what: str) -> tuple[str, s
         f"gravity and supply {supplied:.0f} % of what friction and inertia take; {found.work_j:.3g} J come from "
         f"outside. It looks guided by hand (freedrive) without a flag that says so; not {what} there."
     )
-    return text, None, None, start, end
+    return Finding(code, "warning", text, start_s=start, end_s=end)

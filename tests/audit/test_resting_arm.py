@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -116,3 +117,13 @@ def test_an_arm_that_moves_has_no_quiet_level() -> None:
     moved = make_log(log.time_s, log.position_rad + 0.02 * np.sin(log.time_s)[:, None], None, log.effort)
     cfg = config("joint")
     assert not quiet_levels(prepare(moved, build_robot(cfg.robot, Path(), log.joint_names), cfg))
+
+
+def test_an_effort_that_is_no_number_has_no_level_and_no_warning() -> None:
+    log = resting()
+    dead = make_log(log.time_s, log.position_rad, log.velocity_rad_s, np.full_like(log.position_rad, np.nan))
+    cfg = config("joint")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        prepared = prepare(dead, build_robot(cfg.robot, Path(), dead.joint_names), cfg)
+        assert not quiet_levels(prepared)

@@ -123,3 +123,13 @@ def test_order_of_a_message_is_asked_where_the_alphabet_differs() -> None:
 def test_robots_numbered_against_their_order_are_asked() -> None:
     guess = guess_joints(["q1", "q2", "q3"], ["j3", "j1", "j2"])
     assert not guess.sure and len(guess.candidates) == 2
+
+
+def test_stated_names_that_the_log_lacks_are_said_where_a_joint_is_missing() -> None:
+    log = ["Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3"]
+    mapping = dict(zip(log, UR, strict=True))
+    wrong = {"Wrist_3" if name == "Wrist 3" else name: joint for name, joint in mapping.items()}
+    (missing,) = (f for f in map_names(log, wrong, UR, "x.bag").findings if f.code == "log-joints-missing")
+    assert UR[-1] in missing.text and "Wrist_3" in missing.text
+    both = {**mapping, "Wrist_3": UR[-1]}  # of another log that the configuration is for, too
+    assert not any("Wrist_3" in finding.text for finding in map_names(log, both, UR, "x.bag").findings)

@@ -101,7 +101,7 @@ def _tool_speed(robot: RobotModel, q: FloatArray, v: FloatArray, frame: str) -> 
     return float(np.linalg.norm(after - before) / (2 * _STEP_S))
 
 
-class LookedAt:
+class ArmAtSamples:
     """The arm at the samples where contacts are looked at.
 
     A lever arm costs some hundred calls of NumPy, whether for one sample or for a hundred: those of a frame are

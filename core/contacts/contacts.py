@@ -8,7 +8,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
-from collaudit.core.contacts.contact_scene import LookedAt, scene_at
+from collaudit.core.contacts.contact_scene import ArmAtSamples, scene_at
 from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
 from collaudit.core.contacts.least_force import least_force, with_least
 from collaudit.core.data.audit_result import Collision
@@ -37,7 +37,7 @@ def find_contacts(prepared: Prepared, run: DetectorRun, config: Config) -> tuple
     isolates = run.residual.isolation.isolates
     peaks = [_peak_sample(prepared, run, group) for group in groups]
     known = Unsmoothed.of(prepared, run, peaks) if isolates else Unsmoothed(np.zeros(0), {})
-    at = LookedAt(prepared, peaks, config.robot.tool.frame)
+    at = ArmAtSamples(prepared, peaks, config.robot.tool.frame)
     return tuple(
         _describe(prepared, run, known, at, group, peak, config) for group, peak in zip(groups, peaks, strict=True)
     )
@@ -59,7 +59,7 @@ def _describe(
     prepared: Prepared,
     run: DetectorRun,
     known: Unsmoothed,
-    at: LookedAt,
+    at: ArmAtSamples,
     group: Sequence[Collision],
     peak: int,
     config: Config,
@@ -85,7 +85,7 @@ def _describe(
 
 
 def _locate(
-    prepared: Prepared, run: DetectorRun, known: Unsmoothed, at: LookedAt, names: Sequence[str], peak: int
+    prepared: Prepared, run: DetectorRun, known: Unsmoothed, at: ArmAtSamples, names: Sequence[str], peak: int
 ) -> tuple[str, str, ContactForce | None, LeastForce | None]:
     """The link of a contact, what that does not exclude, the force at the peak's sample, the least that it can be.
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.contacts.contact_scene import LookedAt
+from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
@@ -82,7 +82,7 @@ def _residual_of(prepared: Prepared, run: DetectorRun, j: int) -> FloatArray:
 
 
 def estimate_force(
-    at: LookedAt, run: DetectorRun, known: Unsmoothed, names: Sequence[str], sample: int
+    at: ArmAtSamples, run: DetectorRun, known: Unsmoothed, names: Sequence[str], sample: int
 ) -> ContactForce | None:
     """External force at the link moved by the outermost of the joints that reacted.
 
@@ -121,7 +121,7 @@ def estimate_force(
 
 
 def _at_link(
-    at: LookedAt, frame: str, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
+    at: ArmAtSamples, frame: str, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
 ) -> _ForceFit | None:
     """As if the force acted on a link near its frame; None where no judged joint that counts sees any."""
     arm = np.ascontiguousarray(at.lever_arms(frame, sample)[:, [at.columns[j] for j in used]].T)

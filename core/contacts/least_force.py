@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.contacts.contact_scene import LookedAt
+from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -25,7 +25,7 @@ _SHORTEST_M = 0.03
 
 
 def least_force(
-    at: LookedAt, joints: Sequence[str], torque_nm: FloatArray, sd_nm: FloatArray, sample: int
+    at: ArmAtSamples, joints: Sequence[str], torque_nm: FloatArray, sd_nm: FloatArray, sample: int
 ) -> LeastForce | None:
     """The largest of the lower bounds that the joints of a contact give.
 
@@ -63,7 +63,7 @@ def with_least(force: ContactForce | None, least: LeastForce | None) -> ContactF
     return replace(force, size_ci95_n=(least.force_n, high)) if least.force_n <= high else None
 
 
-def longest_levers(at: LookedAt, sample: int) -> FloatArray:
+def longest_levers(at: ArmAtSamples, sample: int) -> FloatArray:
     """(j,) longest distance from each joint's axis to the surface of what it moves, m; 1 for prismatic joints.
 
     Args:

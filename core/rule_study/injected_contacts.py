@@ -7,7 +7,7 @@ It keeps its direction in the link, and the motion is taken as it was recorded.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class InjectedContact:
     direction: tuple[float, float, float]
     point_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     felt: tuple[int, ...] | None = None
-    phase: float = field(default=0.0)
+    phase: float = 0.0
 
 
 def open_moments(series: UniformSeries, usable: BoolArray, before: int, after: int) -> IntArray:
@@ -133,13 +133,13 @@ class ContactShape:
         return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(inside / edge, 0.0, 1.0)))
 
 
+#: The push that planes of single joints are drawn for.
+REFERENCE_PUSH = ContactShape("push 100 ms", 0.100, 0.030)
 #: What is added to every log: knocks of a stiff hit, a push by hand, and the slow closing of a clamping contact.
 SHAPES = (
     ContactShape("knock 5 ms", 0.005, 0.0025),
     ContactShape("knock 10 ms", 0.010, 0.005),
     ContactShape("knock 20 ms", 0.020, 0.010),
-    ContactShape("push 100 ms", 0.100, 0.030),
+    REFERENCE_PUSH,
     ContactShape("clamp 1 s", 1.000, 0.450),
 )
-#: The push that planes of single joints are drawn for.
-REFERENCE_PUSH = ContactShape("push 100 ms", 0.100, 0.030)

@@ -71,7 +71,7 @@ def measure_sensitivity(
     Raises:
         ConfigError: something is to be noticeable on a joint that is not judged, or at a place that the arm lacks.
     """
-    log = _Looked.at(prepared, run, inputs, config)
+    log = _PushedLog.at(prepared, run, inputs, config)
     observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
     joints = by_name(lambda joint: _of_joint(log, joint, moving[joint], gaps_s, observable.get(joint)), log.joints)
     places = (
@@ -96,8 +96,8 @@ def measure_sensitivity(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Looked:
-    """A judged log, looked at for what a push would have shown.
+class _PushedLog:
+    """A judged log, for what a push would have shown in it.
 
     Attributes:
         prepared, run: the log.
@@ -114,7 +114,7 @@ class _Looked:
     shown: Mapping[str, Push]
 
     @classmethod
-    def at(cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> _Looked:
+    def at(cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> _PushedLog:
         series, rule = prepared.judged_series, inputs.rule
         known = (config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
         shown = {joint: Push.of(*known, smoothing.high_s) for joint, smoothing in prepared.effort_smoothing.items()}
@@ -161,7 +161,9 @@ def _limits(prepared: Prepared) -> FloatArray:
     return np.where(prepared.robot.effort_limit_nm >= seen, prepared.robot.effort_limit_nm, np.nan)
 
 
-def _of_joint(log: _Looked, joint: str, moving: BoolArray, gaps_s: float, asked_nm: float | None) -> JointSensitivity:
+def _of_joint(
+    log: _PushedLog, joint: str, moving: BoolArray, gaps_s: float, asked_nm: float | None
+) -> JointSensitivity:
     """One joint over the time in which it was watched, and over that in which it moved."""
     watched = log.watched(joint)
     watched_s, moving_s = (float(np.count_nonzero(mask)) * log.period_s for mask in (watched, moving))

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from collaudit.core.contacts.contact_scene import LookedAt
+from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
 from collaudit.core.data.signals import State
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -20,7 +20,7 @@ def test_an_alarm_that_reaches_into_missing_effort(lost: tuple[int, ...]) -> Non
     q, force = np.array([0.3, -1.0, 0.6, 0.4, 0.9, 0.2]), np.array([0.0, 20.0, 30.0])
     series = SimpleNamespace(position_rad=q[None, :])
     log = SimpleNamespace(robot=robot, judged=robot.joint_names, phases=np.zeros(1), series=series)
-    at = LookedAt(log, [0])  # type: ignore[arg-type]
+    at = ArmAtSamples(log, [0])  # type: ignore[arg-type]
     frame = at.links[-1]
     assert frame is not None
     torque = -(at.lever_arms(frame, 0).T @ force)

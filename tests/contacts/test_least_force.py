@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from collaudit.core.contacts.contact_scene import LookedAt
+from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.least_force import SURFACE_M, longest_levers, with_least
 from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -24,7 +24,7 @@ def test_no_force_on_the_arm_turns_a_joint_by_more_than_its_longest_lever() -> N
         log = SimpleNamespace(
             robot=robot, judged=(), phases=np.zeros(1), series=SimpleNamespace(position_rad=q[None, :])
         )
-        levers = longest_levers(LookedAt(log, [0]), 0)  # type: ignore[arg-type]
+        levers = longest_levers(ArmAtSamples(log, [0]), 0)  # type: ignore[arg-type]
         most = np.zeros(6)
         for frame in robot.bodies.frame_names:
             if robot.bodies.frame_joint(frame) is None:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from collaudit.core.contacts.contact_scene import LookedAt
+from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.external_force import Unsmoothed
 from collaudit.core.data.signals import State
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -19,7 +19,7 @@ def test_lever_arms_of_all_samples_are_those_of_each() -> None:
     log = SimpleNamespace(
         robot=robot, judged=robot.joint_names, phases=np.zeros(6), series=SimpleNamespace(position_rad=q)
     )
-    at = LookedAt(log, [5, 2, 0, 5])  # type: ignore[arg-type]
+    at = ArmAtSamples(log, [5, 2, 0, 5])  # type: ignore[arg-type]
     assert [at.position_known(k) for k in (5, 2, 0, 1)] == [True, False, True, False]
     unit = np.hstack([np.eye(3), np.zeros((3, 3))])
     assert len(at.link_frames) >= 6

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise, takewhile
+from itertools import chain, pairwise, takewhile
 
 import numpy as np
 
@@ -102,16 +102,21 @@ def _bandwidth(
     """The bandwidth of one joint's model torque; None where all of it serves."""
     ends = [share * series.bandwidth_hz for share in _LADDER]
     both = np.column_stack([effort, rigid])
-    levels = [low_pass(both, spans, series.period_s, end) for end in ends]
-    use = np.isfinite(levels[0]).all(axis=1) & ~series.edge[: both.shape[0]]
+
+    def up_to(end_hz: float) -> FloatArray:
+        return low_pass(both, spans, series.period_s, end_hz)
+
+    whole = up_to(ends[0])
+    use = np.isfinite(whole).all(axis=1) & ~series.edge[: both.shape[0]]
     if np.count_nonzero(use) < _FEWEST:
         return None
     length = max(2, round(1.0 / (ends[-1] * series.period_s)))
-    bands = ((upper - lower)[use] for upper, lower in pairwise(levels))
+    # no band is filtered beyond the first that is motion: of most joints that is the first of all
+    bands = ((upper - lower)[use] for upper, lower in pairwise(chain([whole], map(up_to, ends[1:]))))
     noise = [band[:, 1] for band in takewhile(lambda band: _is_noise(band[:, 0], band[:, 1], length), bands)]
     if not noise:
         return None
-    fast = (levels[0] - levels[-1])[use]
+    fast = (whole - up_to(ends[-1]))[use]
     before = fast[:, 0] - fast[:, 1]
     after = before + np.sum(noise, axis=0)
     power = [median_of(_by_block(x, x, length)) for x in (before, after)]

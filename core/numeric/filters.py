@@ -35,20 +35,20 @@ def lfilter(b: FloatArray, a: FloatArray, x: FloatArray, zi: FloatArray) -> Floa
     return np.asarray(_recursion()(b, a, x, 0, zi)[0])
 
 
-def filtfilt(b: FloatArray, a: FloatArray, x: FloatArray, padlen: int) -> FloatArray:
+def filtfilt(b: FloatArray, a: FloatArray, x: FloatArray, padlen: int, zi: FloatArray) -> FloatArray:
     """(n, j) result of a filter run forward and backward: ``scipy.signal.filtfilt`` with ``axis=0``.
 
     Args:
         b, a: numerator and denominator in z.
         x: (n, j).
         padlen: rows by which both ends are continued by point reflection, less than n.
+        zi: (m,) of :func:`lfilter_zi`.
     """
     before = 2.0 * x[:1] - x[padlen:0:-1]
     after = 2.0 * x[-1:] - x[-2 : -padlen - 2 : -1]
     whole = np.concatenate((before, x, after)) if padlen else x
-    settled = lfilter_zi(b, a)[:, None]
-    forward = lfilter(b, a, whole, settled * whole[:1])
-    both = lfilter(b, a, forward[::-1], settled * forward[-1:])[::-1]
+    forward = lfilter(b, a, whole, zi[:, None] * whole[:1])
+    both = lfilter(b, a, forward[::-1], zi[:, None] * forward[-1:])[::-1]
     return both[padlen : padlen + len(x)]
 
 
@@ -249,7 +249,7 @@ def filtered(
         def run(columns: slice, part: FloatArray = part, result: FloatArray = result, edge: int = edge) -> None:
             values = part[:, columns]
             if both_ways:
-                result[:, columns] = filtfilt(b, a, values, edge)
+                result[:, columns] = filtfilt(b, a, values, edge, settled)
             else:
                 result[:, columns] = lfilter(b, a, values, settled[:, None] * values[:1])
 

@@ -219,16 +219,20 @@ class PinocchioModel:
         places = [data.oMf[self.frame_number(frame)] for frame in frames]
         return [(np.array(place.rotation), np.array(place.translation)) for place in places]
 
-    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray, expansion: FloatArray) -> FloatArray:
+        """(n, j, 10 k) derivative of the torques of j joints by the inertial parameters; rotor inertia is not in it.
 
         Parameters of each joint's moving body in turn: mass, mass times centre (x, y, z), inertia about the joint's
-        origin (xx, xy, yy, xz, yz, zz); all (n, j) inputs without NaN.
+        origin (xx, xy, yy, xz, yz, zz); all (n, k) inputs without NaN.
+
+        Args:
+            q, v, a: motion of the k joints of the model.
+            expansion: (k, j) their velocities by those of the j joints.
         """
-        data, count = self._model.createData(), self._model.nv
-        out = np.empty((len(q), count, 10 * count))
-        for row, motion in zip(out, zip(q, v, a, strict=True), strict=True):
-            row[...] = pin.computeJointTorqueRegressor(self._model, data, *motion)
+        data, onto = self._model.createData(), expansion.T
+        out = np.empty((len(q), len(onto), 10 * self._model.nv))
+        for row, motion in zip(out, zip(q, v, a, strict=True), strict=True):  # one after the other: no second table
+            row[...] = onto @ pin.computeJointTorqueRegressor(self._model, data, *motion)
         return out
 
     def frame_placement(self, frame: str) -> FramePlacement:

@@ -150,8 +150,8 @@ class RobotModel:
             NotJudgedError: the model has no inertials.
         """
         bodies = self.inertial_bodies()
-        full = bodies.torque_regressor(self._expand(q), v @ self.expansion.T, a @ self.expansion.T)
-        return np.asarray(np.einsum("kj,nkp->njp", self.expansion, full))
+        moving = self._expand(q), v @ self.expansion.T, a @ self.expansion.T
+        return bodies.torque_regressor(*moving, self.expansion)
 
     @property
     def inertial_parameters(self) -> FloatArray:

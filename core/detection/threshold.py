@@ -7,6 +7,7 @@ while moving fast is blind while moving slowly.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.residual.residual import Residual
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Threshold:
     """The level of each joint plus the residual's own uncertainty, computed where it is asked for.
 
@@ -52,7 +53,7 @@ class Threshold:
         if joint not in self.rule.lasting_nm:
             return None
         series, level = self.series, self.of(j)
-        relative = relative_scale(self.rule.lasting_follows[joint], series.velocity_rad_s, j, series.period_s)
+        relative = self._relative(self.rule.lasting_follows[joint], j)
         lower = level - self._moving(j, joint) + self.rule.lasting_nm[joint] * relative
         fast = np.abs(series.velocity_rad_s[:, j]) > _SLOW_RAD_S
         return np.where(fast, lower, np.maximum(lower, level))
@@ -61,10 +62,16 @@ class Threshold:
         """(n,) threshold of a joint that follows the motion, through the residual's kernel."""
         if j not in self._kept:
             series, kernel = self.series, self.residual.balance.kernel
-            relative = relative_scale(self.rule.follows[joint], series.velocity_rad_s, j, series.period_s)
-            level = self.rule.gamma_nm[joint] * relative
+            level = self.rule.gamma_nm[joint] * self._relative(self.rule.follows[joint], j)
             self._kept[j] = kernel.apply(level[:, None], series.segments, series.period_s)[:, 0]
         return self._kept[j]
+
+    def _relative(self, scale: MotionScale, j: int) -> FloatArray:
+        return relative_scale(scale, self.series.velocity_rad_s, j, self.series.period_s, self._arm_speed)
+
+    @cached_property
+    def _arm_speed(self) -> FloatArray:
+        return arm_speed(self.series.velocity_rad_s)
 
     def all_joints(self) -> FloatArray:
         """(n, j) N·m."""
@@ -82,16 +89,21 @@ _AVERAGED_S = 1.0
 _SLOW_RAD_S = 0.1
 
 
-def motion_features(velocity: FloatArray, j: int, period_s: float) -> FloatArray:
+def arm_speed(velocity: FloatArray) -> FloatArray:
+    """(n,) norm of the joints' speeds (n, j); unknown values count as rest."""
+    return np.asarray(np.linalg.norm(np.nan_to_num(velocity), axis=1))
+
+
+def motion_features(velocity: FloatArray, j: int, period_s: float, arm: FloatArray | None = None) -> FloatArray:
     """(n, 5) one, closeness to rest, speed, the norm over the joints, and the mean |acceleration| of the second around.
 
     Args:
         velocity: (n, j) of the joints, rad/s; unknown values count as rest.
         j: the joint's column.
         period_s: sample period, s.
+        arm: :func:`arm_speed` of the same, for whoever asks for several joints.
     """
-    known = np.nan_to_num(velocity)
-    own = known[:, j]
+    own = np.nan_to_num(velocity[:, j])
     width = max(1, round(_AVERAGED_S / period_s))
     # the mean of |a| over a window is the way that the velocity makes in it
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(own, prepend=own[:1])))])
@@ -100,7 +112,7 @@ def motion_features(velocity: FloatArray, j: int, period_s: float) -> FloatArray
     turn = (way[last] - way[first]) / ((last - first) * period_s)
     speed = np.abs(own)
     slow = np.maximum(1.0 - speed / _SLOW_RAD_S, 0.0)
-    return np.column_stack([np.ones(own.size), slow, speed, np.linalg.norm(known, axis=1), turn])
+    return np.column_stack([np.ones(own.size), slow, speed, arm_speed(velocity) if arm is None else arm, turn])
 
 
 def scale_over(scale: MotionScale, features: FloatArray) -> FloatArray:
@@ -115,6 +127,8 @@ def scale_over(scale: MotionScale, features: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(features @ np.array(weights), LEAST_SHARE * scale.usual_nm))
 
 
-def relative_scale(scale: MotionScale, velocity: FloatArray, j: int, period_s: float) -> FloatArray:
+def relative_scale(
+    scale: MotionScale, velocity: FloatArray, j: int, period_s: float, arm: FloatArray | None = None
+) -> FloatArray:
     """(n,) scale of a joint's residual over the usual one; arguments as of :func:`motion_features`."""
-    return scale_over(scale, motion_features(velocity, j, period_s)) / scale.usual_nm
+    return scale_over(scale, motion_features(velocity, j, period_s, arm)) / scale.usual_nm

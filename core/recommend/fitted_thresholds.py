@@ -14,7 +14,7 @@ from collaudit.core.data.recommendation_result import FittedThresholds, JointThr
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.detection.rule_settings import stated_persistence
-from collaudit.core.detection.threshold import motion_features
+from collaudit.core.detection.threshold import arm_speed, motion_features
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.friction_model import FrictionModel
@@ -52,7 +52,8 @@ def fitted_thresholds(
         fits: their friction.
         config: detector, persistence.
     """
-    joints = by_name(lambda joint: _joint(joint, fits[joint], residuals, config, len(fits)), fits)
+    arm = [arm_speed(one.series.velocity_rad_s) for one in residuals]
+    joints = by_name(lambda joint: _joint(joint, fits[joint], residuals, arm, config, len(fits)), fits)
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
 
@@ -75,9 +76,16 @@ def corrections_that_help(
 
 
 def _joint(
-    joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], config: Config, joints: int
+    joint: str,
+    fit: FrictionFit,
+    residuals: Sequence[HeldOutResidual],
+    arm: Sequence[FloatArray],
+    config: Config,
+    joints: int,
 ) -> JointThreshold:
-    columns = [(r, r.series.column(joint)) for r in residuals if joint in r.series.joint_names]
+    """Thresholds of one of so many joints; ``arm`` holds the speed of the arm, (n,) of each log."""
+    seen = [(r, speed) for r, speed in zip(residuals, arm, strict=True) if joint in r.series.joint_names]
+    columns = [(r, r.series.column(joint)) for r, _ in seen]
     law = FrictionModel.of(fit)
     seconds = sum(float(np.count_nonzero(r.judged[:, j])) * r.series.period_s for r, j in columns)
     if law is None or seconds < FEWEST_BLOCKS * BLOCK_S:
@@ -88,7 +96,7 @@ def _joint(
                 "[log.units] torque_constant_nm_per_a, or fit motion of this joint under a known load too"
             )
         return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
-    data = [NullEvidence.of(r.series, j, r.torque_nm, r.judged) for r, j in columns]
+    data = [NullEvidence.of(r.series, r.series.column(joint), r.torque_nm, r.judged, speed) for r, speed in seen]
     x = np.concatenate([one.residual_nm[one.moving] for one in data])
     speed = np.concatenate([one.features[one.moving, 2] for one in data])
     held = np.concatenate([r.held_out[r.judged[:, j], j] for r, j in columns])
@@ -167,8 +175,9 @@ def other_detectors(whole: ArmFit, thresholds: FittedThresholds, config: Config)
         return {}
     log = _most_motion(whole.logs)
     series = log.judged_series
+    arm = arm_speed(series.velocity_rad_s)
     motion = {
-        joint: motion_features(series.velocity_rad_s, series.column(joint), series.period_s)
+        joint: motion_features(series.velocity_rad_s, series.column(joint), series.period_s, arm)
         for joint in known
         if joint in series.joint_names
     }

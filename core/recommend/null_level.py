@@ -63,9 +63,11 @@ class NullEvidence:
     period_s: float
 
     @classmethod
-    def of(cls, series: UniformSeries, j: int, residual_nm: FloatArray, moving: BoolArray) -> NullEvidence:
-        """A column of residuals (n, j) and of the samples (n, j) at which they count."""
-        features = motion_features(series.velocity_rad_s, j, series.period_s)
+    def of(
+        cls, series: UniformSeries, j: int, residual_nm: FloatArray, moving: BoolArray, arm: FloatArray
+    ) -> NullEvidence:
+        """A column of residuals (n, j) and of the samples (n, j) at which they count; ``arm`` (n,) its speed."""
+        features = motion_features(series.velocity_rad_s, j, series.period_s, arm)
         return cls(residual_nm[:, j], moving[:, j], features, series.period_s)
 
 
@@ -113,11 +115,14 @@ def _sustained(one: NullEvidence, ratio: FloatArray, n: int) -> FloatArray:
 
 def scale_of(evidence: Sequence[NullEvidence]) -> MotionScale | None:
     """Scale of one joint over its logs; None without enough motion."""
-    size = np.concatenate([np.abs(one.residual_nm[one.moving]) for one in evidence])
-    features = np.concatenate([one.features[one.moving] for one in evidence])
-    step = max(1, size.size // _BULK)  # the bulk of a long log is known from a part of it
-    seconds = sum(float(np.count_nonzero(one.moving)) * one.period_s for one in evidence)
-    return motion_scale(size[::step], features[::step]) if seconds >= FEWEST_BLOCKS * BLOCK_S else None
+    rows = [np.flatnonzero(one.moving) for one in evidence]
+    seconds = sum(its.size * one.period_s for its, one in zip(rows, evidence, strict=True))
+    if seconds < FEWEST_BLOCKS * BLOCK_S:
+        return None
+    step = max(1, sum(its.size for its in rows) // _BULK)  # the bulk of a long log is known from a part of it
+    some = [its[::step] for its in rows]
+    size = np.concatenate([np.abs(one.residual_nm[its]) for one, its in zip(evidence, some, strict=True)])
+    return motion_scale(size, np.concatenate([one.features[its] for one, its in zip(evidence, some, strict=True)]))
 
 
 def threshold_levels(
@@ -146,7 +151,8 @@ def threshold_levels(
 
     rate = ARM_PER_HOUR / joints
     out: list[ThresholdLevel] = []
-    single, clean = _clean_blocks(_peaks(evidence, evidence, scale), contact_free)
+    highest = [block_peaks(ratio, one.moving, one.period_s) for one, ratio in zip(evidence, ratios, strict=True)]
+    single, clean = _clean_blocks(np.concatenate(highest), contact_free)
     if single is None:
         return []
     for counts in persistences:

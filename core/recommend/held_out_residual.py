@@ -27,9 +27,9 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
 
-#: Blocks of time a fold at least, so that no fold is one kind of motion only.
-_BLOCKS_A_FOLD = 3
-_LONGEST_BLOCK_S = 10.0
+#: Blocks of time a fold at least, so that no fold is one kind of motion only; a long log has so many longer ones.
+_BLOCKS_A_FOLD, _ENOUGH_BLOCKS = 3, 20
+_BLOCK_S = 10.0
 #: The residual of a block is computed with so much of the log on either side: what a joint did before tells where
 #: friction is steady, and how its level is.
 _AROUND_S = 2.0
@@ -125,7 +125,8 @@ def fold_of_sample(series: UniformSeries, folds: int) -> NDArray[np.int16]:
         folds: how many there are.
     """
     duration_s = float(series.time_s[-1] - series.time_s[0]) + series.period_s
-    block_s = min(_LONGEST_BLOCK_S, duration_s / (folds * _BLOCKS_A_FOLD))
+    usual_s = max(_BLOCK_S, duration_s / (folds * _ENOUGH_BLOCKS))
+    block_s = min(usual_s, duration_s / (folds * _BLOCKS_A_FOLD))
     return np.asarray(np.floor((series.time_s - series.time_s[0]) / block_s).astype(np.int64) % folds, dtype=np.int16)
 
 

@@ -27,7 +27,7 @@ from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.verdict.coverage import exclusions, joints_in_motion, measure_coverage
 from collaudit.core.verdict.sensitivity import measure_sensitivity
-from collaudit.core.verdict.shortfalls import shortfalls
+from collaudit.core.verdict.shortfalls import shortfalls, unstated_force
 from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged
 
 #: Of the time that a log takes, where its rule is studied too.
@@ -92,8 +92,11 @@ def audit_log(
     moving = joints_in_motion(series, detected.state)
     coverage = measure_coverage(series, detected.state, inputs.watch, moving)
     sensitivity = measure_sensitivity(prepared, run, inputs, config, coverage.gaps_s, moving)
-    short = shortfalls(
-        config.policy, coverage, sensitivity, inputs, sliding, None if friction is None else friction.choice
+    short = (
+        *shortfalls(
+            config.policy, coverage, sensitivity, inputs, sliding, None if friction is None else friction.choice
+        ),
+        *unstated_force(prepared, sensitivity, inputs.rule.n),
     )
     findings = in_joint_units(
         (

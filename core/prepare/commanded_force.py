@@ -37,11 +37,14 @@ class CommandedTorque:
         torque_nm: (n, j) J^T F of the measured tool force, or None without a wrench.
         findings: how the sensor's offset was found, and what stood out of the force.
         excess: stretches in which the tool met more force than was taken as commanded.
+        unstated_n: (n,) force that was taken as commanded though nothing states when or how much of it is; None where
+            phases or a limit tell.
     """
 
     torque_nm: FloatArray | None
     findings: tuple[Finding, ...]
     excess: tuple[ExcessForce, ...] = ()
+    unstated_n: FloatArray | None = None
 
 
 def contact_torque(
@@ -77,13 +80,16 @@ def contact_torque(
     if found or np.any(phases != PHASES.index("free")):
         commanded = widened(contact, round(_RELEASE_S / series.period_s))  # with building it up and letting go
         torque[~commanded] = 0.0  # eq. (1): outside contact no force is commanded
-    else:
-        text = (
-            "The log has a wrench but no phases: every force at the sensor is taken as intended, so a collision of "
-            "the tool cannot be seen. State in [phases] when contact is intended."
-        )
-        findings.append(Finding("phases-unknown", "warning", text))
-    return CommandedTorque(torque, tuple(findings), excess)
+        return CommandedTorque(torque, tuple(findings), excess)
+    size = np.nan_to_num(size)
+    top = int(np.argmax(size))
+    text = (
+        "The log has a wrench but no phases: every force at the sensor is taken as intended "
+        f"(largest {size[top]:.3g} N at {series.time_s[top]:.4g} s), so a collision of the tool cannot be seen. State "
+        "in [phases] when contact is intended."
+    )
+    findings.append(Finding("phases-unknown", "warning", text))
+    return CommandedTorque(torque, tuple(findings), excess, size if config.phases.force_limit_n is None else None)
 
 
 def _carried(robot: RobotModel, sensor: SensorFacts | None) -> tuple[str, float, FloatArray] | None:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+import numpy as np
+
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
 from collaudit.core.data.identification_result import EstimateChoice
-from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity
+from collaudit.core.data.sensitivity_result import TOOL, JointSensitivity, Sensitivity
 from collaudit.core.data.signals import reason_text
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
+from collaudit.core.numeric.runs import lowest_in_row
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import seconds_text
 from collaudit.core.verdict.noticed_words import asked_places, force_text, place_text, time_text, too_insensitive
 from collaudit.core.verdict.sensitivity import BRIEF_S
@@ -57,6 +61,32 @@ def shortfalls(
         return tuple(out)
     arm = _of_arm(policy, sensitivity, inputs.rule, sliding, choice) or (None if out else _lost(sensitivity, coverage))
     return (*out,) if arm is None else (_finding(arm), *out)
+
+
+def unstated_force(prepared: Prepared, sensitivity: Sensitivity, n: int) -> tuple[Finding, ...]:
+    """A finding where the tool met what must alarm there, and all of it was taken as intended.
+
+    The residual tells nothing of a force that is taken off it. Below what is asked for the sensor itself shows that no
+    such push was there.
+
+    Args:
+        prepared: the log.
+        sensitivity: what is asked for at the tool.
+        n: samples in a row that an alarm takes.
+    """
+    force_n = prepared.commanded.unstated_n
+    asked = [need.force_n for force, need in asked_places(sensitivity) if force.kind == TOOL]
+    if force_n is None or not asked:
+        return ()
+    lasting = np.nan_to_num(lowest_in_row(force_n, n))
+    if not lasting.size or lasting.max() < min(asked):
+        return ()
+    text = (
+        f"The tool met {lasting.max():.3g} N at {prepared.series.time_s[int(np.argmax(lasting))]:.4g} s, by the wrist "
+        f"sensor, and nothing says that it was meant to: a push of {min(asked):.3g} N there must be noticed. State in "
+        '[phases] when contact is intended, or force_limit_n; find = "wrench" judges what is not usual.'
+    )
+    return (_finding(text),)
 
 
 def _finding(text: str, joint: str | None = None) -> Finding:

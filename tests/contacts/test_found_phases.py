@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from origins import NOBODY
 
 from collaudit.core.api import prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.phases import contact_mask, find_phases
 from collaudit.core.prepare.prepared import Prepared
@@ -107,3 +110,16 @@ def test_no_force_is_commanded_where_no_contact_is_found(polishing: Path) -> Non
     assert not contact_mask(log.phases).any()
     assert not np.any(log.contact_nm)
     assert "phases-unknown" not in {finding.code for finding in log.findings}
+
+
+def test_a_tool_force_that_must_be_noticed_is_no_pass_where_nothing_says_that_it_was_meant(
+    polishing: Path, friction: FrictionFile
+) -> None:
+    for asked_n, stated, said in ((25.0, {}, True), (100.0, {}, False), (25.0, {"force_limit_n": 60.0}, False)):
+        log = polished(polishing, find="off", **stated)
+        settings = {"policy.observable_n": {"tool": asked_n, "forearm": 300.0}}
+        config = load_config(polishing.with_suffix(".toml"), settings).config
+        found = audit_log(log, config, friction, NOBODY).result
+        reasons = [reason for reason in found.reasons if "nothing says that it was meant to" in reason]
+        assert len(reasons) == said, (asked_n, stated, found.reasons)
+        assert found.verdict == "fail", "its pushes are before the sensor"

@@ -1,7 +1,7 @@
 """The words that robot software writes above its columns: quantity, role and unit of each.
 
-Sources are the public documentation of libfranka (RobotState), UR (RTDE, RobotStateRTMsg), KUKA (FRI, RSI), ABB (EGM),
-Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggler (CSV export).
+Sources are the public documentation of libfranka (RobotState), UR (RTDE, RobotStateRTMsg), KUKA (FRI, RSI, system
+variables), ABB (EGM), Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggler (CSV export).
 """
 
 from __future__ import annotations
@@ -101,6 +101,8 @@ class Meaning:
 #: Names that only their source explains, letters only and in lower case: (quantity, role, word, unit).
 KNOWN: dict[str, Meaning] = {
     "aipos": Meaning("position", "measured", "aipos", "deg"),  # KUKA RSI: axis-specific actual position
+    "axisact": Meaning("position", "measured", "axis", "deg"),  # KUKA KSS: $AXIS_ACT, the variable and its trace
+    "axisactmeas": Meaning("position", "measured", "axis", "deg"),
     "aspos": Meaning("position", "desired", "aspos", "deg"),  # KUKA RSI: setpoint
     "macur": Meaning("effort", "measured", "macur", "current"),  # KUKA RSI: motor currents
     "targetmoment": Meaning("effort", "model", "moment", "Nm"),  # UR RTDE: from the model, not measured

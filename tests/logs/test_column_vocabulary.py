@@ -104,6 +104,14 @@ def test_units_of_names_are_used(tmp_path: Path) -> None:
     assert log.velocity_rad_s[0].tolist() == pytest.approx(np.deg2rad([3, 4]).tolist())
 
 
+@pytest.mark.parametrize("form", ["AxisAct_A{}", "$AXIS_ACT.A{}", "$AXIS_ACT_MEAS.A{}"])
+def test_positions_under_the_name_of_a_controllers_variable_are_degrees(tmp_path: Path, form: str) -> None:
+    columns = [*(form.format(k) for k in (1, 2)), *(f"$TORQUE_AXIS_ACT[{k}]" for k in (1, 2))]
+    log = read_log((_write(tmp_path / "x.csv", ",".join(["t", *columns])),), LogConfig(), robot_joints=["a", "b"])
+    assert log.position_rad[0].tolist() == pytest.approx(np.deg2rad([1, 2]).tolist())
+    assert log.effort is not None and log.effort[0].tolist() == [3.0, 4.0]
+
+
 def test_units_that_are_not_converted_are_passed_over() -> None:
     groups = numbered_groups(["q_1", "q_2", "i_mA_1", "i_mA_2"])
     choice = choose(groups, "effort")

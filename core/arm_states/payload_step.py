@@ -76,7 +76,7 @@ def payload_findings(
 def _found(
     series: UniformSeries, robot: RobotModel, commanded_nm: FloatArray | None, joints: Collection[str]
 ) -> _Step | None:
-    """The step that explains most of these joints; None where none stands out, or what comes and goes is no load."""
+    """The step that explains most of these joints; None where none stands out."""
     frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
     if frame is None or series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
         return None
@@ -87,7 +87,8 @@ def _found(
     force = np.zeros((rows.size, 6))
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
-    residual = series.effort[rows] - robot.inverse_dynamics(*(x[rows] for x in series.motion))
+    motion = (series.position_rad[rows], series.velocity_rad_s[rows], series.acceleration_rad_s2[rows])
+    residual = series.effort[rows] - robot.inverse_dynamics(*motion)
     if commanded_nm is not None:
         residual -= commanded_nm[rows]
     changes = varies(series.effort[rows])  # beside an effort that never does stands the whole model's torque
@@ -98,15 +99,13 @@ def _found(
         return None
     velocity = series.velocity_rad_s[rows][known][:, telling]
     sliding = _sliding(velocity)
-    step = _step(
+    return _step(
         np.where(sliding, residual[known], 0.0),
         np.where(sliding, per_kg[known], 0.0),
         np.where(sliding, velocity, 0.0),
         block[known],
         series.time_s[rows][known],
     )
-    arm_kg = float(robot.inertial_parameters[::10].sum())
-    return None if step is None or (step[3] > 1 and abs(step[1]) > arm_kg) else step  # no arm carries its own weight
 
 
 def _sliding(velocity: FloatArray) -> BoolArray:
@@ -137,16 +136,17 @@ def _step(
     levels = _levels_of_blocks(residual, per_kg, friction, block)
     if levels is None:
         return None
-    usable, heavy, change, spread = levels
-    cut, gains, wrong = _best_cut(heavy[usable])
-    stays = wrong <= (1.0 - _ON_SIDE) * usable.size
+    told, heavy, change, spread, filled = levels
+    cut, gains, amiss = _best_cut(heavy[told])
+    stays = amiss <= (1.0 - _ON_SIDE) * told.size
     if stays:
-        first, after, times, spreads = usable[cut], np.arange(count) >= usable[cut], 1, _SPREADS
+        first, after, times, spreads = told[cut], np.arange(count) >= told[cut], 1, _SPREADS
         change = change if gains else -change
     else:
-        changes = np.flatnonzero(np.diff(heavy[usable]))
-        first, after, times, spreads = usable[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
-    if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or _AGAIN <= times <= _OFTEN * usable.size):
+        changes = np.flatnonzero(np.diff(heavy[told]))
+        first, after, times, spreads = told[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
+    again = filled and _AGAIN <= times <= _OFTEN * told.size
+    if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or again):
         return None
     if not _joints_agree(residual, per_kg, friction, after[block].astype(float), change):
         return None
@@ -155,11 +155,15 @@ def _step(
 
 def _levels_of_blocks(
     residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray
-) -> tuple[IntArray, BoolArray, float, float] | None:
-    """Blocks that tell a weight, those (b,) of the higher of two levels, how far these lie apart and scatter, kg."""
+) -> tuple[IntArray, BoolArray, float, float, bool] | None:
+    """Blocks that tell a weight, those (b,) of the higher of two levels, how far these lie apart and scatter, kg.
+
+    Last, whether each level holds for most of its blocks' time: a load does, and a push of a part of a second does not.
+    """
     mass = np.zeros(int(block[-1]) + 1)
     for _ in range(_ROUNDS):
-        each, usable = _each_block(residual, per_kg, mass[block], friction, block)
+        top, bottom = _each_sample(residual, per_kg, mass[block], friction)
+        each, usable = _each_block(top, bottom, block)
         if np.count_nonzero(usable) < 2 * _LEAST_BLOCKS:
             return None
         heavy = each > _between(np.sort(each[usable]))
@@ -167,7 +171,13 @@ def _levels_of_blocks(
             return None
         high, low = median_of(each[usable & heavy]), median_of(each[usable & ~heavy])
         mass = np.where(heavy, high, low)
-    return np.flatnonzero(usable), heavy, high - low, robust_sd((each - mass)[usable])
+    above = top > 0.5 * (high + low) * bottom
+    parts = [usable[block] & (heavy[block] == level) for level in (True, False)]
+    filled = all(
+        bottom[part & (above == level)].sum() > 0.5 * bottom[part].sum()
+        for part, level in zip(parts, (True, False), strict=True)
+    )
+    return np.flatnonzero(usable), heavy, high - low, robust_sd((each - mass)[usable]), filled
 
 
 def _between(known: FloatArray) -> float:
@@ -180,7 +190,7 @@ def _between(known: FloatArray) -> float:
 
 
 def _best_cut(heavy: BoolArray) -> tuple[int, bool, int]:
-    """Where (b,) blocks pass best from one level to the other, whether to the higher, and how many lie wrong."""
+    """Where (b,) blocks pass best from one level to the other, whether to the higher one, and how many lie amiss."""
     before = np.concatenate(([0], np.cumsum(heavy)))
     cuts = np.arange(_LEAST_BLOCKS, heavy.size - _LEAST_BLOCKS + 1)
     up = before[cuts] + (heavy.size - cuts) - (before[-1] - before[cuts])
@@ -194,25 +204,29 @@ def _friction_shapes(velocity: FloatArray) -> FloatArray:
     return np.stack([np.tanh(velocity / _SLIDING_RAD_S), velocity, np.ones_like(velocity)], axis=1)
 
 
-def _each_block(
-    residual: FloatArray, per_kg: FloatArray, mass_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray
-) -> tuple[FloatArray, BoolArray]:
-    """(b,) mass that each block alone tells, kg, and whether it tells one.
+def _each_sample(
+    residual: FloatArray, per_kg: FloatArray, mass_kg: FloatArray, friction: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """(n,) weighted sums over the joints, whose ratio is the mass that they tell, kg.
 
     Args:
         residual, per_kg: (n, j) torque beside the model, and of a kilogram.
         mass_kg: (n,) as known so far: friction is what is left beside it.
         friction: of each joint (n, 3) shapes of its friction.
-        block: (n,) of each sample.
     """
-    count = int(block[-1]) + 1
-    top, bottom = np.zeros(count), np.zeros(count)
+    top, bottom = np.zeros(len(residual)), np.zeros(len(residual))
     for own, torque, columns in zip(residual.T, per_kg.T, friction, strict=True):
         scale = float(np.std(own)) ** 2
         rubs = columns @ np.linalg.lstsq(columns, own - mass_kg * torque, rcond=None)[0]
-        top += np.bincount(block, torque * (own - rubs) / scale, count)
-        bottom += np.bincount(block, torque**2 / scale, count)
-    return top / np.maximum(bottom, 1e-12), bottom > 0.05 * median_of(bottom)
+        top += torque * (own - rubs) / scale
+        bottom += torque**2 / scale
+    return top, bottom
+
+
+def _each_block(top: FloatArray, bottom: FloatArray, block: IntArray) -> tuple[FloatArray, BoolArray]:
+    """(b,) mass that each block of samples (n,) alone tells, kg, and whether it tells one."""
+    told, weight = (np.bincount(block, weights=x).astype(np.float64) for x in (top, bottom))
+    return told / np.maximum(weight, 1e-12), weight > 0.05 * median_of(weight)
 
 
 def _joints_agree(

@@ -77,7 +77,7 @@ def contact_torque(
     findings += excess_findings(excess, config.phases)
     if found and contact.any():
         findings.append(found_finding(series.time_s, size, contact, config.phases))
-    if found or np.any(phases != PHASES.index("free")):
+    if found or series.phases or np.any(phases != PHASES.index("free")):
         commanded = widened(contact, round(_RELEASE_S / series.period_s))  # with building it up and letting go
         torque[~commanded] = 0.0  # eq. (1): outside contact no force is commanded
         return CommandedTorque(torque, tuple(findings), excess)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.joint_log import Annotation
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare.commanded_force import contact_torque
 from collaudit.core.prepare.phases import contact_mask, find_phases
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.usual_force import commanded_share, excess_findings, found_finding
@@ -123,3 +126,14 @@ def test_a_tool_force_that_must_be_noticed_is_no_pass_where_nothing_says_that_it
         reasons = [reason for reason in found.reasons if "nothing says that it was meant to" in reason]
         assert len(reasons) == said, (asked_n, stated, found.reasons)
         assert found.verdict == "fail", "its pushes are before the sensor"
+
+
+def test_no_force_is_commanded_where_the_log_says_that_all_of_it_is_free(polishing: Path) -> None:
+    log = polished(polishing, find="off")
+    free = (Annotation("free", "/phase", ((0.0, float(log.series.time_s[-1])),)),)
+    for said, commanded in (((), True), (free, False)):
+        config = load_config(polishing.with_suffix(".toml"), {"phases.contact": [], "phases.force_control": []}).config
+        made = contact_torque(replace(log.series, phases=said), log.robot, np.zeros_like(log.phases), config)
+        assert made.torque_nm is not None
+        assert np.any(made.torque_nm) == commanded
+        assert ("phases-unknown" in {finding.code for finding in made.findings}) == commanded

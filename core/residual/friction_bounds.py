@@ -13,8 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.friction_model import FrictionModel, load_torque, temperature_doubt, temperature_share
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.friction.friction_model import (
+    UNKNOWN_BREAKAWAY,
+    FrictionModel,
+    load_torque,
+    temperature_doubt,
+    temperature_share,
+)
 from collaudit.core.friction.gear.correction_fit import ripple_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
@@ -63,8 +69,9 @@ def friction_bounds(
         travel_rad: travel after which friction is steady.
         load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
-    slowest = rest_below(law)
-    steady, travel = settled(series, j, velocity, slowest, travel_rad)
+    slowest = _BELOW_RANGE * law.speed_range[0]
+    steady, travel = settled(series, j, velocity, rest_below(law), travel_rad)
+    steady &= np.abs(velocity) >= slowest
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
         sliding = sliding + load_torque(law.load, load_nm, velocity)
@@ -82,8 +89,8 @@ def friction_bounds(
 
 
 def rest_below(law: FrictionModel) -> float:
-    """Speed below which a joint is taken to rest: just below the slowest fitted one."""
-    return _BELOW_RANGE * law.speed_range[0]
+    """Speed below which a joint is taken to rest."""
+    return min(MOVING_RAD_S, _BELOW_RANGE * law.speed_range[0])
 
 
 def loose_bounds(
@@ -99,13 +106,16 @@ def loose_bounds(
     Args:
         law: the fitted law.
         velocity, sliding, travel: (k,) of the joint, steady friction at it, way since it last rested or reversed.
-        slowest, travel_rad: below this speed it rests; after this travel friction is steady.
+        slowest, travel_rad: below this speed steady friction is a range itself; after this travel friction is steady.
     """
-    resting, forward, size = np.abs(velocity) < slowest, velocity >= 0, np.abs(sliding)
+    forward, size = velocity >= 0, np.abs(sliding)
     hold = np.maximum(law.hold, size)
+    slow, at_slowest = np.abs(velocity) < slowest, np.abs(law.torque(np.where(forward, slowest, -slowest)))
+    least = np.where(slow, np.minimum(size, at_slowest / UNKNOWN_BREAKAWAY), size)
+    most = np.where(slow, hold, size)
     left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.zeros_like(size)
-    along_low = np.where(resting, -hold, size - (size + hold) * left)
-    along_high = np.where(resting, hold, size + (hold - size) * left)
+    left[np.abs(velocity) < rest_below(law)] = 1.0
+    along_low, along_high = least - (least + hold) * left, most + (hold - most) * left
     return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
 
 
@@ -122,12 +132,10 @@ def settled(
             continue
         s = segment.slice
         direction = np.sign(_last_known(velocity[s]))  # an unknown velocity is no reversal, and hides none
-        step = np.abs(np.diff(series.position_rad[s, j]))
-        step[~np.isfinite(step)] = 0.0
-        way = np.concatenate(([0.0], np.cumsum(step)))
+        place = _last_known(series.position_rad[s, j])
         resting = np.abs(velocity[s]) < slowest  # an unknown velocity does not rest
         starts = np.flatnonzero(resting | np.concatenate(([True], direction[1:] * direction[:-1] < 0)))
-        travel[s] = way - np.repeat(way[starts], np.diff(starts, append=way.size))
+        travel[s] = np.nan_to_num(np.abs(place - np.repeat(place[starts], np.diff(starts, append=place.size))))
         steady[s] = (travel[s] >= travel_rad) & ~resting
     return steady, travel
 

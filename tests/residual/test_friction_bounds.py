@@ -80,6 +80,31 @@ def test_the_bristle_friction_lies_within_its_bounds_through_reversals(preslidin
     assert np.max(np.abs(true - band.sliding_nm)[band.steady]) < 0.65
 
 
+def test_slower_than_the_fitted_speeds_friction_opposes_the_motion_and_its_size_is_a_range() -> None:
+    """Motion of up to 0.2 rad/s against a law of 0.3 rad/s and more: beyond its reversals friction has one sign."""
+    v = 0.2 * np.sin(1.5 * T * np.arange(6000))
+    true = bristles(v, 1.5e-4)
+    fast = replace(law(), speed_range=(0.3, 1.2), breakaway_known=False)
+    band = friction_bounds(motion(v), 0, v, fast, 0.01)
+    assert not band.steady.any()
+    assert np.all(true <= band.high_nm + 0.65)
+    assert np.all(true >= band.low_nm - 0.65)
+    sliding = settled(motion(v), 0, v, 0.02, 0.01)[0]
+    assert np.mean(sliding) > 0.7
+    assert np.all((np.sign(v) * np.where(v > 0, band.low_nm, band.high_nm))[sliding] > 5.0)
+    assert np.all((band.high_nm - band.low_nm)[sliding] < 0.35 * 2.0 * fast.hold)
+    assert (band.high_nm - band.low_nm)[np.abs(v) < 0.02] == pytest.approx(2.0 * fast.hold), "at rest it is any"
+
+
+def test_a_joint_whose_velocity_has_an_offset_does_not_slide() -> None:
+    """It stands, with the noise of an encoder: friction is anything."""
+    still = motion(np.zeros(4000))
+    noisy = still.position_rad + np.random.default_rng(1).normal(0.0, 1e-4, still.position_rad.shape)
+    slow = replace(law(), speed_range=(0.3, 1.2), breakaway_known=False)
+    band = friction_bounds(replace(still, position_rad=noisy), 0, np.full(4000, 0.05), slow, 0.01)
+    assert (band.high_nm - band.low_nm).min() > 1.5 * slow.hold
+
+
 def test_at_rest_anything_up_to_breakaway_is_consistent() -> None:
     v = np.zeros(500)
     band = friction_bounds(motion(v), 0, v, law(), 0.01)

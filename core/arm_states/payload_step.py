@@ -87,8 +87,7 @@ def _found(
     force = np.zeros((rows.size, 6))
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
-    motion = (series.position_rad[rows], series.velocity_rad_s[rows], series.acceleration_rad_s2[rows])
-    residual = series.effort[rows] - robot.inverse_dynamics(*motion)
+    residual = series.effort[rows] - robot.inverse_dynamics(*(x[rows] for x in series.motion))
     if commanded_nm is not None:
         residual -= commanded_nm[rows]
     changes = varies(series.effort[rows])  # beside an effort that never does stands the whole model's torque
@@ -136,16 +135,16 @@ def _step(
     levels = _levels_of_blocks(residual, per_kg, friction, block)
     if levels is None:
         return None
-    told, heavy, change, spread, filled = levels
-    cut, gains, amiss = _best_cut(heavy[told])
-    stays = amiss <= (1.0 - _ON_SIDE) * told.size
+    usable, heavy, change, spread, filled = levels
+    cut, gains, wrong = _best_cut(heavy[usable])
+    stays = wrong <= (1.0 - _ON_SIDE) * usable.size
     if stays:
-        first, after, times, spreads = told[cut], np.arange(count) >= told[cut], 1, _SPREADS
+        first, after, times, spreads = usable[cut], np.arange(count) >= usable[cut], 1, _SPREADS
         change = change if gains else -change
     else:
-        changes = np.flatnonzero(np.diff(heavy[told]))
-        first, after, times, spreads = told[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
-    again = filled and _AGAIN <= times <= _OFTEN * told.size
+        changes = np.flatnonzero(np.diff(heavy[usable]))
+        first, after, times, spreads = usable[changes[0] + 1], heavy, changes.size, _AGAIN_SPREADS
+    again = filled and _AGAIN <= times <= _OFTEN * usable.size
     if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or again):
         return None
     if not _joints_agree(residual, per_kg, friction, after[block].astype(float), change):
@@ -190,7 +189,7 @@ def _between(known: FloatArray) -> float:
 
 
 def _best_cut(heavy: BoolArray) -> tuple[int, bool, int]:
-    """Where (b,) blocks pass best from one level to the other, whether to the higher one, and how many lie amiss."""
+    """Where (b,) blocks pass best from one level to the other, whether to the higher, and how many lie wrong."""
     before = np.concatenate(([0], np.cumsum(heavy)))
     cuts = np.arange(_LEAST_BLOCKS, heavy.size - _LEAST_BLOCKS + 1)
     up = before[cuts] + (heavy.size - cuts) - (before[-1] - before[cuts])

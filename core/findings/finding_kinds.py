@@ -162,9 +162,11 @@ KINDS: dict[str, Kind] = {
         setting="detect.hand_guiding",
     ),
     "effort-filtered": Kind(
-        "The efforts are smoothed on their way into the log; what would have been noticed counts what a push loses.",
+        "The efforts are smoothed on their way into the log, or no motion shows how far; what would have been noticed "
+        "counts what a push loses.",
         "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show. In "
-        "a log of little else than contact, a controller that yields to it looks the same.",
+        "a log of little else than contact, a controller that yields to it looks the same. Where no motion shows it, "
+        "let the log hold faster motion.",
         _EXCLUDES,
     ),
     "effort-spikes": Kind(

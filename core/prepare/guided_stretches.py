@@ -53,7 +53,7 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
 def with_effort_smoothing(
     prepared: Prepared, friction: Mapping[str, Friction], config: Config, contact: BoolArray | None = None
 ) -> Prepared:
-    """The log with how far its efforts are smoothed, and a finding where that is more than a drive does.
+    """The log with how far its efforts are smoothed, and a finding where that is more than a drive does, or unknown.
 
     Args:
         prepared: the log to be judged.
@@ -72,6 +72,12 @@ def with_effort_smoothing(
     findings = prepared.findings
     if shown:
         text = smoothing_words(shown, config.policy.observable_ms / 1e3)
+        findings = (*findings, Finding("effort-filtered", "warning", text))
+    if unknown := [joint for joint, one in found.items() if not (one.bounded or one.shown)]:
+        text = (
+            f"How far the efforts of {', '.join(unknown)} are smoothed on their way into the log is not known: the "
+            "motion is too slow to show it. No push there counts as noticed. Faster motion in the log shows it."
+        )
         findings = (*findings, Finding("effort-filtered", "warning", text))
     return replace(prepared, findings=findings, effort_smoothing=found)
 

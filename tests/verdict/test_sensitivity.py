@@ -155,6 +155,17 @@ def test_a_push_that_the_channel_smooths_shows_above_what_is_said(
     assert bool(audit(log_of(q, external=push), friction).contacts) == seen
 
 
+def test_where_slow_motion_does_not_bound_the_smoothing_no_push_counts_as_noticed_and_it_is_said(
+    friction: FrictionFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: {0: Smoothing(1.0, 0.0, np.inf)})
+    found = audit(log_of(one_standing(20.0)), friction)
+    assert torque_at(found, "joint1", 0.5) is None
+    assert found.verdict == "not_judged"
+    (said,) = [f.text for f in found.findings if f.code == "effort-filtered"]
+    assert "joint1" in said and "joint2" not in said
+
+
 def test_a_moving_joint_shows_its_threshold_and_what_the_level_of_friction_may_be_wrong_by(
     friction: FrictionFile,
 ) -> None:

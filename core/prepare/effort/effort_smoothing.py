@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import ceil
+from math import ceil, isfinite
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
@@ -61,6 +61,11 @@ class Smoothing:
     def shown(self) -> bool:
         """Whether the channel clearly smooths more than a drive does."""
         return self.low_s >= _SHOWN_S
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the motion tells how far the channel smooths at most."""
+        return isfinite(self.high_s)
 
     def at_most(self, high_s: float) -> Smoothing:
         """The same below another bound."""

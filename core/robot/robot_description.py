@@ -71,7 +71,7 @@ def _describe_urdf(path: Path, where: str) -> Description:
             where=where,
             found=error.strerror or type(error).__name__,
             expected="a URDF file",
-            hint="check robot.urdf in the configuration; relative paths start at the configuration's folder",
+            hint="check --urdf, or [robot] urdf, whose relative paths start at the configuration's folder",
         ) from error
     return _described(expanded(data, path, where), where)
 

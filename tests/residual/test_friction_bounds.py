@@ -93,6 +93,8 @@ def test_slower_than_the_fitted_speeds_friction_opposes_the_motion_and_its_size_
     assert np.mean(sliding) > 0.7
     assert np.all((np.sign(v) * np.where(v > 0, band.low_nm, band.high_nm))[sliding] > 5.0)
     assert np.all((band.high_nm - band.low_nm)[sliding] < 0.35 * 2.0 * fast.hold)
+    farthest = np.maximum(np.abs(band.low_nm), np.abs(band.high_nm))
+    assert farthest == pytest.approx(fast.hold, rel=1e-6), "its fall from breakaway may lie below the fitted speeds"
     assert (band.high_nm - band.low_nm)[np.abs(v) < 0.02] == pytest.approx(2.0 * fast.hold), "at rest it is any"
 
 
@@ -105,9 +107,10 @@ def test_a_joint_whose_velocity_has_an_offset_does_not_slide() -> None:
     assert (band.high_nm - band.low_nm).min() > 1.5 * slow.hold
 
 
-def test_at_rest_anything_up_to_breakaway_is_consistent() -> None:
+@pytest.mark.parametrize("travel_rad", [0.01, 0.0])
+def test_at_rest_anything_up_to_breakaway_is_consistent(travel_rad: float) -> None:
     v = np.zeros(500)
-    band = friction_bounds(motion(v), 0, v, law(), 0.01)
+    band = friction_bounds(motion(v), 0, v, law(), travel_rad)
     assert not band.steady.any()
     assert band.high_nm == pytest.approx(np.full(500, A + B))
     assert band.low_nm == pytest.approx(np.full(500, -A - B))

@@ -283,5 +283,5 @@ def _constant(effort: FloatArray, velocity: FloatArray, joint: str) -> list[Find
     first = known[0]
     if (known != first).any() or not np.nanmax(np.abs(velocity), initial=0.0) > MOVING_RAD_S:
         return []
-    text = f"The effort of joint '{joint}' is {first:g} all the time although the joint moves."
+    text = f"The effort of joint '{joint}' is {first + 0.0:g} all the time although the joint moves."
     return [Finding("log-effort-missing", "error", text, joint=joint)]

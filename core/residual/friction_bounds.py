@@ -113,14 +113,13 @@ def loose_bounds(
     slow, at_slowest = np.abs(velocity) < slowest, np.abs(law.torque(np.where(forward, slowest, -slowest)))
     least = np.where(slow, np.minimum(size, at_slowest / UNKNOWN_BREAKAWAY), size)
     most = np.where(slow, hold, size)
-    left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.zeros_like(size)
-    left[np.abs(velocity) < rest_below(law)] = 1.0
+    left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.where(travel > 0, 0.0, 1.0)
     along_low, along_high = least - (least + hold) * left, most + (hold - most) * left
     return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
 
 
 def settled(
-    series: UniformSeries, j: int, velocity: FloatArray, slowest: float, travel_rad: float
+    series: UniformSeries, j: int, velocity: FloatArray, rest_rad_s: float, travel_rad: float
 ) -> tuple[BoolArray, FloatArray]:
     """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
 
@@ -133,7 +132,7 @@ def settled(
         s = segment.slice
         direction = np.sign(_last_known(velocity[s]))  # an unknown velocity is no reversal, and hides none
         place = _last_known(series.position_rad[s, j])
-        resting = np.abs(velocity[s]) < slowest  # an unknown velocity does not rest
+        resting = np.abs(velocity[s]) < rest_rad_s  # an unknown velocity does not rest
         starts = np.flatnonzero(resting | np.concatenate(([True], direction[1:] * direction[:-1] < 0)))
         travel[s] = np.nan_to_num(np.abs(place - np.repeat(place[starts], np.diff(starts, append=place.size))))
         steady[s] = (travel[s] >= travel_rad) & ~resting

@@ -132,16 +132,16 @@ def tool_force(
     weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else 0.0
     bias, findings = _bias(series, robot, frame, phases, config)
     force = sign * (series.wrench - bias) + weight
-    rows = np.flatnonzero(np.isfinite(force[:, :3]).all(axis=1) & np.isfinite(series.position_rad).all(axis=1))
+    return force, findings + _still_weighed(force[:, :3], robot, series.position_rad, frame)
+
+
+def _still_weighed(force_n: FloatArray, robot: RobotModel, position: FloatArray, frame: str) -> list[Finding]:
+    """A finding where the force (n, 3) that is left goes with gravity as a weight does, in the sensor's axes."""
+    rows = np.flatnonzero(np.isfinite(force_n).all(axis=1) & np.isfinite(position).all(axis=1))
     rows = rows[:: max(1, rows.size // _POSES)]
     if rows.size < 2:
-        return force, findings
-    return force, findings + _still_weighed(force[rows, :3], robot.gravity_in(series.position_rad[rows], frame))
-
-
-def _still_weighed(force_n: FloatArray, gravity_m_s2: FloatArray) -> list[Finding]:
-    """A finding where the force (k, 3) that is left goes with gravity (k, 3) as a weight does, in the sensor's axes."""
-    force, pull = (x - x.mean(axis=0) for x in (force_n, gravity_m_s2))
+        return []
+    force, pull = (x - x.mean(axis=0) for x in (force_n[rows], robot.gravity_in(position[rows], frame)))
     mass_kg = -float(np.sum(pull * force) / max(float(np.sum(pull**2)), 1e-12))  # what hangs on it is not exerted
     explained = float(np.sum((mass_kg * pull) ** 2) / max(float(np.sum(force**2)), 1e-12))
     if explained < _OF_WEIGHT or abs(mass_kg) < _LEAST_KG or float(np.mean(pull**2)) < _TURNED:

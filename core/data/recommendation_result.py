@@ -43,7 +43,7 @@ class RangeOfEvidence:
         hardest_rad_s2: 99.9 % of it accelerates less.
         least_nm, most_nm: rigid-body torque and friction of all but 0.1 % of it.
         reversals: changes of direction.
-        standing: share of it at rest or just after a reversal.
+        standing: share of it at rest, in slow motion or just after a reversal.
         phases: share of each phase.
         temperature_c: lowest and highest temperature; None where the log has none.
         reversals_per_h: changes of direction an hour; None where not counted.

@@ -52,7 +52,7 @@ class State(IntEnum):
 
 _TEXT = {
     State.JUDGED: "judged",
-    State.FRICTION_INTERVAL: "at rest or just after a reversal: friction is known only as a range",
+    State.FRICTION_INTERVAL: "at rest, in slow motion or just after a reversal: friction is known only as a range",
     State.TOO_FAST: "faster than friction was measured",
     State.NOT_WATCHED: "not watched: not named, or force-controlled in this phase",
     State.EDGE: "filters settling at a gap or end of the log",

@@ -31,7 +31,7 @@ class Driven:
     Attributes:
         velocity_rad_s, model_nm: (n,) of the joint.
         used: (n,) samples that are evidence.
-        standing: (n,) samples at rest or just after a reversal.
+        standing: (n,) samples at rest, in slow motion or just after a reversal.
         period_s: sample period, s.
         phase_s: time of the evidence in each phase of the run, s.
         temperature_c: temperatures in it, °C, NaN where not known.
@@ -218,7 +218,9 @@ def _beyond(
             masks[f"colder or warmer than {cold:.3g} to {warm:.3g} °C"] = (celsius < cold - 1) | (celsius > warm + 1)
     masks |= _reversing(velocity, period_s, known.reversals_per_h)
     if not known.standing:
-        masks["at rest or just after a reversal"] = np.asarray(signals.state[:, j] == State.FRICTION_INTERVAL)
+        masks["at rest, in slow motion or just after a reversal"] = np.asarray(
+            signals.state[:, j] == State.FRICTION_INTERVAL
+        )
     other = {span.phase for span in phases} - set(known.phases) if known.phases else set()
     for phase in sorted(other):
         masks[f"in phase {phase}"] = signals.inside([(s.start_s, s.end_s) for s in phases if s.phase == phase])

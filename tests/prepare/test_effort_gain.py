@@ -188,3 +188,17 @@ def test_a_stated_sign_holds_and_the_evidence_is_a_warning() -> None:
     assert (said.code, said.severity, said.effect) == ("effort-sign-inverted", "warning", "none")
     assert "-1 per N·m" in said.text or "-0.9" in said.text
     assert "as [log.units] effort_sign states it" in said.text
+
+
+@pytest.mark.parametrize(("own", "told"), [(0.05, False), (0.5, True)])
+def test_errors_of_a_description_are_no_gain_where_a_free_tool_explains_the_rest(own: float, told: bool) -> None:
+    """What a free column leaves of the described torque is no more than the description may be wrong by."""
+    t = PERIOD * np.arange(20000)
+    q = 0.8 * np.sin(0.9 * t) + 0.3 * np.sin(2.3 * t)
+    v = 0.72 * np.cos(0.9 * t) + 0.69 * np.cos(2.3 * t)
+    tool, rest = np.sin(q), np.cos(2.0 * q) * own
+    effort = 2.0 * tool + 3.0 * rest + np.random.default_rng(5).normal(0, 0.01, t.size)
+    series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
+    model = (tool + rest)[:, None]
+    assert bool(effort_gains(series, model, nuisance=tool[:, None, None])) == told
+    assert effort_gains(series, model), "without the column there is one"

@@ -23,6 +23,9 @@ _LEAST_TRAVEL_RAD = 0.05
 ACCURATE_GAIN = (0.9, 1.1)
 #: Beyond this it is of another unit than N·m.
 PLAUSIBLE_GAIN = (0.5, 2.0)
+#: Share of its standard deviation that a column must have of its own, beside the others. Torque by a description is
+#: good to about a fifth (masses, centres of mass): what others leave of it is that error, where they leave no more.
+_LEAST_OWN = 0.2
 #: The columns of a tool are looked at on so many samples: its regressor is one of all bodies.
 _MOST_WITH_TOOL = 8000
 #: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
@@ -148,7 +151,7 @@ def sliding_columns(v: FloatArray, more: Sequence[FloatArray] = ()) -> FloatArra
 def slope_beside(
     y: FloatArray, x: FloatArray, others: FloatArray, second: Seconds, sigmas: float = STANDARD_ERRORS_95
 ) -> Slope | None:
-    """Least squares of a channel on one column beside others; None where too little tells it.
+    """Least squares of a channel on one column beside others; None where too little tells it, or too little is its own.
 
     The interval is cluster-robust (one-second clusters; Liang and Zeger, Biometrika 73, 1986), since
     residuals of neighbouring samples are alike.
@@ -164,7 +167,7 @@ def slope_beside(
         return None
     x_free, y_free = _free(y, x, others)
     power = float(x_free @ x_free)
-    if power <= 1e-9 * x.size:
+    if power <= max(1e-9, _LEAST_OWN**2 * float(np.var(x))) * x.size:
         return None
     value = float(x_free @ y_free) / power
     score = np.bincount(label, weights=x_free * (y_free - value * x_free))

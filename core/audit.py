@@ -15,6 +15,7 @@ from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.judgement import CHECKS, OnSignals, judge
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
@@ -75,7 +76,7 @@ def audit_log(
     )
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
-    checked = [finding for check in CHECKS for finding in check(judged)]
+    checked = [finding for found in ordered_map(lambda check: list(check(judged)), CHECKS) for finding in found]
     step(6, 10)
     contacts = find_contacts(prepared, run, config)
     arm = arm_geometry(prepared, config.robot.tool.frame)

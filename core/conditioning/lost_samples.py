@@ -8,6 +8,7 @@ import numpy as np
 
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.tables import table
 
 #: The longest step over several lost samples, and over a single one, in periods of the filter's band.
@@ -96,6 +97,9 @@ def picked_rows(order: IntArray) -> IntArray | slice:
 def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
     """(m, c) columns of ``values`` (n, c) at other places (m,), of samples at (n,); beyond the ends its value there."""
     out = table(x.size, values.shape[1])
-    for c, column in enumerate(values.T):
-        out[:, c] = np.interp(x, at, column)
+
+    def fill(c: int) -> None:
+        out[:, c] = np.interp(x, at, values[:, c])
+
+    each(fill, range(values.shape[1]))
     return out

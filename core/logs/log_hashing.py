@@ -5,19 +5,20 @@ from __future__ import annotations
 import contextlib
 import hashlib
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
 from collaudit.core.logs.storage.partial_file import partial_file, stream_sha256
+from collaudit.core.numeric.parallel import begun
 
 
 class Hashing:
-    """The sha256 of files, computed where it is first asked for. Copied and pickled it is the hash itself.
+    """The sha256 of files, computed in a thread while they are read. Copied and pickled it is the hash itself.
 
-    It is made before the files are read. Where they have changed by the time that they are hashed, the hash would be of
-    other bytes than were read: it is refused with a LogError.
+    It is made before the files are read. Where they have changed by the time that it is asked for, it may be of other
+    bytes than were read: it is refused with a LogError. Files that are fetched in parts are hashed only then.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -25,6 +26,8 @@ class Hashing:
         self._state: _State | None = None
         with contextlib.suppress(OSError, LogError):  # who reads them will say it better
             self._state = _state_of(paths)
+        hashed = partial(sha256_of, self._paths)
+        self._result = hashed if any(map(partial_file, paths)) else begun(hashed)
 
     def result(self) -> str:
         """The hash."""
@@ -32,10 +35,11 @@ class Hashing:
 
     @cached_property
     def _hash(self) -> str:
-        found = sha256_of(self._paths)
-        after: _State = []
-        with contextlib.suppress(OSError):  # gone
+        found = self._result()
+        try:
             after = _state_of(self._paths)
+        except OSError as error:
+            raise LogError(f"cannot be read: {error.strerror}", where=str(error.filename)) from error
         if self._state is not None and self._state != after:
             changed = sorted({name for name, *_ in set(self._state) ^ set(after)})
             raise LogError(

@@ -68,6 +68,11 @@ def each(function: Callable[[T], object], items: Iterable[T]) -> None:
         pass
 
 
+def begun(function: Callable[[], R]) -> Callable[[], R]:
+    """What waits for the result of ``function``, which a thread begins now; without others it is begun when asked."""
+    return cache(function) if _alone() else _helpers(_threads).submit(_helping, lambda _: function(), None).result
+
+
 def by_name(
     function: Callable[[str], R], names: Iterable[str], progress: Callable[[int, int], None] | None = None
 ) -> dict[str, R]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from collaudit.core.numeric.parallel import by_name, ordered_map, threads, use_threads
+from collaudit.core.numeric.parallel import begun, by_name, ordered_map, threads, use_threads
 
 
 @pytest.fixture(autouse=True, params=[2, 4])
@@ -37,6 +37,21 @@ def test_an_error_is_raised_in_its_turn() -> None:
         for value in ordered_map(lambda x: 6 // (3 - x), range(6)):
             found.append(value)
     assert found == [2, 3, 6]
+
+
+def test_what_is_begun_is_at_work_before_it_is_asked_for() -> None:
+    started = threading.Event()
+    result = begun(lambda: started.set() or threading.current_thread())
+    assert started.wait(20)
+    assert result() is not threading.current_thread() and result() is result()
+
+
+def test_a_lone_thread_begins_when_it_is_asked() -> None:
+    use_threads(1)
+    seen: list[int] = []
+    result = begun(lambda: seen.append(1) or len(seen))
+    assert not seen
+    assert result() == result() == 1
 
 
 def test_few_results_wait() -> None:

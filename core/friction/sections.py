@@ -59,6 +59,10 @@ class SectionSet:
         """Sections of one joint."""
         return tuple(s for s in self.sections if s.joint == joint)
 
+    def thinned(self, step: int) -> SectionSet:
+        """The same in the log with every so many-th sample."""
+        return replace(self, sections=tuple(replace(s, span=s.span.thinned(step)) for s in self.sections))
+
     def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
         """What is left of the sections in the same log with less effort known: whole ones, and long enough pieces."""
         found: list[Section] = []

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from collaudit.core.data import shown
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
-from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
+from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.commanded_force import CommandedTorque
 from collaudit.core.prepare.effort.delay_estimate import Delay
@@ -154,19 +155,28 @@ class Prepared(shown.Showing):
         if sum(map(len, spans)) >= n:
             return self
         rows = spans[0].slice if len(spans) == 1 else np.concatenate([np.arange(s.start, s.stop) for s in spans])
+        return self._at(rows, _segments_in(spans, series.segments), series.period_s)
 
-        def cut(value: Any) -> Any:
-            of_samples = isinstance(value, np.ndarray) and value.shape[0] == n
-            return value.T[..., rows].T if of_samples else value  # columns stay contiguous
+    def thinned(self, step: int) -> Prepared:
+        """Every so many-th sample. The effort that it is to be calibrated from anew is filtered as the motion is."""
+        first, series = self.start.series, self.series
+        if step == 1 or first.effort is None:
+            return self
+        segments = [one for one in (span.thinned(step) for span in series.segments) if len(one)]
+        where = np.arange(0, series.time_s.size, step), segments, step * series.period_s
+        filtered = low_pass(first.effort, first.segments, first.period_s, first.bandwidth_hz)
+        start = replace(self.start, series=_series_at(replace(first, effort=filtered), *where))
+        return replace(self._at(*where), start=start)
 
-        columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
-        columns["segments"] = tuple(_segments_in(spans, series.segments))
+    def _at(self, rows: slice | IntArray, segments: Sequence[Span], period_s: float) -> Prepared:
+        """The samples of some rows, in stretches and with a period that are told."""
+        n = self.series.time_s.size
         return replace(
             self,
-            series=UniformSeries(**columns),
-            rigid_nm=cut(self.rigid_nm),
-            commanded=replace(self.commanded, torque_nm=cut(self.commanded.torque_nm)),
-            phases=cut(self.phases),
+            series=_series_at(self.series, rows, segments, period_s),
+            rigid_nm=_cut(self.rigid_nm, rows, n),
+            commanded=replace(self.commanded, torque_nm=_cut(self.commanded.torque_nm, rows, n)),
+            phases=_cut(self.phases, rows, n),
         )
 
     def columns(self) -> list[int]:
@@ -181,6 +191,21 @@ class Prepared(shown.Showing):
             ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"Prepared log, {len(time_s)} samples from {time_s[0]:.4g} to {time_s[-1]:.4g} s", rows
+
+
+def _series_at(
+    series: UniformSeries, rows: slice | IntArray, segments: Sequence[Span], period_s: float
+) -> UniformSeries:
+    """Some rows of a log's signals."""
+    n = series.time_s.size
+    columns: dict[str, Any] = {f.name: _cut(getattr(series, f.name), rows, n) for f in fields(UniformSeries)}
+    return UniformSeries(**columns | {"segments": tuple(segments), "period_s": period_s})
+
+
+def _cut(value: Any, rows: slice | IntArray, n: int) -> Any:
+    """Rows of what has one for each of n samples; anything else as it is."""
+    of_samples = isinstance(value, np.ndarray) and value.shape[0] == n
+    return value.T[..., rows].T if of_samples else value  # columns stay contiguous
 
 
 def _segments_in(spans: Sequence[Span], segments: Sequence[Span]) -> list[Span]:

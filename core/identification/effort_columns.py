@@ -25,7 +25,7 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Samples looked at in a second; half of that in more than so many.
-_RATE_HZ, _MANY = 50.0, 30_000
+_RATE_HZ, _MANY = 50.0, 15_000
 #: Samples whose inertial columns tell directions, and that the regression is made on.
 _DRAWN = 6000
 #: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.

@@ -162,21 +162,38 @@ class Prepared(shown.Showing):
         first, series = self.start.series, self.series
         if step == 1 or first.effort is None:
             return self
-        segments = [one for one in (span.thinned(step) for span in series.segments) if len(one)]
-        where = np.arange(0, series.time_s.size, step), segments, step * series.period_s
         filtered = low_pass(first.effort, first.segments, first.period_s, first.bandwidth_hz)
-        start = replace(self.start, series=_series_at(replace(first, effort=filtered), *where))
-        return replace(self._at(*where), start=start)
+        start = replace(self.start, series=replace(first, effort=filtered))
+        segments = [one for one in (span.thinned(step) for span in series.segments) if len(one)]
+        return replace(self, start=start)._at(np.arange(0, series.time_s.size, step), segments, step * series.period_s)
 
     def _at(self, rows: slice | IntArray, segments: Sequence[Span], period_s: float) -> Prepared:
         """The samples of some rows, in stretches and with a period that are told."""
-        n = self.series.time_s.size
+        n, made = self.series.time_s.size, dict[int, Any]()
+
+        def cut(value: Any) -> Any:
+            if not isinstance(value, np.ndarray) or value.shape[0] != n:
+                return value
+            if id(value) not in made:  # most signals are the same before and after the calibration
+                made[id(value)] = value.T[..., rows].T  # columns stay contiguous
+            return made[id(value)]
+
+        def at(series: UniformSeries) -> UniformSeries:
+            columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
+            return UniformSeries(**columns | {"segments": tuple(segments), "period_s": period_s})
+
         return replace(
             self,
-            series=_series_at(self.series, rows, segments, period_s),
-            rigid_nm=_cut(self.rigid_nm, rows, n),
-            commanded=replace(self.commanded, torque_nm=_cut(self.commanded.torque_nm, rows, n)),
-            phases=_cut(self.phases, rows, n),
+            series=at(self.series),
+            rigid_nm=cut(self.rigid_nm),
+            commanded=replace(self.commanded, torque_nm=cut(self.commanded.torque_nm)),
+            phases=cut(self.phases),
+            start=replace(
+                self.start,
+                series=at(self.start.series),
+                phases=cut(self.start.phases),
+                load_nm=cut(self.start.load_nm),
+            ),
         )
 
     def columns(self) -> list[int]:
@@ -191,21 +208,6 @@ class Prepared(shown.Showing):
             ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"Prepared log, {len(time_s)} samples from {time_s[0]:.4g} to {time_s[-1]:.4g} s", rows
-
-
-def _series_at(
-    series: UniformSeries, rows: slice | IntArray, segments: Sequence[Span], period_s: float
-) -> UniformSeries:
-    """Some rows of a log's signals."""
-    n = series.time_s.size
-    columns: dict[str, Any] = {f.name: _cut(getattr(series, f.name), rows, n) for f in fields(UniformSeries)}
-    return UniformSeries(**columns | {"segments": tuple(segments), "period_s": period_s})
-
-
-def _cut(value: Any, rows: slice | IntArray, n: int) -> Any:
-    """Rows of what has one for each of n samples; anything else as it is."""
-    of_samples = isinstance(value, np.ndarray) and value.shape[0] == n
-    return value.T[..., rows].T if of_samples else value  # columns stay contiguous
 
 
 def _segments_in(spans: Sequence[Span], segments: Sequence[Span]) -> list[Span]:

@@ -23,6 +23,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import run_bounds, widened
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of
+from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import recalibrated
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
@@ -118,8 +119,8 @@ def held_out_residuals(
     for k in range(count):
         rest = fit_arm(few, taken, config, [fold[::step] == k for fold, step in zip(folds, steps, strict=True)], known)
         for log, one, fold, filling in zip(whole.logs, rest.logs, folds, out, strict=True):
-            judged = one if known is whole else recalibrated(log, one.calibration, config)
-            filling.fill(judged, fold == k, whole, rest, covariates, config)
+            judged = one if known is whole else log
+            filling.fill(judged, one.calibration, fold == k, whole, rest, covariates, config)
         if progress is not None:
             progress(k + 1, count)
     return [filling.made(log) for filling, log in zip(out, whole.logs, strict=True)]
@@ -158,6 +159,7 @@ class _Filling:
     def fill(
         self,
         log: Prepared,
+        calibration: Calibration,
         own_fold: BoolArray,
         whole: ArmFit,
         rest: ArmFit,
@@ -169,6 +171,7 @@ class _Filling:
             return
         near = widened(own_fold, round(_AROUND_S / log.series.period_s))
         part = log.part(*(Span(a, b) for a, b in zip(*run_bounds(near), strict=True)))
+        part = recalibrated(part, calibration, config)
         rows, inside, series = np.flatnonzero(own_fold), own_fold[near], part.judged_series
         laws, _ = friction_models(whole.fits, series)
         own, _ = friction_models(rest.fits, series)

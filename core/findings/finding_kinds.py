@@ -248,7 +248,8 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "log-wrench-bias": Kind(
-        "The zero offset of the wrench sensor: taken from the log itself, or known from poses at rest, or drifting.",
+        "The zero offset of the wrench sensor: taken from the log itself, or known from poses at rest, or drifting; or "
+        "what the sensor reads follows gravity, so its sign, its frame or the tool is not as stated.",
         'Check that nothing touched the tool then. [log] wrench_bias states it, or takes that of a fit: "calibrated". '
         "Where it drifts, zero or warm up the sensor before recording.",
         _EITHER,

@@ -23,8 +23,8 @@ _BIAS_S = 1.0
 _ORIGIN = (0.0, 0.0, 0.0)
 #: Poses that tell what hangs on a sensor; the mean square of gravity's change over them, (m/s²)², that is enough.
 _POSES, _TURNED = 5_000, 1.0
-#: Share of the force's squares that a weight explains, and its mass, kg, which are worth saying.
-_OF_WEIGHT, _LEAST_KG = 0.5, 0.1
+#: Share of the squares that a weight explains, its mass, kg, and its lever, m, which are worth saying.
+_OF_WEIGHT, _LEAST_KG, _ARM_M = 0.5, 0.1, 0.1
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.
 _RELEASE_S = 0.25
 
@@ -132,26 +132,48 @@ def tool_force(
     weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else 0.0
     bias, findings = _bias(series, robot, frame, phases, config)
     force = sign * (series.wrench - bias) + weight
-    return force, findings + _still_weighed(force[:, :3], robot, series.position_rad, frame)
+    return force, findings + _still_weighed(force, robot, series.position_rad, frame)
 
 
-def _still_weighed(force_n: FloatArray, robot: RobotModel, position: FloatArray, frame: str) -> list[Finding]:
-    """A finding where the force (n, 3) that is left goes with gravity as a weight does, in the sensor's axes."""
-    rows = np.flatnonzero(np.isfinite(force_n).all(axis=1) & np.isfinite(position).all(axis=1))
+def _still_weighed(force: FloatArray, robot: RobotModel, position: FloatArray, frame: str) -> list[Finding]:
+    """A finding where what is left of the sensor, (n, 6) N and N·m, turns with gravity as a weight's pull does."""
+    rows = np.flatnonzero(np.isfinite(force).all(axis=1) & np.isfinite(position).all(axis=1))
     rows = rows[:: max(1, rows.size // _POSES)]
     if rows.size < 2:
         return []
-    force, pull = (x - x.mean(axis=0) for x in (force_n[rows], robot.gravity_in(position[rows], frame)))
-    mass_kg = -float(np.sum(pull * force) / max(float(np.sum(pull**2)), 1e-12))  # what hangs on it is not exerted
-    explained = float(np.sum((mass_kg * pull) ** 2) / max(float(np.sum(force**2)), 1e-12))
-    if explained < _OF_WEIGHT or abs(mass_kg) < _LEAST_KG or float(np.mean(pull**2)) < _TURNED:
+    left, pull = (x - x.mean(axis=0) for x in (force[rows], robot.gravity_in(position[rows], frame)))
+    if float(np.mean(pull**2)) < _TURNED:
         return []
-    why = "[robot.tool] states less than hangs on it" if mass_kg > 0 else "[log] wrench_sign or [robot.tool] is wrong"
+    mass_kg = -float(np.sum(pull * left[:, :3]) / np.sum(pull**2))  # what hangs on it is not exerted
+    all_ways = pull @ np.linalg.lstsq(pull, left, rcond=None)[0]
+    turned = np.linalg.svd(pull, compute_uv=False)[1] ** 2 >= _TURNED * rows.size  # about two axes
+    if abs(mass_kg) >= _LEAST_KG and _of_weight(mass_kg * pull, left[:, :3]):
+        names = "[log] wrench_sign, wrench_frame or [robot.tool] is wrong"
+        why = "[robot.tool] states less than hangs on it" if mass_kg > 0 else names
+        what = f"force at the sensor follows gravity like a mass of {mass_kg:.2g} kg"
+    elif turned and _like_kg(all_ways[:, :3], pull) >= _LEAST_KG and _of_weight(all_ways[:, :3], left[:, :3]):
+        why = "[log] wrench_frame is wrong, or the sensor is turned in its mount"
+        what = "force at the sensor follows gravity as the tool's weight does in other axes than those of its frame"
+    elif turned and _like_kg(all_ways[:, 3:], pull) >= _LEAST_KG * _ARM_M and _of_weight(all_ways[:, 3:], left[:, 3:]):
+        why = "the place of [log] wrench_frame, or the centre of mass in [robot.tool], is wrong"
+        what = "torque at the sensor follows gravity as that of a weight does"
+    else:
+        return []
     text = (
-        f"The force at the sensor follows gravity like a mass of {mass_kg:.2g} kg, and counts as intended: {why}. "
-        'State the mass, or take it from a fit by [log] wrench_bias = "calibrated".'
+        f"The {what}, and counts as intended: {why}. "
+        'State what hangs there, or take it from a fit by [log] wrench_bias = "calibrated".'
     )
     return [Finding("log-wrench-bias", "warning", text)]
+
+
+def _of_weight(part: FloatArray, whole: FloatArray) -> bool:
+    """Whether the part is most of the whole."""
+    return float(np.sum(part**2)) >= _OF_WEIGHT * max(float(np.sum(whole**2)), 1e-12)
+
+
+def _like_kg(part: FloatArray, pull: FloatArray) -> float:
+    """What pulls as much, kg; of torques, kg·m."""
+    return float(np.sqrt(np.sum(part**2) / np.sum(pull**2)))
 
 
 def _weighed(config: Config) -> bool:

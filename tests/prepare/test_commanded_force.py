@@ -6,26 +6,41 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from three_joints import arm, log_of, settings
 
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.preparation import prepare
 
-CONFIG = settings()
+AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+TOOL = {"mass_kg": 0.7, "com_m": [0.02, 0.01, 0.08]}
 
 
-def told(mass_kg: float, sign: int = 1, push_n: float = 0.0, stated: int = 1) -> list[Finding]:
+def told(
+    mass_kg: float,
+    sign: int = 1,
+    push_n: float = 0.0,
+    stated: int = 1,
+    tool: dict[str, object] | None = None,
+    axes: NDArray[np.float64] | None = None,
+    force_n: float = 0.0,
+) -> list[Finding]:
     """Findings on the offset of a sensor at the last link; it reads sign · (F - W) and an offset, with noise."""
-    robot = arm(CONFIG)
+    base = settings(tool=tool)
+    robot = arm(base)
     log = log_of(robot, np.ones(3), seed=5)
     frame = robot.link_of(robot.joint_names[-1])
     assert frame is not None
-    reading = -mass_kg * robot.gravity_in(log.position_rad, frame) + np.array([3.0, -2.0, 8.0])
-    reading += 0.2 * np.random.default_rng(6).standard_normal(reading.shape)
+    centre = np.zeros(3) if tool is None else np.array(TOOL["com_m"])
+    weight = robot.weight_in(log.position_rad, frame, mass_kg, centre)
+    reading = -weight + np.array([3.0, -2.0, 8.0, 0.1, 0.2, 0.3])
+    reading += 0.2 * np.random.default_rng(6).standard_normal(reading.shape) * np.array([1.0] * 3 + [0.05] * 3)
     reading[2000:6000:2, 0] += push_n
-    wrench = np.concatenate([sign * reading, np.zeros_like(reading)], axis=1)
-    config = CONFIG.changed({"log": CONFIG.log.changed({"wrench_frame": frame, "wrench_sign": stated})})
+    reading[:, 2] += force_n * np.sin(0.7 * log.time_s)
+    turn = np.eye(3) if axes is None else axes
+    wrench = sign * np.concatenate([reading[:, :3] @ turn.T, reading[:, 3:] @ turn.T], axis=1)
+    config = base.changed({"log": base.log.changed({"wrench_frame": frame, "wrench_sign": stated})})
     made = prepare(replace(log, wrench=WrenchSeries(log.time_s, wrench, "/wrench")), robot, config)
     return [f for f in made.findings if f.code == "log-wrench-bias" and "follows gravity" in f.text]
 
@@ -37,7 +52,7 @@ def test_a_tool_that_nothing_states_is_weighed() -> None:
 
 def test_an_inverted_sensor_weighs_less_than_nothing() -> None:
     (found,) = told(0.7, sign=-1)
-    assert "mass of -0.7 kg" in found.text and "wrench_sign" in found.text
+    assert "mass of -0.7 kg" in found.text and "wrench_sign, wrench_frame" in found.text
     (right,) = told(0.7, sign=-1, stated=-1)
     assert "mass of 0.7 kg" in right.text
 
@@ -45,3 +60,18 @@ def test_an_inverted_sensor_weighs_less_than_nothing() -> None:
 @pytest.mark.parametrize(("mass_kg", "push_n"), [(0.0, 0.0), (0.05, 0.0), (0.7, 60.0)])
 def test_noise_little_weight_and_work_with_force_are_no_tool(mass_kg: float, push_n: float) -> None:
     assert told(mass_kg, push_n=push_n) == []
+
+
+def test_a_sensor_in_other_axes_than_stated_is_told() -> None:
+    assert told(0.7, tool=TOOL) == []
+    (turned,) = told(0.7, tool=TOOL, axes=AXES)
+    assert "wrench_frame is wrong" in turned.text and turned.severity == "warning"
+
+
+def test_a_wrong_centre_of_mass_is_told() -> None:
+    (found,) = told(0.7, tool={**TOOL, "com_m": [0.02, 0.01, 0.28]})
+    assert "torque at the sensor" in found.text and "centre of mass" in found.text
+
+
+def test_work_with_force_that_comes_and_goes_is_no_weight() -> None:
+    assert told(0.7, tool=TOOL, force_n=30.0) == []

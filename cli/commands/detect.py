@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -80,7 +81,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     if audit.study is not None and not as_json and detail is not Detail.VERDICT:
         say_studies([audit], detail is Detail.ALL)
     if output is not None and detail is not Detail.VERDICT:
-        note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
+        command = shlex.join(["collaudit", "report", str(output), "-o", "report.html"])
+        note(f"run written to {output}: {command} makes the page")
     return exit_code([audit.result.verdict])
 
 

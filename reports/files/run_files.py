@@ -103,7 +103,9 @@ def no_run(folder: Path) -> CollauditError:
     """The error for a folder that is no run; it offers the runs inside, where there are any."""
     inside = sorted(path.parent for path in folder.glob(f"*/{AUDIT_NAME}"))
     found = "nothing of that name" if not folder.exists() else f"no {AUDIT_NAME} in it"
-    hint = similar_file(folder) or "make one with: collaudit detect LOG -c collaudit.toml -o RUN/"
+    hint = (
+        None if folder.exists() else similar_file(folder)
+    ) or "make one with: collaudit detect LOG -c collaudit.toml -o RUN/"
     if inside:
         names = [str(run) for run in inside[:_OFFERED]]
         more = f" and {len(inside) - _OFFERED} more" if len(inside) > _OFFERED else ""

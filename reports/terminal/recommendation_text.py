@@ -38,6 +38,8 @@ def recommendation_text(
     else:
         said = [(joint, text) for joint, rule in found.joints.items() for text in rule.missing]
         missing = [] if detail else joint_lines(said, len(found.joints), brief=True)
+        if not found.joints:
+            missing = ["a joint that is judged: none of these logs has one; collaudit detect says why"]
         lines = ["Set      nothing: the evidence supports no threshold", *(f"Missing  {line}" for line in missing[:1])]
     text = "".join(f"{wrapped(line, width, ' ' * 9)}\n" for line in (*lines, f"Hours    {claim(found.rate)}"))
     return text + (sections_text(recommendation_sections(found), width) if detail else "")

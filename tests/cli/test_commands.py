@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -80,6 +81,18 @@ def test_detect_clean_and_pushed(arm, collaudit, tmp_path: Path) -> None:
     assert result.provenance.config_sha256 is not None
     assert result.provenance.friction_sha256 is not None
     assert (tmp_path / "pushed" / "friction.json").is_file()
+
+
+def test_the_command_that_is_offered_runs_as_it_stands(arm, collaudit, tmp_path: Path) -> None:
+    out = tmp_path / "night (1)"
+    judged = collaudit("detect", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
+    said = judged.err.split("run written to ")[1].split(": ", 1)[1].split(" makes the page")[0]
+    assert shlex.split(said) == ["collaudit", "report", str(out), "-o", "report.html"]
+
+
+def test_a_log_is_no_run_and_is_not_offered_for_itself(arm, collaudit, tmp_path: Path) -> None:
+    refused = collaudit("report", arm.clean, "-o", tmp_path / "r.html")
+    assert refused.code == 2 and "did you mean" not in refused.err and "collaudit detect LOG" in refused.err
 
 
 def test_detect_prints_a_screen_more_or_the_verdict_alone(arm, collaudit) -> None:

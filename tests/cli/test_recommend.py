@@ -200,3 +200,11 @@ def test_what_is_refused_is_not_written(collaudit, tmp_path: Path) -> None:
     assert found.code == 3 and config.read_text(encoding="utf-8") == CONFIG and "nothing was written" in found.err
     assert [line.split()[0] for line in found.out.splitlines()] == ["Set", "Missing", "Hours"]
     assert "nothing: the evidence supports no threshold" in found.out and "at least 3 min are needed" in found.out
+
+
+def test_logs_of_which_no_joint_is_judged_say_what_is_missing(collaudit, tmp_path: Path) -> None:
+    made = audit_of(coloured(1, 600.0))
+    rule = replace(made.result.rule, gamma_nm={}, watch=())
+    write_run(tmp_path / "run", replace(made, result=replace(made.result, rule=rule)), None)
+    found = collaudit("recommend", tmp_path / "run")
+    assert found.code == 3 and "Missing  a joint that is judged" in found.out and "collaudit detect" in found.out

@@ -160,7 +160,10 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
     effort_delay_ms: Annotated[float, about("How much later than the motion the effort is stamped; subtracted.")] = 0.0
     wrench_delay_ms: Annotated[float, about("How much later than the motion the wrench is stamped; subtracted.")] = 0.0
     time: Annotated[Literal["auto", "header", "log"], about("Which stamp is the time of a sample.")] = "auto"
-    joint_names: Annotated[dict[str, str], about("Log name = model name, where they differ.")] = {}
+    joint_names: Annotated[
+        dict[str, str],
+        about("Log name = model name, where they differ; it wins over a joint of the log that is called so."),
+    ] = {}
     label_topics: Annotated[
         list[str],
         about(

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.errors import LogError
+from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.arms_in_log import arms_of
 from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_description import describe
@@ -110,3 +110,12 @@ def test_no_joint_is_proposed_for_one_of_another_limb() -> None:
     with pytest.raises(LogError, match="none of the log's joints") as caught:
         map_names(["left_w0"], {"left_w0": "gone"}, ["head_pan", *BAXTER], "x.csv")
     assert '"left_w0" = "…"' in caught.value.render()
+
+
+def test_a_stated_name_wins_over_a_joint_of_another_arm_that_is_called_so() -> None:
+    log = ["elbow", "wrist", "right_elbow", "right_wrist"]
+    found = map_names(log, {"right_elbow": "elbow", "right_wrist": "wrist"}, ["elbow", "wrist"], "x.csv")
+    assert found.log == ("right_elbow", "right_wrist") and found.model == ("elbow", "wrist")
+    assert any("own elbow, wrist: left out" in f.text for f in found.findings)
+    with pytest.raises(ConfigError, match="both the robot's 'elbow'"):
+        map_names(log, {"right_elbow": "elbow", "right_wrist": "elbow"}, ["elbow", "wrist"], "x.csv")

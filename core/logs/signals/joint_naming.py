@@ -56,7 +56,7 @@ def map_names(
         numbered, message_order, judged: as of :func:`collaudit.core.logs.signals.joint_guess.guess_joints`.
 
     Raises:
-        ConfigError: two joints of the log are mapped to one of the robot.
+        ConfigError: two joints of the log are mapped to one of the robot. A stated name wins over the log's own.
         LogError: none of the log's joints is one of the robot's, or it is not sure which is which.
     """
     said: tuple[Finding, ...] = ()
@@ -106,8 +106,10 @@ def _kept(
     where: str,
     said: tuple[Finding, ...],
 ) -> NameMap:
+    stated = {mapping[name] for name in names if name in mapping}
+    namesakes = [name for name in names if name in stated and name not in mapping]  # of another arm in the same log
     mapped: dict[str, str] = {}
-    for name in names:
+    for name in (name for name in names if name not in namesakes):
         target = mapping.get(name, name)
         if target in mapped and mapped[target] != name:
             raise ConfigError(
@@ -129,6 +131,9 @@ def _kept(
         )
     findings = list(said)
     ignored = [log for target, log in mapped.items() if target not in set(robot)]
+    if namesakes:
+        text = f"The log's own {listed(namesakes)}: left out, as [log] joint_names gives these names to other joints."
+        findings.append(fact(text, where=where))
     missing = [name for name in robot if name not in mapped]
     if ignored:
         text = f"The log has joints that the robot does not have; they are left out: {listed(ignored)}."

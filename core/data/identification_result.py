@@ -147,6 +147,11 @@ class IdentifiedBody:
     parameters_file: tuple[float, ...]
     consistent: bool
 
+    @property
+    def identified(self) -> bool:
+        """Whether these are not those of the description."""
+        return self.parameters != self.parameters_file
+
 
 @dataclass(frozen=True, slots=True)
 class BaseParameter:

@@ -146,14 +146,16 @@ def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
     findings = []
     fitted_with = friction.provenance.model_sha256
     if fitted_with is not None and fitted_with != prepared.robot.sha256:
-        findings.append(
-            Finding(
-                "friction-other-model",
-                "warning",
-                "The friction was fitted with another robot model, tool or mounting than this log is judged with "
-                f"(model hash {fitted_with[:12]}, here {prepared.robot.sha256[:12]}).",
-            )
+        text = (
+            "The friction was fitted with another robot model, tool or mounting than this log is judged with "
+            f"(model hash {fitted_with[:12]}, here {prepared.robot.sha256[:12]})."
         )
+        if friction.identified is not None and any(b.identified for b in friction.identified.bodies.values()):
+            text += (
+                " Masses are used as that fit identified them, its tool included: what the description and "
+                "[robot.tool] state now has no effect on them."
+            )
+        findings.append(Finding("friction-other-model", "warning", text))
     for joint, fit in friction.joints.items():
         if fit.model is not None and joint not in prepared.series.joint_names:
             text = f"Joint '{joint}' has a friction law but is not in this log: it was not judged."

@@ -37,7 +37,7 @@ class Calibration:
         identified: drive gains, offsets, inertials, tool; None for the arm as described and an effort as logged.
         sensor: zero offset and tool of the wrist sensor; None to estimate the offset from the log.
         tool: the tool that the model carries in place of the described one, None for the described one; identified
-            bodies are the whole arm, the tool in use at the fit included.
+            bodies hold the tool in use at the fit, others follow the description of now.
         sensor_missing: a calibrated sensor was asked for and none is known.
         coupled: friction of axes that turn with several joints, by the motor's own joint.
     """
@@ -198,12 +198,15 @@ def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
             found=", ".join(identified.bodies),
             expected=", ".join(names),
         )
-    parameters = np.concatenate([np.array(identified.bodies[name].parameters) for name in names])
+    parameters = robot.inertial_parameters.reshape(len(names), -1)
+    for row, name in enumerate(names):
+        if identified.bodies[name].identified:
+            parameters[row] = identified.bodies[name].parameters
     armature = robot.armature
     for name, joint in identified.joints.items():
         if name in names:
             armature[names.index(name)] = joint.armature_kg_m2
-    return robot.with_inertials(parameters, armature)
+    return robot.with_inertials(parameters.ravel(), armature)
 
 
 def _axis_speed(series: UniformSeries, weights: Mapping[str, float], of: FloatArray) -> FloatArray:

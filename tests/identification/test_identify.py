@@ -248,6 +248,25 @@ def test_an_arm_the_file_was_not_made_for_is_refused() -> None:
         calibrated(log, Calibration(other), config)
 
 
+@pytest.mark.parametrize("estimate", ["rotor", "inertials"])
+def test_a_tool_stated_for_another_log_counts_unless_masses_were_identified(estimate: str) -> None:
+    """A fit keeps the masses that it identified, their tool included; those on file are taken from the file of now."""
+    config = settings(fit={"estimate": ["friction", estimate]})
+    found = identify([prepared_log(config, arm(config))], config)
+    assert found is not None
+    assert {body.identified for body in found.bodies.values()} == {estimate == "inertials"}
+    laden = settings(tool={"mass_kg": 2.0, "com_m": [0.0, 0.0, 0.1]})
+    q = np.random.default_rng(5).uniform(-1, 1, (50, 3))
+    still = np.zeros_like(q)
+    before, after = (
+        calibrated(prepared_log(each, arm(each)), Calibration(found), each).robot.inverse_dynamics(q, still, still)
+        for each in (config, laden)
+    )
+    weight = (arm(each).inverse_dynamics(q, still, still) for each in (laden, config))
+    expected = 0.0 if estimate == "inertials" else np.subtract(*weight)
+    np.testing.assert_allclose(after - before, np.broadcast_to(expected, q.shape), atol=1e-9)
+
+
 def test_a_tool_picked_up_on_the_way_is_no_one_tool() -> None:
     """Its mass is that of neither half, and that is said."""
     keys = {"frame": "tool0", "mass_kg": "estimate", "com_m": [0.0, 0.0, 0.05]}

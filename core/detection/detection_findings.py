@@ -38,6 +38,8 @@ _NO_GAIN, _NO_GAIN_S = 0.9, 5.0
 _OTHER_THAN_FITTED = 2.0
 #: Samples that tell it as well as all would, and the fewest that do.
 _TELLING = 500
+#: Share of that spread, taken about zero, beyond which the median makes an offset of it: of one alone it is 0.67.
+_OF_ONE_SIGN = 0.5
 #: What cuts an event off: signals that end or mean nothing there.
 _BLIND = [State.SATURATED, State.NOT_A_NUMBER, State.GAP, State.EDGE, State.NOT_DRIVEN]
 
@@ -179,7 +181,8 @@ def residual_level_findings(
     for joint, level in stats.items():
         if joint not in gamma_nm:
             continue
-        gamma, usual, mean = gamma_nm[joint], _usual_nm(signals, joint), level.clean_mean_abs_nm
+        gamma, mean = gamma_nm[joint], level.clean_mean_abs_nm
+        usual, middle = _usual_nm(signals, joint)
         times = usual / fitted_nm[joint] if fitted_nm.get(joint) else 0.0
         if times > _OTHER_THAN_FITTED:
             text = (
@@ -187,6 +190,11 @@ def residual_level_findings(
                 f"({usual:.3g} against {fitted_nm[joint]:.3g} N·m, robust standard deviation): the friction file may "
                 "be of another arm, tool, temperature or filter of the effort, or contact lasts for most of the log."
             )
+            if abs(middle) > _OF_ONE_SIGN * usual:
+                text += (
+                    f" Its median is {middle:.3g} N·m: most of it is an offset, as of a sensor whose zero has drifted "
+                    "since the fit, or of a steady pull."
+                )
         elif mean is not None and mean > 0.5 * gamma:
             text = (
                 f"The contact-free residual of joint '{joint}' averages {mean:.3g} N·m against a threshold of "
@@ -198,13 +206,14 @@ def residual_level_findings(
     return findings
 
 
-def _usual_nm(signals: Signals, joint: str) -> float:
-    """Robust standard deviation of a residual where friction is known by value; 0 where hardly anything is."""
+def _usual_nm(signals: Signals, joint: str) -> tuple[float, float]:
+    """Robust standard deviation and median of a residual where friction is known by value; 0 where hardly anything."""
     j = signals.joint_names.index(joint)
     residual = signals.residual_nm[signals.state[:, j] == State.JUDGED, j]
     if residual.size < _TELLING:
-        return 0.0
-    return robust_sd(residual[:: residual.size // _TELLING])
+        return 0.0, 0.0
+    drawn = residual[:: residual.size // _TELLING]
+    return robust_sd(drawn), median_of(drawn)
 
 
 def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, float]) -> list[Finding]:

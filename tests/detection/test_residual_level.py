@@ -48,3 +48,4 @@ def test_a_residual_unlike_that_of_the_fit_doubts_alarms(
     found = residual_level_findings(signals(residual, state), stats, {"a": 8.0}, {"a": 0.5})
     assert [(f.code, f.joint, f.effect) for f in found] == [("residual-level", "a", "doubts-alarms")] * said
     assert all("times that of the fitted logs" in f.text for f in found)
+    assert all(("most of it is an offset" in f.text) == (offset_nm == 2.0) for f in found)

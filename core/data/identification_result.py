@@ -266,6 +266,11 @@ class Identified:
     sample_rate_hz: float
     loss: str
 
+    @property
+    def masses(self) -> bool:
+        """Whether any body's inertials were identified: they hold the tool of the fitted logs."""
+        return any(body.identified for body in self.bodies.values())
+
 
 @dataclass(frozen=True, slots=True)
 class SensorFacts:

@@ -150,7 +150,7 @@ def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
             "The friction was fitted with another robot model, tool or mounting than this log is judged with "
             f"(model hash {fitted_with[:12]}, here {prepared.robot.sha256[:12]})."
         )
-        if friction.identified is not None and any(b.identified for b in friction.identified.bodies.values()):
+        if friction.identified is not None and friction.identified.masses:
             text += (
                 " Masses are used as that fit identified them, its tool included: what the description and "
                 "[robot.tool] state now has no effect on them."

@@ -91,7 +91,7 @@ def fit_arm(
         identified = None if samples is None else identify_values(seen(whole), config, taken, samples)
     if identified is not None:
         starts = whole if known is None else known.logs
-        drives = [replace(log.calibration, identified=identified, tool=None, coupled={}) for log in starts]
+        drives = [replace(log.calibration, identified=identified, coupled={}) for log in starts]
         whole = [again(log, drive, config) for log, drive in zip(starts, drives, strict=True)]
     coupled, findings = fit_coupled(seen(whole), config, "inertials" in taken.estimate)
     if coupled:

@@ -141,21 +141,25 @@ def calibrated_robot(
     Raises:
         ConfigError: the inertials were identified on another arm. NotJudgedError: the robot has no inertials.
     """
-    if calibration.identified is not None:
-        what = ", ".join(item for item in calibration.identified.estimate if item != "friction")
+    findings: list[Finding] = []
+    identified = calibration.identified
+    fitted_without = identified is not None and (identified.masses or config.fit.estimate == "auto")
+    if calibration.tool is not None and with_wrench and robot.has_inertials and not fitted_without:
+        robot, mass, before = with_tool(robot, calibration.tool, config)
+        text = (
+            f"The model carries the tool that the wrist sensor was calibrated with, {mass:.3g} kg, in place of "
+            f"{before:.3g} kg on file."
+        )
+        findings.append(fact(text, where="friction file"))
+    if identified is not None:
+        what = ", ".join(item for item in identified.estimate if item != "friction")
         text = (
             f"Effort and model torque are taken with what the friction file identified: {what}, and a constant offset "
             "of torque for each joint."
         )
-        return _with_identified(robot, calibration.identified), [fact(text, where="friction file")]
-    if calibration.tool is None or not with_wrench or not robot.has_inertials:
-        return robot, []
-    carrying, mass, before = with_tool(robot, calibration.tool, config)
-    text = (
-        f"The model carries the tool that the wrist sensor was calibrated with, {mass:.3g} kg, in place of "
-        f"{before:.3g} kg on file."
-    )
-    return carrying, [fact(text, where="friction file")]
+        robot = _with_identified(robot, identified)
+        findings.append(fact(text, where="friction file"))
+    return robot, findings
 
 
 def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[RobotModel, float, float]:

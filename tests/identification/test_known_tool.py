@@ -13,6 +13,7 @@ from collaudit.core.config.schema import Config, RobotConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.friction.least_squares import solve
 from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration, with_tool
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
@@ -90,6 +91,19 @@ def test_a_calibrated_tool_is_in_the_model(moved: tuple[FixtureRobot, Trace]) ->
     assert level(unknown) > 1.0
     assert level(known) < 1.5 * level(described) + 0.02
     assert any(f.where == "friction file" and "0.8 kg" in f.text for f in known.findings)
+
+
+def test_a_calibrated_tool_stays_in_the_model_beside_what_is_identified(moved: tuple[FixtureRobot, Trace]) -> None:
+    """Rotors alone were identified: masses are those on file and of the calibrated tool, in the fit and after it."""
+    unknown, config = seen(moved, 0.0, "calibrated")
+    config = config.changed({"fit": config.fit.changed({"estimate": ["friction", "rotor"]})})
+    facts, _ = audit_channels(unknown, config)
+    sensor = Calibration.of_sensor({"log": facts}, config)
+    known = calibrated(unknown, sensor, config)
+    found = identify([known], config)
+    assert found is not None and not found.masses
+    both = calibrated(unknown, replace(sensor, identified=found), config)
+    np.testing.assert_allclose(both.robot.inertial_parameters, known.robot.inertial_parameters)
 
 
 def test_a_tool_on_file_is_not_carried_twice(moved: tuple[FixtureRobot, Trace]) -> None:

@@ -208,7 +208,7 @@ def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
             parameters[row] = identified.bodies[name].parameters
     armature = robot.armature
     for name, joint in identified.joints.items():
-        if name in names:
+        if name in names and joint.armature_kg_m2 != joint.armature_file_kg_m2:
             armature[names.index(name)] = joint.armature_kg_m2
     return robot.with_inertials(parameters.ravel(), armature)
 

@@ -267,6 +267,16 @@ def test_a_tool_stated_for_another_log_counts_unless_masses_were_identified(esti
     np.testing.assert_allclose(after - before, np.broadcast_to(expected, q.shape), atol=1e-9)
 
 
+@pytest.mark.parametrize("estimate", ["rotor", "gain"])
+def test_rotors_stated_for_another_log_count_unless_they_were_identified(estimate: str) -> None:
+    config = settings(fit={"estimate": ["friction", estimate]})
+    found = identify([prepared_log(config, arm(config))], config)
+    assert found is not None
+    stated = config.changed({"robot": config.robot.changed({"armature_kg_m2": [2.0, 2.0, 2.0]})})
+    seen = calibrated(prepared_log(stated, arm(stated)), Calibration(found), stated)
+    assert (seen.robot.armature == 2.0).all() == (estimate == "gain")
+
+
 def test_a_tool_picked_up_on_the_way_is_no_one_tool() -> None:
     """Its mass is that of neither half, and that is said."""
     keys = {"frame": "tool0", "mass_kg": "estimate", "com_m": [0.0, 0.0, 0.05]}

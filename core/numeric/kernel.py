@@ -107,7 +107,7 @@ class Kernel:
             return mask
         held = _held(self.numerator, self.denominator, period_s)
         weight, _ = filtered(*held, mask.astype(np.float64), segments, both_ways=not self.causal)
-        return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
+        return np.asarray(mask | (np.abs(weight) > _MISSING_SHARE))  # NaN outside the stretches is not
 
 
 @lru_cache(maxsize=64)

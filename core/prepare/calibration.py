@@ -143,6 +143,7 @@ def calibrated_robot(
     """
     findings: list[Finding] = []
     identified = calibration.identified
+    # a fit that chose what to identify, or found masses, did so without that tool in its model
     fitted_without = identified is not None and (identified.masses or config.fit.estimate == "auto")
     if calibration.tool is not None and with_wrench and robot.has_inertials and not fitted_without:
         robot, mass, before = with_tool(robot, calibration.tool, config)

@@ -46,14 +46,6 @@ class ArmFit:
     sections: tuple[SectionSet, ...]
     samples: Motion | None
 
-    def thinned(self, steps: Sequence[int], config: Config) -> ArmFit:
-        """The same of every so many-th sample of each log, for fits without a part of them."""
-        few = [log.thinned(step) for log, step in zip(self.logs, steps, strict=True)]
-        logs = tuple(recalibrated(log, log.calibration, config) for log in few)
-        sections = tuple(found.thinned(step) for found, step in zip(self.sections, steps, strict=True))
-        samples = None if self.samples is None else collect(logs, MOST_HELD_OUT, config.fit.blocks)
-        return replace(self, logs=logs, sections=sections, samples=samples)
-
 
 def fit_arm(
     logs: Sequence[Prepared],

@@ -98,14 +98,14 @@ def refit_joints(
         config: how friction is fitted.
     """
     known = {joint: fit for joint, fit in kinds.items() if fit.model is not None}
+    sections = [found.known_in(log.series, config.sections) for log, found in zip(prepared, sections, strict=True)]
 
     def refit(joint: str) -> FrictionFit:
         fit = known[joint]
         assert fit.model is not None
         logs = [(log, found) for log, found in zip(prepared, sections, strict=True) if joint in log.judged]
         if fit.motion == "sections":
-            left = [(log, found.known_in(joint, log.series, config.sections)) for log, found in logs]
-            points = [p for log, found in left for p in _of_sections(joint, log, found)[0]]
+            points = [p for log, found in logs for p in _of_sections(joint, log, found)[0]]
         else:
             points = _loose_points(joint, prepared, config)
         robot = logs[0][0].robot

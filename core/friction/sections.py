@@ -59,14 +59,11 @@ class SectionSet:
         """Sections of one joint."""
         return tuple(s for s in self.sections if s.joint == joint)
 
-    def thinned(self, step: int) -> SectionSet:
-        """The same in the log with every so many-th sample."""
-        return replace(self, sections=tuple(replace(s, span=s.span.thinned(step)) for s in self.sections))
-
-    def known_in(self, joint: str, series: UniformSeries, config: SectionsConfig) -> SectionSet:
-        """What is left of a joint's sections in the same log with less effort known: whole, and long enough pieces."""
-        found, j = list[Section](), series.column(joint)
-        for section in self.of(joint):
+    def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
+        """What is left of the sections in the same log with less effort known: whole ones, and long enough pieces."""
+        found: list[Section] = []
+        for section in self.sections:
+            j = series.column(section.joint)
             pieces = _known_pieces(section.span, series, j, _least(series, config))
             whole = pieces == [section.span]
             found += [section] if whole else [_measure(series, section.joint, j, piece) for piece in pieces]

@@ -42,7 +42,3 @@ class Span:
     def slice(self) -> slice:
         """The span as a slice."""
         return slice(self.start, self.stop)
-
-    def thinned(self, step: int) -> Span:
-        """Its samples among every so many-th of all."""
-        return Span(-(-self.start // step), -(-self.stop // step))

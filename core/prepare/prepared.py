@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from collaudit.core.data import shown
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
-from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
-from collaudit.core.numeric.filters import low_pass
+from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.commanded_force import CommandedTorque
 from collaudit.core.prepare.effort.delay_estimate import Delay
@@ -155,45 +154,19 @@ class Prepared(shown.Showing):
         if sum(map(len, spans)) >= n:
             return self
         rows = spans[0].slice if len(spans) == 1 else np.concatenate([np.arange(s.start, s.stop) for s in spans])
-        return self._at(rows, _segments_in(spans, series.segments), series.period_s)
-
-    def thinned(self, step: int) -> Prepared:
-        """Every so many-th sample. The effort that it is to be calibrated from anew is filtered as the motion is."""
-        first, series = self.start.series, self.series
-        if step == 1 or first.effort is None:
-            return self
-        filtered = low_pass(first.effort, first.segments, first.period_s, first.bandwidth_hz)
-        start = replace(self.start, series=replace(first, effort=filtered))
-        segments = [one for one in (span.thinned(step) for span in series.segments) if len(one)]
-        return replace(self, start=start)._at(np.arange(0, series.time_s.size, step), segments, step * series.period_s)
-
-    def _at(self, rows: slice | IntArray, segments: Sequence[Span], period_s: float) -> Prepared:
-        """The samples of some rows, in stretches and with a period that are told."""
-        n, made = self.series.time_s.size, dict[int, Any]()
 
         def cut(value: Any) -> Any:
-            if not isinstance(value, np.ndarray) or value.shape[0] != n:
-                return value
-            if id(value) not in made:  # most signals are the same before and after the calibration
-                made[id(value)] = value.T[..., rows].T  # columns stay contiguous
-            return made[id(value)]
+            of_samples = isinstance(value, np.ndarray) and value.shape[0] == n
+            return value.T[..., rows].T if of_samples else value  # columns stay contiguous
 
-        def at(series: UniformSeries) -> UniformSeries:
-            columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
-            return UniformSeries(**columns | {"segments": tuple(segments), "period_s": period_s})
-
+        columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
+        columns["segments"] = tuple(_segments_in(spans, series.segments))
         return replace(
             self,
-            series=at(self.series),
+            series=UniformSeries(**columns),
             rigid_nm=cut(self.rigid_nm),
             commanded=replace(self.commanded, torque_nm=cut(self.commanded.torque_nm)),
             phases=cut(self.phases),
-            start=replace(
-                self.start,
-                series=at(self.start.series),
-                phases=cut(self.start.phases),
-                load_nm=cut(self.start.load_nm),
-            ),
         )
 
     def columns(self) -> list[int]:

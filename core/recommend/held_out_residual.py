@@ -23,8 +23,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import run_bounds, widened
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.preparation import recalibrated
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -39,7 +37,6 @@ _AROUND_S = 2.0
 _LEAST_RANGE = 0.8
 #: With so many samples a fit without a third of them is as good as one without a fifth, and takes less time. A half
 #: would often lack speeds of the other.
-#: Of so many, two in a period of the filters' bandwidth tell a fit's values.
 _MANY, _FEWEST_FOLDS = 100_000, 3
 
 
@@ -111,16 +108,10 @@ def held_out_residuals(
     count = config.fit.blocks if total <= _MANY else _FEWEST_FOLDS
     folds = [fold_of_sample(log.series, count) for log in logs]
     out = [_Filling.of(log, bool(covariates.corrections)) for log in whole.logs]
-    few, known, steps = list(logs), whole, [1] * len(logs)
-    if total > _MANY:
-        steps = [max(1, int(0.5 / (log.series.bandwidth_hz * log.series.period_s))) for log in logs]
-        known = whole.thinned(steps, config)
-        few = [recalibrated(one, log.calibration, config) for one, log in zip(known.logs, logs, strict=True)]
     for k in range(count):
-        rest = fit_arm(few, taken, config, [fold[::step] == k for fold, step in zip(folds, steps, strict=True)], known)
-        for log, one, fold, filling in zip(whole.logs, rest.logs, folds, out, strict=True):
-            judged = one if known is whole else log
-            filling.fill(judged, one.calibration, fold == k, whole, rest, covariates, config)
+        rest = fit_arm(logs, taken, config, [fold == k for fold in folds], whole)
+        for log, fold, filling in zip(rest.logs, folds, out, strict=True):
+            filling.fill(log, fold == k, whole, rest, covariates, config)
         if progress is not None:
             progress(k + 1, count)
     return [filling.made(log) for filling, log in zip(out, whole.logs, strict=True)]
@@ -159,7 +150,6 @@ class _Filling:
     def fill(
         self,
         log: Prepared,
-        calibration: Calibration,
         own_fold: BoolArray,
         whole: ArmFit,
         rest: ArmFit,
@@ -171,7 +161,6 @@ class _Filling:
             return
         near = widened(own_fold, round(_AROUND_S / log.series.period_s))
         part = log.part(*(Span(a, b) for a, b in zip(*run_bounds(near), strict=True)))
-        part = recalibrated(part, calibration, config)
         rows, inside, series = np.flatnonzero(own_fold), own_fold[near], part.judged_series
         laws, _ = friction_models(whole.fits, series)
         own, _ = friction_models(rest.fits, series)

@@ -233,7 +233,7 @@ class PinocchioModel:
         out = np.empty((len(q), len(onto), 10 * self._model.nv))
         for row, motion in zip(out, zip(q, v, a, strict=True), strict=True):  # one after the other: no second table
             own = pin.computeJointTorqueRegressor(self._model, data, *motion)
-            np.matmul(onto, own.reshape(self._model.nv, -1), out=row)  # that of a single joint comes as a vector
+            row[...] = onto @ np.atleast_2d(own)  # that of a single joint comes as a vector
         return out
 
     def frame_placement(self, frame: str) -> FramePlacement:

@@ -21,7 +21,6 @@ from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend import held_out_residual
 from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
 from collaudit.core.recommend.held_out_residual import (
     FrictionCovariates,
@@ -87,18 +86,6 @@ def test_a_block_is_judged_as_within_the_whole_log(held: Held) -> None:
     both = judged & found.judged
     assert np.count_nonzero(both) > 0.95 * np.count_nonzero(judged) > 0
     assert float(np.max(np.abs((found.torque_nm - whole.torque_nm)[both]))) < 1e-3
-
-
-def test_a_long_log_is_fitted_on_fewer_samples(held: Held, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two in a period of the filters tell laws as all do: what is left moves by less than a tenth of itself."""
-    found, arm, prepared, config = held
-    monkeypatch.setattr(held_out_residual, "_MANY", 1000)
-    (few,) = held_out_residuals([prepared], arm, TAKEN, FrictionCovariates({}, {}), config)
-    both = found.judged & few.judged
-    assert np.count_nonzero(both) > 0.98 * np.count_nonzero(found.judged)
-    for j in range(both.shape[1]):
-        before, after = found.torque_nm[both[:, j], j], few.torque_nm[both[:, j], j]
-        assert 0.0 < np.sqrt(np.mean((after - before) ** 2)) < 0.1 * np.sqrt(np.mean(before**2))
 
 
 def test_pushes_at_most_standstills_hardly_raise_the_threshold_there(held: Held) -> None:

@@ -19,7 +19,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
 if TYPE_CHECKING:
-    from collaudit.core.prepare.preparation import KnownLoad
+    from collaudit.core.prepare.known_load import KnownLoad
 
 _NUMBERS = (1, 4)
 #: ``--truth``, ``--labels`` and ``--free-of-contact``.
@@ -122,7 +122,7 @@ def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
     Raises:
         ConfigError: not one for each input, or no mass and place.
     """
-    from collaudit.core.prepare.preparation import KnownLoad
+    from collaudit.core.prepare.known_load import KnownLoad
 
     if texts and len(texts) != inputs:
         raise ConfigError(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from collaudit.core.logs.log_summary import LogSummary
-    from collaudit.core.prepare.preparation import KnownLoad
+    from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
     from collaudit.core.robot.robot_model import RobotModel
@@ -203,7 +203,7 @@ def fit(
         part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 1) / len(logs))
         prepared.append(log if isinstance(log, Prepared) else prepare(log, settings, progress=part))
     if loads:
-        from collaudit.core.prepare.preparation import loaded
+        from collaudit.core.prepare.known_load import loaded
 
         prepared = [loaded(log, load, settings.config) for log, load in zip(prepared, loads, strict=True)]
     provenance = make_provenance(settings, None, prepared[0].robot.sha256)

@@ -15,9 +15,8 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.findings import Finding, in_joint_units
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.tables import combined, copied
 from collaudit.core.prepare.calibration import (
     Calibration,
@@ -42,7 +41,7 @@ from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_fin
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared
-from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+from collaudit.core.robot.robot_model import RobotModel
 
 
 def prepare(
@@ -135,56 +134,6 @@ def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> P
     known[left_out] = np.nan
     start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
     return modelled(start, config, prepared.calibration, prepared)
-
-
-@dataclass(frozen=True, slots=True)
-class KnownLoad:
-    """A point mass that a log's arm carries beyond the configured tool.
-
-    Attributes:
-        mass_kg: 0 for none.
-        com_m: (3,) where, in the tool's frame.
-    """
-
-    mass_kg: float
-    com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-def loaded(prepared: Prepared, load: KnownLoad, config: Config) -> Prepared:
-    """The log with its load in the model's torque.
-
-    Raises:
-        NotJudgedError: the robot has no inertials. ConfigError: a detector that has no place for the load.
-    """
-    if not prepared.robot.has_inertials:
-        raise NotJudgedError("a known load needs a robot with inertials", hint="give a URDF with <inertial> elements")
-    if config.detect.detector != "direct":
-        raise ConfigError(
-            "known loads go with the direct detector only: the others have the torque of one arm",
-            where="[detect] detector",
-            found=config.detect.detector,
-            expected="direct",
-        )
-    start = replace(prepared.start, load_nm=frozen(_load_torque(prepared, load, config)))
-    return modelled(start, config, prepared.calibration)
-
-
-def _load_torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatArray:
-    """(n, j) N·m that the load adds."""
-    series, robot = prepared.series, prepared.robot
-    if load.mass_kg <= 0.0:
-        return np.zeros_like(series.position_rad)
-    carrying = _carrying(robot, load, config)
-    return np.asarray(carrying.inverse_dynamics(*series.motion) - robot.inverse_dynamics(*series.motion))
-
-
-def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
-    """The arm with the load at its tool."""
-    turn, place, body = robot.in_joint(config.robot.tool.frame)
-    parameters = robot.inertial_parameters
-    first = load.mass_kg * (turn @ np.array(load.com_m) + place)
-    parameters[10 * body : 10 * body + 10] += point_mass_parameters(load.mass_kg, first)
-    return robot.with_inertials(parameters, robot.armature)
 
 
 def modelled(

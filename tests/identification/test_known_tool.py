@@ -104,6 +104,10 @@ def test_a_calibrated_tool_stays_in_the_model_beside_what_is_identified(moved: t
     assert found is not None and not found.masses
     both = calibrated(unknown, replace(sensor, identified=found), config)
     np.testing.assert_allclose(both.robot.inertial_parameters, known.robot.inertial_parameters)
+    chosen = config.changed({"fit": config.fit.changed({"estimate": "auto"})})  # its fit leaves the tool to the choice
+    alone = calibrated(unknown, replace(sensor, identified=found), chosen)
+    np.testing.assert_allclose(alone.robot.inertial_parameters, unknown.robot.inertial_parameters)
+    assert (known.robot.inertial_parameters != unknown.robot.inertial_parameters).any()
 
 
 def test_a_tool_on_file_is_not_carried_twice(moved: tuple[FixtureRobot, Trace]) -> None:

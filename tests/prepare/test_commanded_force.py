@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from three_joints import arm, log_of, settings
 
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
+from collaudit.core.prepare.commanded_force import _still_weighed
 from collaudit.core.prepare.preparation import prepare
 
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -75,3 +77,14 @@ def test_a_wrong_centre_of_mass_is_told() -> None:
 
 def test_work_with_force_that_comes_and_goes_is_no_weight() -> None:
     assert told(0.7, tool=TOOL, force_n=30.0) == []
+
+
+@pytest.mark.parametrize(("second", "codes"), [(0.0, []), (5.0, ["log-wrench-bias"])])
+def test_axes_are_told_only_where_gravity_turns_about_two(second: float, codes: list[str]) -> None:
+    """Turned about one axis alone, any drift that goes with the pose looks like a weight in other axes."""
+    t = np.linspace(0.0, 40.0, 2000)
+    pull = np.column_stack([5.0 * np.sin(t), second * np.cos(1.7 * t), np.zeros(t.size)])
+    force = np.column_stack([0.0 * t, 0.7 * pull[:, 0], -0.7 * pull[:, 1], np.zeros((t.size, 3))])
+    robot = SimpleNamespace(gravity_in=lambda q, frame: pull)
+    found = _still_weighed(force, robot, np.zeros((t.size, 6)), "flange")  # type: ignore[arg-type]
+    assert [one.code for one in found] == codes

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, say, terminal_width
 from collaudit.cli.settings import all_of, free_option, labels_option
 from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
@@ -142,23 +141,3 @@ def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
         place = (numbers[1], numbers[2], numbers[3]) if len(numbers) > 1 else (0.0, 0.0, 0.0)
         out.append(KnownLoad(numbers[0], place))
     return out
-
-
-def say_studies(audits: Sequence[Audit], detail: bool = False, answer: bool = True) -> None:
-    """Print the studies of audits that have one; a note says how to get one for those that have none.
-
-    Args:
-        audits: judged logs.
-        detail: all tables.
-        answer: with the rule that each log alone recommends, and what it says of the rule that is set.
-    """
-    from collaudit.reports.terminal.command_texts import study_text
-
-    studies = [audit.study for audit in audits if audit.study is not None]
-    for study in studies[:_MOST]:
-        title = f"\nWhat the rule notices in {study.log}" if len(audits) > 1 else "\nWhat the rule notices"
-        say(f"{title}\n\n{study_text(study, terminal_width(), detail, answer)}", nl=False)
-    if len(studies) > _MOST:
-        note(f"{len(studies) - _MOST} more studies are not printed; --json has all")
-    if not studies:
-        note("sensitivity to contact was not studied in these runs; collaudit detect --study does it")

@@ -162,7 +162,6 @@ def _assignment(text: str) -> tuple[str, object]:
 
 _WHAT_MODEL = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/identification.md)."
 _WHAT_LABELS = "Labels of the log (topics, columns, names) that mark true events."
-_WHAT_STUDY = "Study the rule: alarms, delay and sensitivity over threshold and persistence (some seconds a log)."
 _WHAT_FREE = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
 _WHAT_CLEAN = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."
 
@@ -198,7 +197,6 @@ rule_options = all_of(
     _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
 )
 labels_option = _flag("--labels", "detect.true_events", _names, "NAMES", _WHAT_LABELS)
-study_option = _switch("--study", "study.run", True, _WHAT_STUDY)
 free_option = _switch("--free-of-contact", "fit.contact", "none", _WHAT_FREE)
 #: Another name of it, for those who confirm what was left out.
 clean_option = _switch("--clean", "fit.contact", "none", _WHAT_CLEAN)

@@ -31,9 +31,6 @@ from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls, unstated_force
 from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged
 
-#: Of the time that a log takes, where its rule is studied too.
-_SHARE_WITH_A_STUDY = 0.2
-
 
 def audit_log(
     prepared: Prepared,
@@ -59,8 +56,7 @@ def audit_log(
         LogError: the known events cannot be understood.
         ConfigError: a label that marks them is not in the log, or the friction file is another arm's.
     """
-    judging = _SHARE_WITH_A_STUDY if config.study.run else 1.0
-    step = stage(progress, 0.0, judging)
+    step = stage(progress, 0.0, 1.0)
     prepared, about_axes = _calibrated(prepared, friction, config)
     units, sliding, series = prepared.units, prepared.sliding, prepared.judged_series
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
@@ -72,7 +68,7 @@ def audit_log(
         config,
         None if friction is None else friction.thresholds,
         on_signals,
-        stage(progress, 0.2 * judging, 0.6 * judging),
+        stage(progress, 0.2, 0.6),
     )
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
@@ -146,12 +142,7 @@ def audit_log(
         ),
         arm=arm,
     )
-    study = None
-    if config.study.run:
-        from collaudit.core.rule_study.rule_study import audit_study
-
-        study = audit_study(prepared, run, inputs, config, result, judged.signals, truth, stage(progress, judging, 1.0))
-    return Audit(result, judged.signals, study)
+    return Audit(result, judged.signals)
 
 
 def _calibrated(prepared: Prepared, friction: FrictionFile | None, config: Config) -> tuple[Prepared, list[Finding]]:

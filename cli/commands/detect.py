@@ -10,14 +10,13 @@ import click
 
 from collaudit.cli.console import Detail, detail_options, note, progress, say, say_json, say_result, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import audit_files, one_log, say_studies
+from collaudit.cli.log_arguments import audit_files, one_log
 from collaudit.cli.settings import (
     config_option,
     labels_option,
     load_settings,
     robot_options,
     rule_options,
-    study_option,
 )
 from collaudit.core.data.audit_result import AuditResult
 
@@ -30,7 +29,7 @@ SCORE_SCHEMA = "collaudit/score/1"
     "collaudit detect run.bag --urdf arm.urdf --gamma 4 --persistence-ms 25 --json",
     "collaudit detect hits.mcap -c hits.toml --friction friction.json --truth hits.truth.json",
     "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --watch joint1,joint2",
-    common=("--output", "--friction", "--gamma", "--persistence-ms", "--study", "--json", "--config", "--verbose"),
+    common=("--output", "--friction", "--gamma", "--persistence-ms", "--json", "--config", "--verbose"),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
@@ -45,7 +44,6 @@ SCORE_SCHEMA = "collaudit/score/1"
 )
 @detail_options
 @labels_option
-@study_option
 @config_option
 @robot_options
 @rule_options
@@ -78,8 +76,6 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
         say_json(result_json(audit.result))
     else:
         _say(audit.result, output, detail)
-    if audit.study is not None and not as_json and detail is not Detail.VERDICT:
-        say_studies([audit], detail is Detail.ALL)
     if output is not None and detail is not Detail.VERDICT:
         command = shlex.join(["collaudit", "report", str(output), "-o", "report.html"])
         note(f"run written to {output}: {command} makes the page")

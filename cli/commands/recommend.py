@@ -11,7 +11,7 @@ import click
 
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import contact_options, say_studies
+from collaudit.cli.log_arguments import contact_options
 from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
@@ -32,6 +32,7 @@ DEFAULT_PER_HOUR = 0.001
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
     "collaudit recommend run/ --per-hour 0.01 --max-delay-ms 40",
     "collaudit recommend run/ --write collaudit.toml",
+    "collaudit recommend run/ --plot planes.html",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
     common=("--write", "--per-hour", "--clean", "--truth", "--robot", "--friction", "--json", "--config", "--verbose"),
 )
@@ -60,6 +61,12 @@ DEFAULT_PER_HOUR = 0.001
     help="Longest delay to the alarm: a persistence that takes longer, by filter and samples, is shortened.",
 )
 @click.option(
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Write a page (HTML): each joint's alarms over gamma and persistence, drawn and as a table.",
+)
+@click.option(
     "--snippet",
     type=click.Choice(["config", "franka", "ur"]),
     help="Print text to paste: the configuration's [detect] table, or a controller's call.",
@@ -78,6 +85,7 @@ def command(
     as_json: bool,
     per_hour: float,
     max_delay_ms: float | None,
+    plot: Path | None,
     snippet: str | None,
     truth: tuple[Path, ...],
 ) -> int:
@@ -92,8 +100,8 @@ def command(
     Three lines say what to set, what that notices, and how many hours are missing; -v prints the evidence. Of a fleet,
     each robot gets an answer.
 
-    The persistence stays as it was set; --n or --persistence-ms state another. What others would notice, the plane of
-    each joint shows: `collaudit detect --study`.
+    The persistence stays as it was set; --n or --persistence-ms state another. How many alarms other thresholds and
+    persistences would have given in the clean time, --plot shows for each joint.
 
     With --store, the clean hours of all nights of a robot count, and it says since when they support the rate.
 
@@ -106,7 +114,7 @@ def command(
         return recommend_from_store(store, robot, per_hour, as_json)
     if store is not None or not inputs:
         raise click.UsageError("Name runs or logs, or a store with --store; not both.")
-    evidence = run_evidence(inputs, truth, per_hour)
+    evidence = run_evidence(inputs, truth)
     arms = by_arm(evidence, robot)
     if len(arms) > 1 and (as_json or snippet is not None):
         names = ", ".join(arms)
@@ -119,7 +127,7 @@ def command(
             report(8, 10)
         answers[name] = found
         if as_json:
-            say_object("collaudit/recommend/1", _answer(audits, found))
+            say_object("collaudit/recommend/1", _answer(found))
         elif snippet is not None:
             say(text_to_paste(snippet, found), nl=False)
         else:
@@ -130,6 +138,12 @@ def command(
             note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
     if target is not None:
         _write(target, answers, named=robot is not None)
+    if plot is not None:
+        from collaudit.reports.files.atomic import atomic_write
+        from collaudit.reports.page.plane_page import plane_page
+
+        atomic_write(plot, plane_page(answers))
+        note(f"alarms over gamma and persistence: {plot}")
     known = [any(rule.gamma_nm is not None for rule in found.joints.values()) for found in answers.values()]
     return EXIT_PASS if all(known) else EXIT_NOT_JUDGED
 
@@ -149,8 +163,6 @@ def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> No
 
     worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))
     say(recommendation_text(found, noticed_brief(worst), terminal_width(), verbose), nl=False)
-    if verbose:
-        say_studies(audits, answer=False)
 
 
 def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) -> None:
@@ -222,7 +234,7 @@ def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) ->
     return most * period_s
 
 
-def _answer(audits: Sequence[Audit], found: ArmRecommendation) -> dict[str, object]:
+def _answer(found: ArmRecommendation) -> dict[str, object]:
     return {
         "logs": [asdict(log) for log in found.logs],
         "persistence_s": found.persistence_s,
@@ -237,5 +249,5 @@ def _answer(audits: Sequence[Audit], found: ArmRecommendation) -> dict[str, obje
         "highest": {joint: [asdict(peak) for peak in peaks] for joint, peaks in found.highest.items()},
         "units": found.units,
         "assumptions": found.assumptions,
-        "studies": [asdict(a.study) for a in audits if a.study is not None],
+        "planes": {joint: asdict(plane) for joint, plane in found.planes.items()},
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 from collaudit.cli.console import progress, say, say_object, terminal_width
@@ -34,8 +34,8 @@ def by_arm(evidence: Sequence[Judged], robot: str | None) -> dict[str, list[Judg
     return arms if robot is None else {robot: arms[robot]}
 
 
-def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) -> list[Judged]:
-    """Runs are read, everything else is judged as a log and studied; with what is known of contact, and whose it is."""
+def run_evidence(inputs: Sequence[str], truth: Sequence[Path]) -> list[Judged]:
+    """Runs are read, everything else is judged as a log; with what is known of contact, and whose it is."""
     from collaudit.core.api import find_logs, open_log
     from collaudit.core.scoring.known_events import contact_times, label_times
 
@@ -49,11 +49,9 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path], per_hour: float) 
     found = find_logs(logs, loaded) if logs else []
     files_known = known_contact(truth, len(runs) + len(found))
     labelled: list[Times | None] = [None] * len(audits)
-    study = loaded.config.study.changed({"run": True, "per_hour": per_hour})
-    studied = replace(loaded, config=loaded.config.changed({"study": study}))
     for k, files in enumerate(found):
         with progress(f"judging {files[0].name}") as report:
-            audits.append(audit_files(files, studied, report, truth[len(runs) + k] if files_known else None)[0])
+            audits.append(audit_files(files, loaded, report, truth[len(runs) + k] if files_known else None)[0])
         wanted = loaded.config.detect.true_events
         labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
     if loaded.config.fit.contact == "none":

@@ -33,7 +33,6 @@ __all__ = [
     "ReportConfig",
     "RobotConfig",
     "SectionsConfig",
-    "StudyConfig",
     "ToolConfig",
     "UnitsConfig",
     "Waiver",
@@ -274,26 +273,6 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
     blocks: Annotated[int, Meta(ge=2, le=20), about("Blocks of time held out in turn.")] = 5
 
 
-class StudyConfig(ConfigTable, frozen=True, kw_only=True):
-    """What is found out about threshold and persistence beside the verdict."""
-
-    run: Annotated[
-        bool,
-        about(
-            "Study threshold and persistence in every audit: alarms and sensitivity over both, with "
-            "contacts of known force added to the log. `collaudit recommend` does so for logs without being asked."
-        ),
-    ] = False
-    contacts: Annotated[
-        int,
-        Meta(ge=20, le=5000),
-        about("Contacts of each shape that are added to a log, at random places, directions and moments."),
-    ] = 200
-    per_hour: Annotated[
-        Positive, about("False alarms of the whole arm per hour that the compared thresholds are for.")
-    ] = 0.001
-
-
 class ReportConfig(ConfigTable, frozen=True, kw_only=True):
     """What stands at the top of a report; nothing is computed from it."""
 
@@ -322,7 +301,6 @@ class Config(ConfigTable, frozen=True, kw_only=True):
     near_miss: Annotated[NearMissConfig, about("What counts as a near miss.")] = NearMissConfig()
     phases: Annotated[PhasesConfig, about("When the tool was meant to do what.")] = PhasesConfig()
     policy: Annotated[PolicyConfig, about("What makes an audit fail.")] = PolicyConfig()
-    study: Annotated[StudyConfig, about("What is found out about threshold and persistence.")] = StudyConfig()
     report: Annotated[ReportConfig, about("What stands at the top of a report.")] = ReportConfig()
     plan: Annotated[PlanConfig, about("What a planned motion keeps within.")] = PlanConfig()
     fleet: Annotated[FleetConfig, about("Many robots: whose a log is, and with what it is judged.")] = FleetConfig()

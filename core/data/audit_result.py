@@ -6,7 +6,7 @@ Plain Python numbers only; None stands for "not known", never for zero.
 """
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from collaudit.core.data import shown
 from collaudit.core.data.arm_geometry import ArmGeometry
@@ -25,9 +25,6 @@ from collaudit.core.data.recommendation_result import FittedThresholds, MotionSc
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.findings import Finding
-
-if TYPE_CHECKING:
-    from collaudit.core.data.rule_study_result import RuleStudy
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
@@ -370,11 +367,10 @@ class AuditResult(shown.Showing):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Audit(shown.Showing):
-    """One audited log: the result, the sample-by-sample evidence behind it, and the study of its rule where one is."""
+    """One audited log: the result, and the sample-by-sample evidence behind it."""
 
     result: AuditResult
     signals: Signals
-    study: "RuleStudy | None" = None
 
     def outline(self) -> shown.Shown:
         """As its result."""

@@ -19,6 +19,7 @@ from collaudit.core.data.recommendation_result import (
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.distinct_names import distinct
+from collaudit.core.recommend.alarm_plane import AlarmPlane, alarm_planes
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
 from collaudit.core.recommend.evidence_range import ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import (
@@ -81,6 +82,7 @@ class ArmRecommendation:
         highest: of each joint the highest levels that count as clean, for a person to look at: a push no larger than
             the rest is no outlier, and raises gamma.
         units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
+        planes: of each joint its alarms over threshold and persistence.
     """
 
     persistence_s: float
@@ -96,6 +98,7 @@ class ArmRecommendation:
     chosen_by: PersistenceReason = "set"
     highest: dict[str, tuple[CleanPeak, ...]] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
+    planes: dict[str, AlarmPlane] = field(default_factory=dict)
 
 
 def recommend_arm(
@@ -125,6 +128,7 @@ def recommend_arm(
     units = {joint: recorded.get(joint, "N·m") for joint in joints}
     stated = {log.name for log in evidence.logs if log.contact_known}
     unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
+    opinions = _set_rules(audits, evidence, per_hour)
     return ArmRecommendation(
         persistence_s=wanted,
         rate=arm_rate(found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
@@ -133,10 +137,11 @@ def recommend_arm(
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
         counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
         if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
-        set_rules=_set_rules(audits, evidence, per_hour),
+        set_rules=opinions,
         logs=tuple(_use(log) for log in evidence.logs),
         highest={joint: _highest(found[joint].peaks, evidence, joint) for joint in joints},
         units=units,
+        planes=alarm_planes(evidence, joints, opinions, wanted),
     )
 
 

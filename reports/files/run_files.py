@@ -22,13 +22,11 @@ from collaudit.reports.files.atomic import atomic_write, refuse_link, staged, wr
 from collaudit.reports.files.json_files import json_text, read_result
 
 if TYPE_CHECKING:
-    from collaudit.core.data.rule_study_result import RuleStudy
     from collaudit.reports.files.signals_file import StoredSignals
 
 AUDIT_NAME = "audit.json"
 SIGNALS_NAME = "signals.parquet"
 FRICTION_NAME = "friction.json"
-STUDY_NAME = "study.json"
 #: Runs named in a message.
 _OFFERED = 6
 
@@ -38,7 +36,7 @@ _written: tuple[FrictionFile, str] | None = None
 AUDITS_SCHEMA = "collaudit/audits/1"
 
 
-def result_json(result: AuditResult | FrictionFile | RuleStudy | PlanFile) -> str:
+def result_json(result: AuditResult | FrictionFile | PlanFile) -> str:
     """The file of a result; the same result gives the same text.
 
     Raises:
@@ -135,7 +133,7 @@ def read_run(run_dir: Path) -> Audit:
     from collaudit.reports.files.signals_file import read_signals
 
     result = _result(run_dir)
-    return Audit(result, read_signals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
+    return Audit(result, read_signals(run_dir / SIGNALS_NAME, result.log.sha256))
 
 
 def _result(run_dir: Path) -> AuditResult:
@@ -144,21 +142,12 @@ def _result(run_dir: Path) -> AuditResult:
     return read_result(run_dir / AUDIT_NAME, AuditResult, AUDIT_SCHEMA)
 
 
-def _study(run_dir: Path) -> RuleStudy | None:
-    if not (run_dir / STUDY_NAME).is_file():
-        return None
-    from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
-
-    return read_result(run_dir / STUDY_NAME, RuleStudy, STUDY_SCHEMA)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class StoredRun:
     """A run whose signals are read when they are drawn."""
 
     result: AuditResult
     signals: StoredSignals
-    study: RuleStudy | None = None
 
 
 def open_run(run_dir: Path) -> StoredRun:
@@ -170,7 +159,7 @@ def open_run(run_dir: Path) -> StoredRun:
     from collaudit.reports.files.signals_file import StoredSignals
 
     result = _result(run_dir)
-    return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
+    return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256))
 
 
 def audits_json(audits: Sequence[Audit]) -> str:
@@ -191,8 +180,7 @@ def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> Non
     Args:
         run_dir: folder, made when missing; the files of an earlier run in it are replaced.
         audit: the result and its signals.
-        friction: what the run was judged with; without it an earlier ``friction.json`` is removed, as is an earlier
-            study of the rule.
+        friction: what the run was judged with; without it an earlier ``friction.json`` is removed.
 
     Raises:
         CollauditError: a file cannot be written.
@@ -265,7 +253,6 @@ class RunFolder:
         texts = {
             AUDIT_NAME: result_json(audit.result),
             FRICTION_NAME: None if friction is None else friction_json(friction),
-            STUDY_NAME: None if audit.study is None else result_json(audit.study),
         }
         with ExitStack() as stack:  # renames run in reverse order of entering
             for name, text in texts.items():

@@ -86,7 +86,7 @@ def _detail(audit: Audit | StoredRun, logs: int) -> Detail:
     long = audit.result.log.duration_s >= _LONG_S
     points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
     cards = _CARDS if logs < _MANY else _CARDS_OF_MANY
-    return Detail(cards, max(300, points // logs), max(300, around // logs), planes=logs == 1)
+    return Detail(cards, max(300, points // logs), max(300, around // logs))
 
 
 def signal_block(view: AuditView) -> Markup | None:

@@ -8,7 +8,6 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -17,7 +16,6 @@ from collaudit.reports.page.sections.figures import ContactCard, Detail, JointFi
 from collaudit.reports.page.sections.first_screen import Fact, LogStrip, log_strip, verdict_facts
 from collaudit.reports.plots.joint_trace import TracesInMemory
 from collaudit.reports.plots.plot_friction import draw_friction
-from collaudit.reports.plots.study_maps import force_map_plot, plane_map
 from collaudit.reports.sections.event_sections import (
     contact_section,
     detection_sections,
@@ -36,7 +34,6 @@ from collaudit.reports.sections.judged_sections import (
     threshold_evidence,
 )
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible
@@ -58,7 +55,6 @@ _CONTACT = (
 )
 _RESIDUAL = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean")
 _SMALL = ("histogram, ±1.2 γ", "autocorrelation, to 0.5 s", "RMS over the log")
-_LABEL = "Alarms and sensitivity of {} over γ and n"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +83,6 @@ class AuditView:
     friction: tuple[FrictionSheet, ...]
     residual: Section
     figures: tuple[JointFigures, ...]
-    study: StudyView | None
     detection: tuple[Section, ...]
     findings: tuple[Section, ...]
     identified: tuple[Section, ...]
@@ -130,7 +125,6 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         friction=friction_sheets(result, key),
         residual=residual_section(result).only(*_RESIDUAL),
         figures=figures,
-        study=study_view(audit.study, detail.planes),
         detection=detection_sections(result),
         findings=_findings(result),
         identified=() if result.identification is None else identified_sections(result.identification),
@@ -148,30 +142,6 @@ def _findings(result: AuditResult) -> tuple[Section, ...]:
         Section(f"{len(facts)} facts of the log, and choices that were made", (), (), facts, folded=True),
     )
     return tuple(one for one in found if one.rows or one.notes)
-
-
-@dataclass(frozen=True, slots=True)
-class StudyView:
-    """Sections, drawings of planes by joint, and the map of the smallest noticeable force, empty without one."""
-
-    sections: tuple[Section, ...]
-    planes: tuple[tuple[str, Markup], ...]
-    forces: Markup | None = None
-
-
-def study_view(study: RuleStudy | None, with_planes: bool = True) -> StudyView | None:
-    """What the page shows of a study; None where none was made."""
-    if study is None:
-        return None
-    forces = None
-    if study.force_map is not None:
-        forces = force_map_plot(study.force_map, "Smallest force noticed at the tool, over space")
-    planes = tuple(
-        (joint, plane_map(plane, study.period_s, visible(_LABEL.format(joint)), study.units.get(joint, "N·m")))
-        for joint, plane in study.joints.items()
-        if with_planes
-    )
-    return StudyView(study_sections(study), planes, forces)
 
 
 @dataclass(frozen=True, slots=True)

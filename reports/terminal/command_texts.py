@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PlanFile
-from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.reports.sections.comparison_sections import (
     CANNOT_BE_CONCLUDED,
@@ -19,7 +17,6 @@ from collaudit.reports.sections.comparison_sections import (
 )
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import plan_sections
-from collaudit.reports.sections.study_sections import study_sections
 from collaudit.reports.sections.trend_sections import CAUSE_WORDS, change_text, robot_section
 from collaudit.reports.terminal.text_table import section_text, sections_text, table
 from collaudit.reports.values.comparison import Comparison
@@ -58,19 +55,6 @@ def fit_text(friction: FrictionFile, width: int | None = None, detail: bool = Fa
     """
     joints, *others = fit_sections(friction, detail)
     return section_text(joints, width, text_below=True) + sections_text(others, width)
-
-
-def study_text(study: RuleStudy, width: int | None = None, detail: bool = False, answer: bool = True) -> str:
-    """What the rule notices, and what thresholds are made of.
-
-    Args:
-        study: of one log.
-        width: columns of the terminal that tables fit; None: any.
-        detail: by place and motion as well, and the planes' points.
-        answer: as of :func:`~collaudit.reports.sections.study_sections.study_sections`.
-    """
-    found = [replace(one, folded=one.folded and not detail) for one in study_sections(study, answer)]
-    return sections_text(found, width).removeprefix("\n")
 
 
 def checks_text(checks: Sequence[tuple[bool, str, str, str, str]], width: int | None = None) -> str:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+from collaudit.reports.sections.rule_sections import set_rule_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.study_sections import set_rule_section
 from collaudit.reports.terminal.text_table import sections_text
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate, rate_words
@@ -54,7 +54,7 @@ def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
 
 
 def _forces(as_set: str) -> str:
-    return f"with gamma as it was: {as_set}" if as_set else "in newtons not known (collaudit detect --study)"
+    return f"with gamma as it was: {as_set}" if as_set else "in newtons not known"
 
 
 def claim(arm: ArmRate) -> str:

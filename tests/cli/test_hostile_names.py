@@ -140,7 +140,7 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monk
         ("init", log, "-o", "-"),
         ("check", config),
         ("fit", *judge, "-o", friction),
-        ("detect", *judge, "-v", "-o", run, "--study"),
+        ("detect", *judge, "-v", "-o", run),
         ("recommend", run),
         ("recommend", run, "--snippet", "franka"),
         ("report", run, run, "--compare"),

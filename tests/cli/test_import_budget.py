@@ -15,12 +15,11 @@ from collaudit.fixtures.simulation import SimulatedFiles
 from collaudit.reports.files.run_files import write_friction
 
 #: Not needed to judge a recording: tables, reports, the simulator, fitting with constraints, guesses of columns,
-#: descriptions, studies. SciPy is needed, and its half a second is the price of plain code.
+#: descriptions. SciPy is needed, and its half a second is the price of plain code.
 HEAVY = (
     "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "numba", "clarabel", "tsdownsample", "tomlkit", "IPython",
     "pebble", "pydantic",
     "collaudit.core.logs.tables.column_assignment", "collaudit.core.logs.log_description",
-    "collaudit.core.data.rule_study_result",
 )  # fmt: skip
 #: Not needed to draw the page of a log that has been judged.
 COMPUTING = ("pinocchio", "collaudit.core.prepare.prepared", "collaudit.core.config", "scipy.signal", "pandas")

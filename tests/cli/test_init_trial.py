@@ -221,9 +221,9 @@ def test_a_constant_that_the_motion_does_not_tell_is_said(arm, collaudit, tmp_pa
 
 def test_any_key_may_be_set(arm, collaudit, tmp_path: Path) -> None:
     """Those of tables too that a draft does not have."""
-    keys = {"fit.estimate": '["friction"]', "study.run": "false"}
+    keys = {"fit.estimate": '["friction"]', "report.lab": '"cell 7"'}
     flags = [part for key, value in keys.items() for part in ("--set", f"{key}={value}")]
     outcome = collaudit("init", arm.clean, "-c", arm.config, *flags, "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
     made = tomllib.loads((tmp_path / "c.toml").read_text(encoding="utf-8"))
-    assert made["fit"] == {"estimate": ["friction"]} and not made["study"]["run"]
+    assert made["fit"] == {"estimate": ["friction"]} and made["report"] == {"lab": "cell 7"}

@@ -103,7 +103,7 @@ def test_three_lines_say_what_to_set(collaudit, run: Path) -> None:
     lines = found.out.splitlines()
     assert [line.split()[0] for line in lines] == ["Set", "Notices", "Hours"] and len(found.out.split()) < 80
     assert re.fullmatch(r"Set +gamma joint1 \S+, joint2 \S+ N·m; persistence 26 ms \(as set\)", lines[0])
-    assert re.search(r"torques of joint1 \S+, joint2 \S+ N·m .*; in newtons not known \(", lines[1])
+    assert re.search(r"torques of joint1 \S+, joint2 \S+ N·m .*; in newtons not known$", lines[1])
     assert "199 h 50 min without contact are missing for 1 per 1,000 h" in lines[2]
     assert "9 min 58 s support 1.2 per hour" in lines[2]
     assert "1 stretch was left out as possible contact" in found.err

@@ -95,7 +95,7 @@ def test_every_long_command_tells_how_far_it_is(arm, collaudit, tmp_path: Path, 
         monkeypatch.setattr(f"collaudit.cli.{module}.progress", listen)
     settings, run = ("-c", arm.config, "--friction", arm.friction), tmp_path / "run"
     collaudit("fit", arm.clean, "-c", arm.config, "-o", tmp_path / "f.json")
-    collaudit("detect", arm.pushed, *settings, "--study", "-o", run)
+    collaudit("detect", arm.pushed, *settings, "-o", run)
     collaudit("recommend", run)
     collaudit("report", run, "-o", tmp_path / "r.html", "--format", "html,csv,mcap")
     collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "new.toml")

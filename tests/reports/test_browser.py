@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 import samples
-import studies
 from browser import axe_source, keep_picture, launched, violations
 
 from collaudit.core.data.arm_geometry import arm_at
@@ -178,9 +177,9 @@ def test_the_keyboard_comes_to_the_content_first(chromium: Any, report: Path) ->
 
 @pytest.fixture(scope="module")
 def busy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A minute with thirty contacts of three joints each, as many near misses, findings, and a study of the rule."""
+    """A minute with thirty contacts of three joints each, as many near misses, and findings."""
     path = tmp_path_factory.mktemp("busy") / "busy.html"
-    write_html(path, [replace(samples.busy(), study=studies.study(samples.JOINTS))])
+    write_html(path, [samples.busy()])
     return path
 
 

@@ -1,21 +1,19 @@
-"""The drawn study of a rule: strokes cover exactly the cells of their region, planes show each rule its shade."""
+"""Drawn planes: strokes cover exactly the cells of their region, and each rule has its shade."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import samples
-import studies
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.reports.page.html import html_text
-from collaudit.reports.plots.study_maps import plane_map
+from collaudit.reports.page.plane_page import plane_plot
 from collaudit.reports.plots.svg import Panel
-from collaudit.reports.sections.study_sections import study_sections
 
 _STROKE = re.compile(r"M(\d+) ([\d.]+)H(\d+)")
 
@@ -39,39 +37,22 @@ def test_strokes_cover_the_marked_cells_and_no_other(marked: np.ndarray) -> None
         assert shown == marked.tolist()
 
 
-def shades(drawn: str, x: float, y: float) -> str:
+def shade(drawn: str, x: float, y: float) -> str:
     """The colour seen at a point, the only one drawn there."""
     layers = re.findall(r'<path class="cells" stroke="(#\w+)" stroke-width="([\d.]+)" d="([^"]*)"/>', drawn)
     [colour] = [colour for colour, width, path in layers if covered(path, float(width), x, y)]
     return colour
 
 
-def test_a_plane_shows_few_alarms_pale_and_what_notices_nothing_grey() -> None:
-    drawn = str(plane_map(studies.plane(), 0.002, "<label>"))
-    assert shades(drawn, 50.5, 21.5) == "#f4f7fa", "the highest threshold: no alarm"
-    assert shades(drawn, 50.5, 222.5) == "#0b3f6e", "the lowest at one sample: thousands an hour"
-    assert shades(drawn, 497.5, 222.5) == "#0d4f3c" and shades(drawn, 862.5, 21.5) == "#c9c9c9"
-    assert drawn.count("<title>γ") == 4, "the set and the recommended rule, on both panels"
+def test_a_plane_is_darker_where_more_alarms_are() -> None:
+    gammas = tuple(0.25 * 2.0 ** (k / 2) for k in range(9))
+    alarms = (*((200 // (1 + row), 3, 1, 0, 0) for row in range(8)), (0, 0, 0, 0, 0))
+    plane = AlarmPlane(gammas, (0.01, 0.02, 0.04, 0.08, 0.16), 3600.0, alarms, 1.0, 1.4)
+    drawn = str(plane_plot(plane, "<label>"))
+    assert shade(drawn, 50.5, 21.5) == "#f4f7fa", "the highest threshold: no alarm"
+    assert shade(drawn, 50.5, 230.5) == "#0b3f6e", "the lowest threshold and shortest persistence: most of them"
+    assert drawn.count('class="gamma"') == drawn.count('class="rule"') == 1, "the set and the recommended threshold"
     assert "&lt;label&gt;" in drawn and "<label>" not in drawn
-    nothing = str(plane_map(replace(studies.plane(), clean_hours=0.0), 0.002, ""))
-    assert shades(nothing, 50.5, 222.5) == "#c9c9c9", "no clean time: no rate"
-
-
-def test_places_have_a_row_for_each_measure_and_a_column_for_each_shape() -> None:
-    tables = [one for one in study_sections(studies.study(samples.JOINTS)) if one.title.startswith("By place")]
-    assert ["configured" in tables[0].title, "recommended" in tables[1].title] == [True, True]
-    assert tables[0].columns == ("where", "noticed", *studies.SHAPES)
-    assert tables[0].rows[0] == ("moving", "half at N", *5 * ("23.0 (18.4 to 39.1)",))
-    assert [row[0] for row in tables[0].rows[::3]] == [
-        "moving", "standing", *(f"end of {joint}" for joint in samples.JOINTS), "tool"
-    ]  # fmt: skip
-
-
-def test_planes_are_drawn_on_the_page_of_one_log_only() -> None:
-    audit = replace(samples.failed(2000), study=studies.study(samples.JOINTS))
-    alone, both = html_text([audit]), html_text([audit, audit])
-    assert alone.count('class="plot plane"') == len(samples.JOINTS) and 'class="plot plane"' not in both
-    assert both.count("are drawn on the page of this log alone") == 2
 
 
 def test_the_page_says_once_what_holds_for_several_joints() -> None:

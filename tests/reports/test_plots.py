@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.detection_result import Contact, ContactScene
-from collaudit.core.data.rule_study_result import ForceCell, ForceMap
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.files.run_files import open_run, read_run, write_run
@@ -29,7 +28,6 @@ from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_friction import band, curve, draw_friction
 from collaudit.reports.plots.plot_residual import autocorrelation, coverage_bar, draw_overview
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
-from collaudit.reports.plots.study_maps import force_map_plot
 from collaudit.reports.plots.svg import polyline, strokes, tick_text, ticks
 from collaudit.reports.values.contact_alarms import strongest
 
@@ -366,17 +364,3 @@ def test_the_band_of_the_exponential_law_is_the_delta_method_too() -> None:
     g = np.stack([np.ones(3), decay, -b * speed * decay, speed], axis=1)
     half = 3.1824463052842638 * np.sqrt(np.einsum("ni,ij,nj->n", g, np.array(fit.covariance), g))  # t, 8 - 4 - 1
     np.testing.assert_allclose(edges[1] - edges[0], 2 * half, rtol=1e-5)
-
-
-def test_the_map_of_forces_shows_the_worst_of_what_lies_behind_each_other() -> None:
-    near, behind, blind = (
-        ForceCell((0.45, y, z), 5, force)
-        for y, z, force in ((0.05, 0.35, 20.0), (0.05, 0.45, 80.0), (0.15, 0.35, None))
-    )
-    drawn = str(force_map_plot(ForceMap(0.1, 500.0, (near, behind, blind), ()), "<forces>"))
-    above, side = drawn.split("from the side")
-    for panel in (above, side):
-        assert sorted(re.findall(r"<text[^>]*>(80|20|–)</text>", panel.split("needs up to")[0])) == ["80", "–"]
-        assert len(re.findall(r"M\d+ [\d.]+H\d+", panel)) == 2
-    assert "&lt;forces&gt;" in drawn and "<forces>" not in drawn
-    assert str(force_map_plot(ForceMap(0.1, 500.0, (), ()), "")) == ""

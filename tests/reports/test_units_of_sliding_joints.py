@@ -5,18 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-import studies
 from residual_audits import audit_of, coloured
 from samples import JOINTS, passed
 
 from collaudit.core.api import recommend_arm
 from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
+from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.verdict.coverage import exclusions
 from collaudit.reports.files.rule_snippets import snippet
-from collaudit.reports.page.view import study_view
 from collaudit.reports.sections.comparison_sections import compared_sections
-from collaudit.reports.terminal.command_texts import study_text
+from collaudit.reports.sections.rule_sections import plane_section
 from collaudit.reports.terminal.recommendation_text import recommendation_text
 from collaudit.reports.values.comparison import compare
 
@@ -80,17 +79,7 @@ def test_of_a_verdict() -> None:
     assert "30 N·m on elbow for 2 s" in text
 
 
-def test_of_a_study() -> None:
-    study = studies.study(("lift", "elbow"))
-    moved_study = replace(study, units={"lift": "N", "elbow": "N·m"})
-    plain, moved = study_text(study, detail=True), study_text(moved_study, detail=True)
-    assert row_of(plain, "lift") != row_of(moved, "lift")
-    gamma = next(iter(study.joints.values())).configured
-    assert gamma is not None
-    assert f"{gamma.gamma_nm:.3g} N " in moved
-    shown = study_view(moved_study)
-    assert shown is not None
-    assert ["γ, N; " in str(plane) for _, plane in shown.planes] == [True, False]
-    rules = next(one for one in shown.sections if "rule" in one.columns and "γ" in one.columns)
-    units = {record["joint"]: record["γ"].endswith(" N") for record in rules.records}
-    assert units == {"lift": True, "elbow": False}
+def test_of_a_plane() -> None:
+    plane = AlarmPlane((2.0,) * 9, (0.1,), 60.0, ((0,),) * 9, None, None)
+    section = plane_section({"lift": plane, "elbow": plane}, {"lift": "N", "elbow": "N·m"})
+    assert {record["joint"]: record["γ"] for record in section.records} == {"lift": "2.00 N", "elbow": "2.00 N·m"}

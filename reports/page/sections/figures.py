@@ -39,13 +39,11 @@ class Detail:
     Attributes:
         cards: of contacts.
         points, around_events: samples a joint in the page's own plots, and around events.
-        planes: whether a study shows the plane of each joint.
     """
 
     cards: int
     points: int
     around_events: int
-    planes: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)

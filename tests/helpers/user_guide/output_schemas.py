@@ -19,11 +19,11 @@ from collaudit.core.data.recommendation_result import (
     SetRule,
     StretchToConfirm,
 )
-from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.findings import Finding
 from collaudit.core.history.robot_trend import RateOfNights
 from collaudit.core.history.series_changes import Change
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
+from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
@@ -91,7 +91,7 @@ class Recommended:
     if_clean_nm: dict[str, float]
     units: dict[str, str]
     assumptions: list[str]
-    studies: list[RuleStudy]
+    planes: dict[str, AlarmPlane]
 
 
 @dataclass(frozen=True, slots=True)

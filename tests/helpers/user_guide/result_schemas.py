@@ -21,14 +21,12 @@ from collaudit.core.data import (
     plan_result,
     policy_result,
     recommendation_result,
-    rule_study_result,
     sensitivity_result,
 )
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
-from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.findings import Finding
 from collaudit.reports.files import manifest_file
 from collaudit.reports.files.json_files import json_text
@@ -45,7 +43,6 @@ _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 RESULTS: dict[str, tuple[type, str, str]] = {
     "audit": (AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)"),
     "friction": (FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)"),
-    "study": (RuleStudy, STUDY_SCHEMA, "collaudit study of one log's rule (study.json)"),
     "summary": (Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)"),
     "comparison": (Comparison, COMPARISON_SCHEMA, "two collaudit runs compared (report --compare --json)"),
     "policy": (PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)"),
@@ -92,7 +89,6 @@ def _dataclass(name: str) -> type:
         manifest_file,
         plan_result,
         policy_result,
-        rule_study_result,
         sensitivity_result,
         recommendation_result,
     )

@@ -30,7 +30,6 @@ ROOMS = (
     "scoring",
     "recommend",
     "verdict",
-    "rule_study",
     "history",
     "policy",
     "provenance",

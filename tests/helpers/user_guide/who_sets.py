@@ -23,7 +23,6 @@ TABLES = {
     "policy": "whoever decides what fails a night, and what must have been noticed for a pass.",
     "policy.overrides": "whoever decides that, where robots or tasks differ.",
     "policy.waivers": "whoever accepts a known breach, and answers for it.",
-    "study": "whoever chooses thresholds and persistences, and has minutes for it.",
     "report": "whoever signs the report.",
     "plan": "whoever is responsible for the cell, before a planned motion is run in it.",
     "fleet": "whoever audits logs of several robots in one run.",

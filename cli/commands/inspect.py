@@ -15,6 +15,7 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary
+from collaudit.core.logs.signals.signal_roles import is_usable, refusal_hint
 
 
 @example_command(
@@ -86,6 +87,10 @@ class _Look:
         if not any(topic.joints for topic in found):
             names = ", ".join(topic.name for topic in found)
             return f"no message of its joint states ({names}) could be read"
+        if not any(is_usable(topic.signal) for topic in found):
+            kinds = ", ".join(f"{topic.name} ({topic.signal})" for topic in found)
+            line = f'[log] joint_states = "{found[0].name}"'
+            return f"no joint states are measured by their names: {kinds}\n  try:      {refusal_hint(line)}"
         return forbidding(self.findings)
 
 

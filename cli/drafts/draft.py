@@ -17,10 +17,11 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
+from collaudit.core.logs.signals.signal_roles import is_usable
 from collaudit.core.logs.tables.column_patterns import counts_message
-from collaudit.core.logs.tables.column_vocabulary import is_label, words_of
+from collaudit.core.logs.tables.column_vocabulary import is_label
+from collaudit.core.logs.topics.topic_ranking import TopicFacts, in_order
 from collaudit.core.robot.robot_description import Description
-from collaudit.core.vendors.column_words import ROLE_OF
 
 _WRENCH_FRAME = (
     Line("wrench_frame", "ft_sensor", "a frame of the model", active=False),
@@ -65,11 +66,6 @@ class Known:
     def prismatic(self) -> list[str]:
         """The robot's prismatic joints."""
         return [joint.name for joint in self.robot.joints if joint.kind == "prismatic"] if self.robot else []
-
-
-def _commanded(topic: str) -> bool:
-    """Whether a topic is named after commands or a model."""
-    return any(ROLE_OF.get(word) in ("desired", "commanded", "model", "external") for word in words_of(topic))
 
 
 class Draft:
@@ -126,18 +122,14 @@ class Draft:
             units.put(Line("effort_sign", inverted, why, active=False))
 
     def _main_topic(self) -> TopicInfo | None:
-        """The table of joint signals: the one asked for, else the one with most of the robot's joints.
-
-        Of those with as many: one that is not named after commands, in which no contact shows, and one with efforts.
-        """
+        """The table of joint signals: the one asked for, else the one that the ranking of all commands puts first."""
         asked = self._given.get("log.joint_states")
-        candidates = [t for t in self.summary.topics if t.role == "joint_states" and asked in (None, t.name)]
-
-        def worth(topic: TopicInfo) -> tuple[int, bool, bool, int, int]:
-            known = self._known_joints(topic)
-            return known, not _commanded(topic.name), topic.has_effort is not False, len(topic.joints), topic.count
-
-        return max(candidates, key=worth, default=None)
+        candidates = {t.name: t for t in self.summary.topics if t.role == "joint_states" and asked in (None, t.name)}
+        facts = [
+            TopicFacts(t.name, self._known_joints(t), t.signal, t.has_effort is not False, len(t.joints), t.count)
+            for t in candidates.values()
+        ]
+        return candidates[in_order(facts)[0].name] if facts else None
 
     def _known_joints(self, topic: TopicInfo) -> int:
         """How many of the topic's joints are the robot's, by their names or by a guess."""
@@ -162,7 +154,11 @@ class Draft:
         else:
             log.add("time", "auto", "the steadier of header and log time")
         why = "or motor-current, or joint-torque: what is measured; no contact shows in what the controller computes"
-        log.add("effort_kind", "motor-torque", why, active=False)
+        asked = topic is not None and not is_usable(topic.signal) and "log.effort_kind" not in self._given
+        if topic is not None and asked:
+            self.problems.append(f"{topic.name} is {topic.signal} by its name: are its efforts measured?")
+            log.remarks.append(f"QUESTION: {self.problems[-1]} Uncomment effort_kind if they are:")
+        log.add("effort_kind", "motor-torque", why, active=False, choice=asked)
 
     def _columns(self) -> None:
         csv, guess = self.sections["log.csv"], self._found.csv

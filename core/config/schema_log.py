@@ -129,9 +129,12 @@ class LimitsConfig(ConfigTable, frozen=True, kw_only=True):
 class LogConfig(ConfigTable, frozen=True, kw_only=True):
     """Which signals of a log are meant, and in which units."""
 
-    joint_states: Annotated[str | None, about("Topic of the joint states; the one matching the robot when absent.")] = (
-        None
-    )
+    joint_states: Annotated[
+        str | None,
+        about(
+            "Topic of the joint states; when absent the one with most of the robot's joints, measured, with efforts."
+        ),
+    ] = None
     wrench: Annotated[str | None, about("Topic of the wrist force/torque sensor.")] = None
     wrench_frame: Annotated[str | None, about("Frame of the model the wrench is measured in.")] = None
     wrench_sign: Annotated[

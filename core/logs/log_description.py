@@ -25,12 +25,14 @@ from collaudit.core.logs.opening import (
 )
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.signals.signal_roles import is_usable
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
+from collaudit.core.logs.topics.topic_ranking import role_of
 from collaudit.core.numeric.arrays import IntArray
 
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
@@ -103,7 +105,7 @@ def _describe_messages(
         size_bytes=sum(file.stat().st_size for path in paths for file in data_files(path)),
         start_ns=start_of(first) if first is not None else None,
         duration_s=(last - first) / 1e9 if first is not None and last is not None else None,
-        topics=tuple(_from_stamps(topic, counts[topic.name], stamps.get(topic.name)) for topic in topics),
+        topics=tuple(_from_stamps(topic, settings, counts[topic.name], stamps.get(topic.name)) for topic in topics),
         findings=tuple(findings),
     )
 
@@ -136,7 +138,7 @@ def describe_by_overview(
     infos = []
     for topic in topics:
         count = sum(overview.counts.get(channel.key, 0) for channel in topic.channels)
-        infos.append(_info(topic, count, (count - 1) / duration if duration and count > 1 else None, None))
+        infos.append(_info(topic, settings, count, (count - 1) / duration if duration and count > 1 else None, None))
     return LogSummary(
         name=paths[0].name,
         format=overview.reader.format,
@@ -148,12 +150,14 @@ def describe_by_overview(
     )
 
 
-def _from_stamps(topic: Topic, count: int, log_ns: IntArray | None) -> TopicInfo:
+def _from_stamps(topic: Topic, settings: LogConfig, count: int, log_ns: IntArray | None) -> TopicInfo:
     elapsed = np.empty(0) if log_ns is None else (log_ns - log_ns[:1]).astype(np.float64) / 1e9
-    return _info(topic, count, *rate_and_gap(elapsed))
+    return _info(topic, settings, count, *rate_and_gap(elapsed))
 
 
-def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float | None) -> TopicInfo:
+def _info(
+    topic: Topic, settings: LogConfig, count: int, rate_hz: float | None, largest_gap_s: float | None
+) -> TopicInfo:
     """One topic with what its decoded messages show."""
     role, readable = topic.profile.role, bool(topic.decoders)
     joints = role == "joint_states" and readable
@@ -169,18 +173,21 @@ def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float 
         has_effort=_holds(topic.decoded, "effort") if joints else None,
         role=role,
         readable=readable,
-        note=_note(topic),
+        note=_note(topic, settings),
+        signal=role_of(topic, settings) if joints else "plain",
     )
 
 
-def _note(topic: Topic) -> str:
+def _note(topic: Topic, settings: LogConfig) -> str:
     if topic.problem:
         return topic.problem
     if topic.profile.role == "other":
         return "no profile reads this type; it is left alone"
+    by = f"read by the profile {topic.profile.name}, by its type"
     if topic.profile.name == CONFIGURED:
-        return "read by the field paths of the configuration, [log.fields]"
-    return f"read by the profile {topic.profile.name}, by its type"
+        by = "read by the field paths of the configuration, [log.fields]"
+    role = role_of(topic, settings)
+    return by if topic.profile.role != "joint_states" or is_usable(role) else f"{by}; {role} by its name: not measured"
 
 
 def _holds(decoded: Decoded, quantity: str) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import median_of
+from collaudit.core.vendors.column_words import Role
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class TopicInfo:
         role: what the topic can serve as.
         readable: whether its messages can be decoded.
         note: which profile reads it, or why it is not read.
+        signal: of joint states, what its efforts are: measured or plain, desired, commanded, of a model …
     """
 
     name: str
@@ -42,6 +44,7 @@ class TopicInfo:
     role: Literal["joint_states", "wrench", "label", "phase", "other"] = "other"
     readable: bool = True
     note: str = ""
+    signal: Role = "plain"
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,9 +50,10 @@ ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "measured": ("actual", "act", "measured", "meas", "measure", "msr", "feedback", "fbk", "present", "real"),
     "filtered": ("filtered", "filt", "filter", "lp", "lpf", "smooth", "smoothed"),
     "side": ("sensor", "sensors", "motor", "motors", "rotor", "rotors"),
-    "desired": ("d", "des", "desired", "target", "tgt", "ref", "reference", "goal", "set", "setpoint", "sp", "planned",
-                "nominal", "ipo"),
-    "commanded": ("c", "cmd", "command", "commanded", "commands", "u", "control"),
+    "desired": ("d", "des", "desired", "target", "targets", "tgt", "ref", "refs", "reference", "references", "goal",
+                "goals", "set", "setpoint", "setpoints", "sp", "planned", "nominal", "ipo", "demand", "demanded",
+                "requested"),
+    "commanded": ("c", "cmd", "cmds", "command", "commanded", "commands", "u", "control"),
     "model": ("model", "sim", "simulated", "rnea", "id", "gravity", "grav", "coriolis", "ff", "feedforward", "pred",
               "predicted", "dynamic", "est", "estimated", "hat", "nominal_model", "friction"),
     "external": ("ext", "external", "contact", "disturbance", "dist", "residual", "res"),
@@ -60,6 +61,8 @@ ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "derivative": ("ddot", "acceleration", "accelerations", "acc", "accel", "jerk", "dot"),
 }  # fmt: skip
 ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for word in words}
+#: Words of desired and commanded signals that name robots and nodes as well: above a topic they say nothing.
+NO_NAMESPACE = frozenset({"d", "c", "u", "ref", "set", "sp", "nominal", "control"})
 #: Words that say nothing but "of a joint".
 JOINT_WORDS = frozenset({"joint", "joints", "j", "axis", "axes", "jnt", "actuator", "actuators"})
 #: Words that carry nothing in front of a quantity.

@@ -73,10 +73,12 @@ def test_the_cause_is_said(tmp_path: Path, names: list[str], cause: str) -> None
 def test_the_line_that_is_offered_reads_the_table(tmp_path: Path, names: list[str], joints: int) -> None:
     path = table(tmp_path / "x.csv", names)
     hint = refusal(path).hint or ""
-    line = re.search(r"\[log\.csv\] (.*?)(, and which|, or \[log|$)", hint)
+    line = re.search(r"\[log\.csv\] (.*?)(, and which|, or \[log|; \[log\] |$)", hint)
     assert line is not None, hint
     stated = tomllib.loads(line[1].replace("; ", "\n"))
-    log = read_log((path,), LogConfig.of({"csv": stated}), robot_joints=None)
+    kind = re.search('effort_kind = "([a-z-]+)"', hint)
+    settings = {"csv": stated, **({"effort_kind": kind[1]} if kind else {})}
+    log = read_log((path,), LogConfig.of(settings), robot_joints=None)
     assert log.position_rad.shape[1] == joints
     first = re.search(r"\d", next(name for name in names if name.startswith(("q", "left_q"))))
     assert first is not None

@@ -19,7 +19,7 @@ from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.opening import open_messages
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.topics.joint_states_topic import peek_names
+from collaudit.core.logs.topics.joint_states_topic import peek
 from collaudit.core.logs.topics.log_topics import topics_of
 
 SECONDS, MEGABYTES = 10, 1000
@@ -81,7 +81,7 @@ def test_a_look_at_joint_names_keeps_the_bounds(tmp_path: Path) -> None:
     bounds = ReadingBounds(10**9, "log")
     reader = open_messages((path,), bounds)
     topics = topics_of(reader, LogConfig(), bounds)
-    assert any(peek_names(reader, topics).values())
+    assert any(held.groups for held in peek(reader, topics).values())
     reader.close()
     assert all(topic.decoded.bounds is bounds for topic in topics)
 

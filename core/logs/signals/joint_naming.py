@@ -25,10 +25,8 @@ class NameMap:
     findings: tuple[Finding, ...]
 
 
-def matches(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[str] | None) -> int:
-    """How many of the robot's joints a set of log names has; all of them when no robot is given."""
-    if robot is None:
-        return len(names)
+def matches(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[str]) -> int:
+    """How many of the robot's joints a set of log names has."""
     return len({mapping.get(name, name) for name in names} & set(robot))
 
 

@@ -11,6 +11,7 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK
+from collaudit.core.logs.signals.signal_roles import role_of_path, strongest, words_of
 from collaudit.core.logs.tables.column_groups import (
     Choice,
     choose,
@@ -27,7 +28,7 @@ from collaudit.core.logs.tables.column_patterns import (
     column_index,
     match_pattern,
 )
-from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning
 
@@ -71,7 +72,7 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
     if isinstance(pattern, str):
         if "{" in pattern:
             found = match_pattern(names, pattern)
-            return found if found is None else replace(found, meaning=_meaning_in(names, found))
+            return None if found is None else _with_meaning(names, found)
         pattern = [pattern]
     indices = [column_index(names, key) for key in pattern]
     if all(index is None for index in indices):
@@ -82,13 +83,18 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
             f"[log.csv] {quantity} names columns that the file does not have: {listed(missing)}",
             found=listed(names, 40),
         )
-    return Found.numbered([index for index in indices if index is not None], "")
+    return _with_meaning(names, Found.numbered([index for index in indices if index is not None], ""))
 
 
-def _meaning_in(names: Sequence[str], found: Found) -> Meaning:
-    """What a stated pattern's own words say, or what their source documents of them: its unit is used."""
+def _with_meaning(names: Sequence[str], found: Found) -> Found:
+    """With what the words of stated columns say, or what their source documents of them: their role and unit are used.
+
+    Columns of which only some words are known, such as those with joints' names, have the role of these.
+    """
     known = next((group.meaning for group in numbered_groups(names) if group.columns == found.columns), None)
-    return known or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern)) or found.meaning
+    known = known or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern))
+    role = strongest({role_of_path(bare(names[column])) for column in found.columns})
+    return replace(found, meaning=known or replace(found.meaning, role=role))
 
 
 def assign(names: Sequence[str], settings: CsvConfig, *, header: bool, robot: Sequence[str] = ()) -> Assignment:

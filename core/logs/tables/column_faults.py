@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from collaudit.core.config.config_table import ColumnPattern
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK, Family, families
+from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
 from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups, word_dropped
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable, parts_of
-from collaudit.core.vendors.column_words import USABLE
 
 _FEWEST = 2
 
@@ -55,11 +57,31 @@ def check_columns(files: Sequence[AssignedTable]) -> None:
         )
 
 
+def check_measured(files: Sequence[AssignedTable], settings: LogConfig) -> None:
+    """Refuse stated efforts that are desired, commanded or a model's by their names, unless their kind is stated.
+
+    Raises:
+        LogError: naming the key that says so.
+    """
+    for file, found in parts_of(files, "effort"):
+        role = found.meaning.role
+        if settings.effort_kind != "auto" or is_usable(role):
+            continue
+        names = found.pattern or listed([file.reader.names[column] for column in found.columns])
+        raise LogError(
+            f"no efforts are measured by their names: these are {role}",
+            where=str(file.reader.path),
+            found=names,
+            expected=NO_CONTACT,
+            hint=refusal_hint(_line(files, "effort", found.pattern or [file.reader.names[k] for k in found.columns])),
+        )
+
+
 def _said(parts: Sequence[Found]) -> str:
     return ", ".join(f"{found.pattern or 'named columns'} ({len(found.columns)} columns)" for found in parts)
 
 
-def _line(files: Sequence[AssignedTable], quantity: str, pattern: str) -> str:
+def _line(files: Sequence[AssignedTable], quantity: str, pattern: ColumnPattern) -> str:
     """The lines of [log.csv]: one that is stated switches the guessing off, so all are."""
     known = {
         name: parts[0][1].pattern for name in QUANTITIES if (parts := parts_of(files, name)) and parts[0][1].pattern
@@ -94,7 +116,7 @@ def _broken_numbers(names: Sequence[str], quantity: str, known: Mapping[str, str
     measured: dict[str, list[Family]] = {}
     for family in families([without_unit(name) for name in names]):
         meaning = meaning_of(family.stem)
-        if meaning is not None and meaning.role in USABLE and len(family.places) >= _FEWEST:
+        if meaning is not None and is_usable(meaning.role) and len(family.places) >= _FEWEST:
             measured.setdefault(meaning.quantity, []).append(family)
     broken = next((family for family in measured.get(quantity, ()) if not family.counts), None)
     if broken is None:
@@ -153,10 +175,13 @@ def _not_measured(names: Sequence[str], quantity: str, known: Mapping[str, str])
     if not own:
         return None
     columns = {group.meaning.quantity: group.pattern for group in reversed(groups)} | dict(known)
+    line = stated_line(columns)
+    kinds = {group.meaning.role for group in groups if group.pattern == columns.get("effort")}
+    asked = any(not is_usable(role) for role in kinds)
+    otherwise = "record what was measured; or, if these are measured although their names say otherwise: "
     return LogError(
         f"no column of a measured {quantity} was recognised",
         found=", ".join(own),
         expected=f"one column of measured {quantity} per joint",
-        hint="record what was measured; or, if these are measured although their names say otherwise: "
-        + stated_line(columns),
+        hint=refusal_hint(line) if asked else otherwise + line,
     )

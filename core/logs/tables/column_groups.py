@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from collaudit.core.logs.signals.numbered_names import MARK, families
+from collaudit.core.logs.signals.signal_roles import is_usable, words_of
 from collaudit.core.logs.tables.column_patterns import Found, without_unit
-from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.vendors.column_words import (
     CONVERTED,
     CURRENTS,
@@ -59,7 +60,7 @@ def word_dropped(stem: str) -> Iterator[tuple[str, Meaning]]:
         return
     for hit in _WORD.finditer(stem):
         meaning = meaning_of(stem[: hit.start()] + stem[hit.end() :])
-        if meaning is not None and meaning.role in USABLE:
+        if meaning is not None and is_usable(meaning.role):
             yield hit.group(), replace(meaning, role="unknown word")
 
 
@@ -134,7 +135,7 @@ def _rank(group: Found) -> tuple[int, bool, int]:
 
 def is_measured(meaning: Meaning) -> bool:
     """Whether a guess may take columns with these words for a measurement."""
-    return meaning.role in USABLE and meaning.unit in CONVERTED
+    return is_usable(meaning.role) and meaning.unit in CONVERTED
 
 
 def preference(meaning: Meaning) -> tuple[bool, int, int]:

@@ -6,6 +6,7 @@ import re
 from functools import lru_cache
 
 from collaudit.core.logs.signals.numbered_names import MARK
+from collaudit.core.logs.signals.signal_roles import strongest, words_of
 from collaudit.core.vendors.column_words import (
     BY_DOT,
     CURRENTS,
@@ -19,7 +20,6 @@ from collaudit.core.vendors.column_words import (
     MOTOR_WORDS,
     QUANTITY_WORDS,
     ROLE_OF,
-    STRONGEST,
     UNIT_WORDS,
     UNITS_OF,
     Meaning,
@@ -28,21 +28,11 @@ from collaudit.core.vendors.column_words import (
 
 #: A joint that is itself called by a letter and a number is named, not numbered.
 _NAMED_AXIS = re.compile("joint_?a\0", re.IGNORECASE)
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])(?!(?<=\bm)A\b|(?<=_m)A(?![A-Za-z])|(?<=_m)Nm)")
 
 
 def is_label(name: str) -> bool:
     """Whether a column is named as a mark of true events."""
     return re.sub(r"[^a-z]", "", name.lower()) in LABEL_WORDS and not re.search(r"\d", name)
-
-
-def words_of(text: str) -> list[str]:
-    """Words of a name in lower case; the number's mark stays with the word it touches.
-
-    An ``x`` in front of a path is no word: MATLAB puts it before names that begin with no letter.
-    """
-    words = [word for word in re.split(rf"[^A-Za-z0-9{MARK}]+", _CAMEL.sub("_", text).lower()) if word]
-    return words[1:] if words[:2] == ["x", "joint"] else words
 
 
 @lru_cache(maxsize=65536)
@@ -113,7 +103,7 @@ def _meaning(
         roles.discard("side")  # the motor is where these are measured
     if word in MOTOR_WORDS:
         roles.add("side")
-    role: Role = next((role for role in STRONGEST if role in roles), "plain")
+    role = strongest(roles)
     unit = units[-1] if units else ""
     if unit and unit not in UNITS_OF[quantity]:
         return None

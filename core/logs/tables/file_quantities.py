@@ -13,6 +13,7 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import families
+from collaudit.core.logs.signals.signal_roles import is_usable, role_of_path
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import Assignment, assign
 from collaudit.core.logs.tables.column_patterns import (
@@ -22,7 +23,7 @@ from collaudit.core.logs.tables.column_patterns import (
     counts_message,
     match_pattern,
 )
-from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS, Meaning
+from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
 
 #: Names of files that hold the time of the others.
 _TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps"})
@@ -104,7 +105,7 @@ def _assigned(reader: TableReader, settings: CsvConfig, first: int | None, robot
     assignment = assign(reader.names, own, header=reader.named, robot=robot)
     assignment = _with_named_joints(reader, assignment, robot)
     if assignment.quantities or any(getattr(settings, key) is not None for key in QUANTITIES):
-        return assignment
+        return _as_file_says(reader, assignment)
     if assignment.time is None and settings.row_period_s is None:
         time = 0 if holds_time_alone(reader) else first if not reader.named else None
         assignment = assignment if time is None else replace(assignment, time=time, guessed=("time",))
@@ -149,6 +150,19 @@ def quantity_of_file(name: str) -> tuple[str, str] | None:
     return next(iter(found.items())) if len(found) == 1 else None
 
 
+def _role_of_file(reader: TableReader) -> Role:
+    return role_of_path(reader.path.name.rpartition(".")[0].replace(".", "_"))
+
+
+def _as_file_says(reader: TableReader, assignment: Assignment) -> Assignment:
+    """Stated columns of one quantity in a file of that name have the role that the name says."""
+    stated, role = quantity_of_file(reader.path.name), _role_of_file(reader)
+    if stated is None or is_usable(role) or [*assignment.quantities] != [stated[0]]:
+        return assignment
+    found = assignment.quantities[stated[0]]
+    return replace(assignment, quantities={stated[0]: replace(found, meaning=replace(found.meaning, role=role))})
+
+
 def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Found] | None:
     """The quantity that the file's name states, of its numbered columns; None where they are of several kinds.
 
@@ -158,7 +172,10 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
     if stated is None:
         return None
     quantity, word = stated
-    meaning = Meaning(quantity, "plain", word, "current" if word in CURRENTS else "")
+    role = _role_of_file(reader)
+    if not is_usable(role):
+        return None
+    meaning = Meaning(quantity, role, word, "current" if word in CURRENTS else "")
     file = f"*{word}*" if len(word) >= _SHORTEST else reader.path.name
     columns = [index for index, name in enumerate(reader.names) if name and index != assignment.time]
     if not reader.named:

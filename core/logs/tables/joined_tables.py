@@ -15,7 +15,7 @@ from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_faults import check_columns, refuse_by_names
+from collaudit.core.logs.tables.column_faults import check_columns, check_measured, refuse_by_names
 from collaudit.core.logs.tables.column_findings import guess_findings, left_out_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
@@ -75,6 +75,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     """
     files = sorted(assign_columns(readers, settings.csv, robot), key=lambda file: file.assignment.time is None)
     check_columns(files)
+    check_measured(files, settings)
     _check_signals(files, settings.csv)
     names = _joints_of(files)
     time_s, start_ns = np.empty(0), None

@@ -1,90 +1,126 @@
-"""Which topic holds the joint states, and the topics that complete it."""
+"""Which topic holds the joint states, and the topics that complete it; what nobody measured is refused."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError, did_you_mean
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
+from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
 from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.logs.topics.log_topics import Topic, decode, described, named
+from collaudit.core.logs.topics.topic_ranking import TopicFacts, foremost, role_of
 
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
 
 
-def peek_names(reader: MessageReader, topics: Sequence[Topic]) -> dict[str, tuple[str, ...]]:
-    """Joint names of each topic, from its first messages; the topics are left without data."""
+def peek(reader: MessageReader, topics: Sequence[Topic]) -> dict[str, Decoded]:
+    """What the first messages of each topic hold; the topics are left without data."""
     decode(reader, topics, limit=PEEK)
-    names = {topic.name: all_names([topic.decoded]) for topic in topics}
+    held = {topic.name: topic.decoded for topic in topics}
     for topic in topics:
         topic.decode_into(Decoded(bounds=topic.decoded.bounds))
-    return names
+    return held
 
 
 def choose_joint_states(
-    reader: MessageReader,
-    topics: Sequence[Topic],
-    wanted: str | None,
-    robot: Sequence[str] | None,
-    mapping: dict[str, str],
-    where: str,
+    reader: MessageReader, topics: Sequence[Topic], settings: LogConfig, robot: Sequence[str] | None, where: str
 ) -> Topic:
     """The topic of the joint states.
 
     Args:
-        reader: the log, to look at joint names when several topics could be meant.
+        reader: the log, to look at the first messages when several topics could be meant.
         topics: all topics.
-        wanted: the configuration's choice, or None.
+        settings: the topic that is stated, names, and what the efforts are.
         robot: the robot's joints, or None.
-        mapping: log name to model name.
         where: the log, for messages.
 
     Raises:
-        LogError: there is no readable topic of joint states, or not the one configured.
+        LogError: there is no readable topic of joint states, or not the one configured, or none that is measured.
         ConfigError: several could be meant.
     """
-    if wanted is not None:
-        return _configured(topics, wanted, where)
+    if settings.joint_states is not None:
+        chosen = _configured(topics, settings.joint_states, where)
+    else:
+        chosen = _foremost(reader, topics, settings, robot, where)
+    role = role_of(chosen, settings)
+    if not is_usable(role):
+        raise LogError(
+            f"no joint states are measured by their names: these are {role}",
+            where=where,
+            found=f"{chosen.name} ({chosen.type})",
+            expected=NO_CONTACT,
+            hint=refusal_hint(f'[log] joint_states = "{chosen.name}"'),
+        )
+    return chosen
+
+
+def _foremost(
+    reader: MessageReader, topics: Sequence[Topic], settings: LogConfig, robot: Sequence[str] | None, where: str
+) -> Topic:
+    """The topic that the ranking puts first."""
     candidates = [topic for topic in topics if _readable(topic) and topic.profile.position is not None]
     if not candidates:
         raise _none(topics, where)
     if len(candidates) == 1:
         return candidates[0]
-    names = peek_names(reader, candidates)
-    scores = {topic.name: matches(names[topic.name], mapping, robot) for topic in candidates}
-    best = max(scores.values())
-    unnamed = [topic for topic in candidates if topic.profile.fixed_names]
-    if best == 0 and len(unnamed) == 1:
-        return unnamed[0]
-    if best == 0:
+    held = peek(reader, [topic for topic in topics if _readable(topic)])
+    names = {topic.name: all_names([held[topic.name]]) for topic in candidates}
+    known = {topic.name: matches(names[topic.name], settings.joint_names, robot or ()) for topic in candidates}
+    if robot is not None and not any(known.values()):
+        unnamed = [topic for topic in candidates if topic.profile.fixed_names]
+        if len(unnamed) == 1:
+            return unnamed[0]
         raise LogError(
             "none of the log's topics has joints of the robot",
             where=where,
             found="; ".join(f"{name}: {listed(joints)}" for name, joints in names.items()),
-            expected=listed(robot or ()),
+            expected=listed(robot),
             hint="map the names under [log] joint_names",
         )
-    chosen = [topic for topic in candidates if robot is None or scores[topic.name] == best]
+    facts = [
+        TopicFacts(
+            topic.name,
+            known[topic.name],
+            role_of(topic, settings),
+            _has_effort([topic, *_siblings(topics, topic)], held),
+            len(names[topic.name]),
+            held[topic.name].seen,
+        )
+        for topic in candidates
+    ]
+    chosen = foremost(facts)
     if len(chosen) > 1:
+        types = {topic.name: topic.type for topic in candidates}
         raise ConfigError(
             "several topics could be the joint states",
             where=where,
-            found="; ".join(f"{topic.name} ({topic.type}): {listed(names[topic.name])}" for topic in chosen),
+            found="; ".join(f"{one.name} ({types[one.name]}): {listed(names[one.name])}" for one in chosen),
             hint=f'choose one: [log] joint_states = "{chosen[0].name}"',
         )
-    return chosen[0]
+    return next(topic for topic in candidates if topic.name == chosen[0].name)
+
+
+def _has_effort(topics: Sequence[Topic], held: Mapping[str, Decoded]) -> bool:
+    parts = [held[topic.name] for topic in topics if topic.name in held]
+    return any(group.holds("effort") for decoded in parts for group in decoded.groups.values())
 
 
 def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
     """Sibling topics of types that hold one quantity each; they decode into the chosen topic."""
-    family, place = chosen.profile.family, chosen.name.rsplit("/", 1)[0]
-    alike = [topic for topic in topics if topic is not chosen and topic.profile.family == family != ""]
-    found = [topic for topic in alike if topic.name.rsplit("/", 1)[0] == place]
+    found = _siblings(topics, chosen)
     for topic in found:
         topic.decode_into(chosen.decoded)
     return found
+
+
+def _siblings(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
+    family, place = chosen.profile.family, chosen.name.rsplit("/", 1)[0]
+    alike = [topic for topic in topics if topic is not chosen and topic.profile.family == family != ""]
+    return [topic for topic in alike if topic.name.rsplit("/", 1)[0] == place]
 
 
 def _readable(topic: Topic) -> bool:

@@ -64,7 +64,7 @@ def read_message_log(
     """
     with closing(reader):
         topics = topics_of(reader, settings, bounds)
-        joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
+        joints = choose_joint_states(reader, topics, settings, robot_joints, name)
         wrench = named(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints)]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []

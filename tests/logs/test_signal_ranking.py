@@ -148,10 +148,11 @@ def test_a_commanded_topic_beside_a_simulated_arm_s_is_never_taken(made: Maker, 
     files = made("free-clean", robot, duration_s=5.0)
     log = read_log(files.log, load_config(files.config).config.log, robot_joints=None)
     assert log.effort is not None and log.velocity_rad_s is not None
+    signals = (log.position_rad, log.velocity_rad_s, log.effort)
     said = [
         w.joint_state(log.joint_names, *rows, stamp_ns=w.EPOCH + round(1e9 * time_s), topic=topic)
-        for time_s, *rows in zip(log.time_s[:900], log.position_rad, log.velocity_rad_s, log.effort, strict=False)
-        for topic, rows in (("/joint_state_commands", [*rows[:2], 0.9 * rows[2]]), ("/joint_states", rows))
+        for time_s, *rows in zip(log.time_s[:900], *map(np.ascontiguousarray, signals), strict=False)
+        for topic, rows in (("/joint_state_commands", (rows[0], rows[1], 0.9 * rows[2])), ("/joint_states", rows))
     ]
     path = w.write_mcap(tmp_path / "x.mcap", said)
     read = read_log((path,), LogConfig(), robot_joints=log.joint_names)

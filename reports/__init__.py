@@ -12,13 +12,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collaudit.reports.files.run_files import read_friction, read_run, write_friction, write_run
     from collaudit.reports.formats.registry import write_report
-    from collaudit.reports.notebook_plots import plot
 
-__all__ = ["plot", "read_friction", "read_run", "write_friction", "write_report", "write_run"]
+__all__ = ["read_friction", "read_run", "write_friction", "write_report", "write_run"]
 
 _FILES = "collaudit.reports.files.run_files"
 _HOMES = dict.fromkeys(__all__, _FILES) | {
-    "plot": "collaudit.reports.notebook_plots",
     "write_report": "collaudit.reports.formats.registry",
     "write_run": "collaudit.reports.files.run_files",
 }

@@ -26,9 +26,7 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     "collaudit report run/ -o signed.html --stamp",
     "collaudit report run/ -o report.html --format html,json,junit",
     "collaudit report run/ -o - --format markdown",
-    "collaudit report run/ -o run.mcap --format mcap,csv,parquet",
-    "collaudit report before/ after/ --compare",
-    "collaudit report before/ after/ --compare -o compared.html",
+    "collaudit report run/ -o run.mcap --format mcap,csv",
 )
 @click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
 @click.option(
@@ -47,21 +45,19 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
 @click.option("--stamp", is_flag=True, help="State in the page when (UTC) and on which computer it was made.")
-@click.option("--compare", is_flag=True, help="Compare two runs: settings, friction, residual level, contacts.")
 @click.option(
     "--limits",
     type=click.Path(path_type=Path),
     metavar="FILE",
     help="Print estimated contact forces beside limits by body region from your own file (docs/choosing-gamma.md).",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: the written files, or the comparison.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: the written files, or the forces beside limits.")
 @config_option
 def command(
     runs: tuple[Path, ...],
     output: Path | None,
     formats: str,
     stamp: bool,
-    compare: bool,
     limits: Path | None,
     as_json: bool,
 ) -> int:
@@ -70,20 +66,16 @@ def command(
     The first format keeps the name given with -o; others are written beside it with their own suffix. With
     -c, a run that was judged with other settings is pointed out.
 
-    With --limits, forces and limits are shown side by side, with what cannot be concluded from them. With --compare,
-    the first run is taken as before and the second as after. A contact that only one run has says whether the other
-    judged that moment. Both go to stdout, or with -o to an HTML page.
+    With --limits, forces and limits are shown side by side, with what cannot be concluded from them: on stdout, or with
+    -o on an HTML page.
 
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
     from collaudit.cli.formats import parse_formats, report_paths
 
-    page_alone = compare or limits is not None
-    if page_alone and output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
-        raise ConfigError("this is written as HTML", where=f"-o {output}", found=output.suffix, expected=".html")
-    if compare:
-        return _compare(runs, output, as_json)
     if limits is not None:
+        if output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
+            raise ConfigError("this is written as HTML", where=f"-o {output}", found=output.suffix, expected=".html")
         return _report_limits(runs, output, limits, as_json)
     if output is None:
         for run in runs:
@@ -125,22 +117,10 @@ def command(
     return EXIT_PASS
 
 
-def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
-    from collaudit.reports.page.comparison_page import comparison_html
-    from collaudit.reports.terminal.command_texts import comparison_text
-    from collaudit.reports.values.comparison import compare
-
-    if len(runs) != 2:
-        raise click.UsageError(f"--compare takes two runs, before and after; {len(runs)} given.")
-    found = compare(*(read_run(run) for run in runs))
-    page, text = partial(comparison_html, found), partial(comparison_text, found, terminal_width())
-    return _show(found, page, text, output, as_json)
-
-
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
     from collaudit.reports.files.limits_file import read_limits
-    from collaudit.reports.page.comparison_page import body_regions_html
-    from collaudit.reports.sections.comparison_sections import CANNOT_BE_CONCLUDED, body_region_section
+    from collaudit.reports.page.body_region_page import body_regions_html
+    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
     from collaudit.reports.terminal.command_texts import body_region_text
 
     stated = read_limits(limits)

@@ -1,28 +1,22 @@
-"""The files of a format that is no text: tables of events and signals, MCAP."""
+"""The files of a format that is no text: a table of events, MCAP."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
-import pyarrow.parquet as pq
 
 from collaudit.core.data.audit_result import Audit, AuditResult
-from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.exports.audit_mcap import write_audit_mcap
 from collaudit.reports.files.atomic import staged
 from collaudit.reports.values.contact_alarms import in_time
 from collaudit.reports.values.visible_text import visible
 
-_ROWS = 100_000
-_Writer = Callable[[pa.Table, Path, Progress], None]
 _TEXT, _NUMBER = pa.string(), pa.float64()
 _EVENT_COLUMNS: dict[str, pa.DataType] = {
     "log": _TEXT,
@@ -43,7 +37,6 @@ _EVENT_COLUMNS: dict[str, pa.DataType] = {
     "force_low_n": _NUMBER,
     "force_high_n": _NUMBER,
 }
-_QUANTITIES = ("position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "least_nm", "most_nm")
 
 
 def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
@@ -63,45 +56,15 @@ def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = 
     return (path,)
 
 
-def _write_tables(
-    write: _Writer, path: Path, audits: Sequence[Audit], progress: Progress | None = None
-) -> tuple[Path, ...]:
-    """Write ``PATH`` with the events and ``NAME.signals.SUFFIX`` beside it; returns both.
-
-    Events are few. Gathering the signals is a quarter of the work, writing them the rest.
+def write_csv(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
+    """Write the events as a table; the signals of each are in the signals.parquet of its run.
 
     Raises:
-        CollauditError: a file cannot be written.
+        CollauditError: the file cannot be written.
     """
-    signals_path = path.with_name(f"{path.stem}.signals{path.suffix}")
     with staged(path) as part:
-        write(_event_table(audits), part, stage(None, 0.0, 1.0))
-    signals = pa.concat_tables([_table(audit) for audit in audits], promote_options="default")
-    with staged(signals_path) as part:
-        write(signals, part, stage(progress, 0.25, 1.0))
-    return path, signals_path
-
-
-def _csv(table: pa.Table, path: Path, progress: Progress) -> None:
-    plain = [column.cast(pa.string()) if pa.types.is_dictionary(column.type) else column for column in table.columns]
-    whole = pa.table(plain, names=table.column_names)
-    with pa_csv.CSVWriter(path, whole.schema) as writer:
-        _write_rows(writer, whole, progress)
-
-
-def _parquet(table: pa.Table, path: Path, progress: Progress) -> None:
-    with pq.ParquetWriter(path, table.schema, compression="zstd", write_statistics=True) as writer:
-        _write_rows(writer, table, progress)
-
-
-def _write_rows(writer: pa_csv.CSVWriter | pq.ParquetWriter, table: pa.Table, progress: Progress) -> None:
-    """A part after the other, so that progress is seen."""
-    for first in range(0, max(1, table.num_rows), _ROWS):
-        writer.write_table(table.slice(first, _ROWS))
-        progress(min(first + _ROWS, table.num_rows), table.num_rows)
-
-
-write_csv, write_parquet = (partial(_write_tables, write) for write in (_csv, _parquet))
+        pa_csv.write_csv(_event_table(audits), part)
+    return (path,)
 
 
 def _event_table(audits: Sequence[Audit]) -> pa.Table:
@@ -164,29 +127,3 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
             "kind": near.kind,
             "phase": near.phase,
         }
-
-
-def _table(audit: Audit) -> pa.Table:
-    """Columns ``log``, ``time_s`` and, of each joint, ``QUANTITY:JOINT``; what is not known is null."""
-    signals = audit.signals
-    count = len(signals.time_s)
-    names = pa.array([visible(audit.result.log.name)])
-    columns: dict[str, pa.Array] = {
-        "log": pa.DictionaryArray.from_arrays(pa.array(np.zeros(count, np.int32)), names),
-        "time_s": pa.array(signals.time_s),
-    }
-    codes = pa.array([state.code for state in State])
-    for j, joint in enumerate(signals.joint_names):
-        shown = visible(joint)
-        for quantity in _QUANTITIES:
-            values = getattr(signals, quantity)
-            if values is not None:
-                columns[f"{quantity}:{shown}"] = pa.array(values[:, j].astype(float), from_pandas=True)
-        columns[f"gamma_nm:{shown}"] = pa.array(np.full(count, signals.gamma_nm[j]), from_pandas=True)
-        columns[f"state:{shown}"] = pa.DictionaryArray.from_arrays(
-            pa.array(signals.state[:, j].astype(np.int32)), codes
-        )
-    if signals.wrench is not None:
-        for k, axis in enumerate(("fx_n", "fy_n", "fz_n", "mx_nm", "my_nm", "mz_nm")):
-            columns[f"wrench:{axis}"] = pa.array(signals.wrench[:, k].astype(float), from_pandas=True)
-    return pa.table(columns)

@@ -10,7 +10,7 @@ import msgspec
 from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.errors import ConfigError, similar_file
 from collaudit.core.small_files import read_small
-from collaudit.reports.sections.comparison_sections import BodyLimits
+from collaudit.reports.sections.body_region_sections import BodyLimits
 
 _EXAMPLE = 'source = "where the numbers are from", then [[region]] with name, quasi_static_n and transient_n'
 

@@ -49,10 +49,7 @@ FORMATS: dict[str, ReportFormat] = {
         ".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True, takes=("sentence",)
     ),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
-    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True, takes=("progress",)),
-    "parquet": ReportFormat(
-        ".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True, takes=("progress",)
-    ),
+    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
     "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, takes=("progress",)),
 }
 
@@ -77,7 +74,7 @@ def write_report(
         audits: the audits.
         fmt: one of :data:`FORMATS`.
         unread: logs that could not be audited; formats of many logs list them.
-        progress: called with steps done and in all, by formats that take long: html, csv, parquet, mcap.
+        progress: called with steps done and in all, by formats that take long: html, mcap.
         made: when and where, for the page's block to sign; without it, the same audits give the same bytes.
 
     Returns:

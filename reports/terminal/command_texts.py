@@ -1,4 +1,4 @@
-"""What nights, trends, comparisons, fits, plans, rule studies and the checks of an installation say on a terminal."""
+"""What nights, trends, fits, plans, forces beside limits and the checks of an installation say on a terminal."""
 
 from __future__ import annotations
 
@@ -7,19 +7,15 @@ from collections.abc import Sequence
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PlanFile
 from collaudit.core.history.robot_trend import RobotTrend
-from collaudit.reports.sections.comparison_sections import (
+from collaudit.reports.sections.body_region_sections import (
     CANNOT_BE_CONCLUDED,
     BodyLimits,
     body_region_section,
-    compared_notes,
-    compared_sections,
-    compared_sides,
 )
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import plan_sections
 from collaudit.reports.sections.trend_sections import CAUSE_WORDS, change_text, robot_section
 from collaudit.reports.terminal.text_table import section_text, sections_text, table
-from collaudit.reports.values.comparison import Comparison
 from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.numbers import duration
 from collaudit.reports.values.visible_text import visible, wrapped
@@ -89,22 +85,6 @@ def trend_text(trends: Sequence[RobotTrend], width: int | None = None) -> str:
     lines += [""] if changed else []
     lines.append(f"{len(trends)} robots, {len(trends) - len(changed)} without a significant change.")
     return "\n".join(lines) + f"\n\n{section_text(robot_section(trends), width)}"
-
-
-def comparison_text(found: Comparison, width: int | None = None) -> str:
-    """Verdicts, contacts, settings, friction, residual level, findings.
-
-    Args:
-        found: the comparison.
-        width: columns of the terminal that tables are cut to; None: any.
-    """
-    lines = []
-    for side, _, verdict, name, note in compared_sides(found):
-        lines.append(f"{side + ':':<8}{verdict}  {name}\n")
-        if note:
-            lines.append(f"{wrapped(' ' * 8 + note, width, ' ' * 8)}\n")
-    lines += [f"{wrapped(text, width)}\n" for text in compared_notes(found)]
-    return "".join(lines) + sections_text(compared_sections(found), width)
 
 
 def body_region_text(results: Sequence[AuditResult], limits: BodyLimits, width: int | None = None) -> str:

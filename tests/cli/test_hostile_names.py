@@ -131,7 +131,7 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monk
     config.write_text(_CONFIG.format(joints=", ".join(quoted), rows=rows), encoding="utf-8")
     out, run, store = tmp_path / "out", tmp_path / "run", tmp_path / "store"
     friction = tmp_path / "friction.json"
-    formats = "html,json,junit,sarif,markdown,github,csv,parquet,mcap"
+    formats = "html,json,junit,sarif,markdown,github,csv,mcap"
     judge = (log, "-c", config)
     known = (*judge, "--friction", friction)
     commands: list[tuple[object, ...]] = [
@@ -143,7 +143,6 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monk
         ("detect", *judge, "-v", "-o", run),
         ("recommend", run),
         ("recommend", run, "--snippet", "franka"),
-        ("report", run, run, "--compare"),
         ("report", run, "-o", tmp_path / "report.html", "--format", formats),
         ("report", run, "-o", "-", "--format", "markdown"),
         ("report", run, "-o", "-", "--format", "github"),

@@ -80,24 +80,17 @@ def test_a_format_of_one_run_is_none_of_many() -> None:
         summary_text([], "html")
 
 
-def test_compare_and_limits_on_the_command_line(arm, collaudit, tmp_path: Path) -> None:
-    judged = ("-c", arm.config, "--friction", arm.friction, "-q")
-    before, after = tmp_path / "before", tmp_path / "after"
-    collaudit("detect", arm.pushed, *judged, "-o", before)
-    collaudit("detect", arm.pushed, *judged, "-o", after, "--gamma", "30")
-    done = collaudit("report", before, after, "--compare")
-    assert done.code == 0, done.err
-    assert "0 in both, 0 gained, 1 lost" in done.out and "judged after, and no alarm" in done.out
-    assert json.loads(collaudit("report", before, after, "--compare", "--json").out)["same_log"] is True
-    page = tmp_path / "compared.html"
-    assert collaudit("report", before, after, "--compare", "-o", page).code == 0 and "<html" in page.read_text()
-    for wrong in ((before,), (before, after, "-o", tmp_path / "x.csv")):
-        assert collaudit("report", "--compare", *wrong).code == 2
+def test_limits_on_the_command_line(arm, collaudit, tmp_path: Path) -> None:
+    before = tmp_path / "before"
+    collaudit("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "-q", "-o", before)
     limits = tmp_path / "limits.toml"
     limits.write_text('source = "ours"\n[[region]]\nname = "hand"\ntransient_n = 200\n')
     shown = collaudit("report", before, "--limits", limits)
     assert shown.code == 0 and "200 N transient" in shown.out and "no assessment" in shown.out
     assert json.loads(collaudit("report", before, "--limits", limits, "--json").out)["source"] == "ours"
+    page = tmp_path / "limits.html"
+    assert collaudit("report", before, "--limits", limits, "-o", page).code == 0 and "<html" in page.read_text()
+    assert collaudit("report", before, "--limits", limits, "-o", tmp_path / "x.csv").code == 2
     assert collaudit("report", before).code == 2
 
 

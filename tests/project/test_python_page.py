@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from importlib.util import find_spec
 from pathlib import Path
 
 import pandas as pd
@@ -19,10 +18,6 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) >= 7
     names: dict[str, object] = {}
-    if find_spec("matplotlib") is None:
-        blocks = [block for block in blocks if "reports.plot" not in block]
-    else:
-        monkeypatch.setenv("MPLBACKEND", "agg")
     for block in blocks:
         exec(compile(block, str(PAGE), "exec"), names)
     audit, same, friction, again = (names[name] for name in ("audit", "same", "friction", "again"))

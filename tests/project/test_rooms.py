@@ -40,7 +40,6 @@ BELONGS = {
         "fixtures/",
     ),
     "pandas": ("core/api.py",),
-    "matplotlib": ("reports/notebook_plots.py",),
     "h5py": ("core/logs/column_files/",),
     "numba": ("fixtures/compiled/compiler.py",),
     "tsdownsample": ("reports/plots/",),

@@ -17,12 +17,11 @@ from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
 from collaudit.reports.page import html
-from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
+from collaudit.reports.page.body_region_page import body_regions_html
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import write_index
 from collaudit.reports.page.scripts import write_assets
-from collaudit.reports.sections.comparison_sections import BodyLimits
-from collaudit.reports.values.comparison import compare
+from collaudit.reports.sections.body_region_sections import BodyLimits
 from collaudit.reports.values.entries import entry_of, entry_of_error
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -260,13 +259,13 @@ def pages(tmp_path: Path) -> dict[str, Path]:
     result = samples.failed(3000).result
     dated = [replace(entry_of(result, f"{k}/report.html"), name=f"{k}.bag") for k in range(3)]
     write_index(tmp_path, [*dated, entry_of_error("b.bag", LogError("cut short"))])
-    audit, other = samples.failed(3000), samples.passed(3000)
-    (tmp_path / "compared.html").write_text(comparison_html(compare(audit, other)))
     limits = BodyLimits.of(
         {"source": "our own measurements", "region": [{"name": "hand", "quasi_static_n": 140, "transient_n": 280}]}
     )
-    (tmp_path / "limits.html").write_text(body_regions_html([samples.busy(3).result, other.result], limits))
-    return {name: tmp_path / f"{name}.html" for name in ("several", "index", "compared", "limits")}
+    (tmp_path / "limits.html").write_text(
+        body_regions_html([samples.busy(3).result, samples.passed(3000).result], limits)
+    )
+    return {name: tmp_path / f"{name}.html" for name in ("several", "index", "limits")}
 
 
 #: Widths on both sides of the style's one bound (46 rem), and schemes, with axe's rules (none: all). A scheme sets

@@ -14,10 +14,8 @@ from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity
 from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.verdict.coverage import exclusions
 from collaudit.reports.files.rule_snippets import snippet
-from collaudit.reports.sections.comparison_sections import compared_sections
 from collaudit.reports.sections.rule_sections import plane_section
 from collaudit.reports.terminal.recommendation_text import recommendation_text
-from collaudit.reports.values.comparison import compare
 
 SLIDES = JOINTS[0]
 
@@ -58,17 +56,6 @@ def test_of_what_is_set() -> None:
     assert [line.count(" N ") for line in opinions] == [3, 0], "set, asked for, unnoticed"
     peaks = text[text.index("Highest level") :]
     assert row_of(peaks, "joint1").endswith(" N") and row_of(peaks, "joint2").endswith(" N·m")
-
-
-def test_of_a_comparison(audit: Audit) -> None:
-    rule = replace(audit.result.rule, gamma_nm=dict.fromkeys(JOINTS, 9.5))
-    other = replace(audit, result=replace(audit.result, rule=rule))
-    found = compare(audit, other)
-    assert {f"γ of {SLIDES}, N", f"γ of {JOINTS[1]}, N·m"} <= {change.what for change in found.settings}
-    residual = next(table for table in compared_sections(found) if table.title == "Residual level")
-    by_joint = {row[0]: row for row in residual.rows}
-    assert by_joint[SLIDES][1].endswith(" N")
-    assert by_joint[JOINTS[1]][1].endswith(" N·m")
 
 
 def test_of_a_verdict() -> None:

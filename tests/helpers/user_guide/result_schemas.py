@@ -32,8 +32,6 @@ from collaudit.reports.files import manifest_file
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.manifest_file import MANIFEST_SCHEMA, Manifest
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
-from collaudit.reports.values import comparison
-from collaudit.reports.values.comparison import COMPARISON_SCHEMA, Comparison
 from collaudit.reports.values.entries import IndexEntry
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -44,7 +42,6 @@ RESULTS: dict[str, tuple[type, str, str]] = {
     "audit": (AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)"),
     "friction": (FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)"),
     "summary": (Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)"),
-    "comparison": (Comparison, COMPARISON_SCHEMA, "two collaudit runs compared (report --compare --json)"),
     "policy": (PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)"),
     "manifest": (Manifest, MANIFEST_SCHEMA, "collaudit manifest of an audit (manifest.json)"),
     "plan": (PlanFile, PLAN_SCHEMA, "collaudit plan of a motion (plan.json)"),
@@ -81,7 +78,6 @@ def _dataclass(name: str) -> type:
     elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
     homes = (
         arm_geometry,
-        comparison,
         result_types,
         detection_result,
         friction_result,

@@ -1,4 +1,4 @@
-"""At a prompt and in a notebook: a screen of text, a table that runs nothing, and plots of what was found."""
+"""At a prompt and in a notebook: a screen of text, and a table that runs nothing."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import pandas as pd
 import pytest
 import samples
 
-from collaudit import reports
 from collaudit.core import api
 from collaudit.core.data.joint_log import JointLog, LogSource
-from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.errors import LogError
 
 
 def log() -> JointLog:
@@ -78,56 +77,3 @@ def test_a_log_that_cannot_be_read_does_not_end_the_others(tmp_path) -> None:
     (tmp_path / "a.csv").write_text("no log\n")
     made = api.audits([tmp_path / "a.csv", tmp_path / "absent.mcap"], api.load_config(None))
     assert all(isinstance(one, LogError) for one in made)
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch):
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("agg")
-    from matplotlib import pyplot
-
-    yield reports.plot
-    pyplot.close("all")
-
-
-def test_a_log_is_drawn(drawn) -> None:
-    axes = drawn(log())
-    assert [one.get_ylabel().split(",")[0] for one in axes] == ["position", "effort"]
-    assert axes[1].lines[1].get_ydata() == pytest.approx(2 * np.sin(log().time_s))
-
-
-def test_residuals_are_drawn_with_their_thresholds(drawn) -> None:
-    audit = samples.failed(10_000)
-    axes = drawn(audit)
-    assert len(axes) == 6
-    grey, judged, low, high = axes[0].lines
-    assert (low.get_ydata()[0], high.get_ydata()[0]) == (-4.0, 4.0)
-    told = np.isfinite(judged.get_ydata())
-    assert not (told & np.isfinite(grey.get_ydata())).any()
-    assert judged.get_ydata()[told] == pytest.approx(audit.signals.residual_nm[told, 0], abs=2e-3)
-
-
-def test_a_contact_is_drawn_and_a_number_that_is_none_is_refused(drawn) -> None:
-    audit = samples.failed(10_000)
-    ratio, torque = drawn(audit, contact=1)
-    event = audit.result.collisions[0]
-    assert max(np.nanmax(line.get_ydata(), initial=0.0) for line in ratio.lines) == pytest.approx(
-        event.peak_nm / 4.0, rel=0.1
-    )
-    assert event.joint in torque.get_ylabel()
-    with pytest.raises(ConfigError, match="1 to 2"):
-        drawn(audit, contact=3)
-
-
-def test_friction_is_drawn(drawn) -> None:
-    axes = drawn(samples.friction_file())
-    assert len(axes) == 6 and "not fitted" in axes[5].get_title()
-    assert axes[0].collections and axes[0].lines[-1].get_xdata()[[0, -1]] == pytest.approx([0.02, 0.6])
-
-
-def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(Exception, match=r"collaudit\[plot\]"):
-        reports.plot(log())

@@ -61,6 +61,8 @@ ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "derivative": ("ddot", "acceleration", "accelerations", "acc", "accel", "jerk", "dot"),
 }  # fmt: skip
 ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for word in words}
+#: Words of columns that say nothing of a topic: DynamicJointState is published as ``dynamic_joint_states``.
+NO_TOPIC = frozenset({"dynamic"})
 #: Words of desired and commanded signals that name robots and nodes as well: above a topic they say nothing.
 NO_NAMESPACE = frozenset({"d", "c", "u", "ref", "set", "sp", "nominal", "control"})
 #: Words that say nothing but "of a joint".

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 
 from collaudit.core.logs.signals.numbered_names import MARK
-from collaudit.core.vendors.column_words import NO_NAMESPACE, ROLE_OF, STRONGEST, USABLE, Role
+from collaudit.core.vendors.column_words import NO_NAMESPACE, NO_TOPIC, ROLE_OF, STRONGEST, USABLE, Role
 
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])(?!(?<=\bm)A\b|(?<=_m)A(?![A-Za-z])|(?<=_m)Nm)")
 
@@ -44,7 +44,7 @@ def role_of_path(path: str) -> Role:
         return "plain"
     *front, last = parts
     roles = {ROLE_OF[word] for place, word in enumerate(last, 1)
-             if word in ROLE_OF and (len(word) > 1 or 1 < place == len(last))}  # fmt: skip
+             if word in ROLE_OF and word not in NO_TOPIC and (len(word) > 1 or 1 < place == len(last))}  # fmt: skip
     above = {ROLE_OF[word] for part in front for word in part if word in ROLE_OF and word not in NO_NAMESPACE}
     return strongest(roles | {role for role in above if role in ("desired", "commanded")})
 

@@ -107,24 +107,6 @@ class KnownCombination:
 
 
 @dataclass(frozen=True, slots=True)
-class DirectionDifference:
-    """How forward friction less backward friction changes with speed, as pairs of directions show it.
-
-    What is the same at every speed is not in it: it cannot be told from the effort's zero.
-
-    Attributes:
-        slow_rad_s, fast_rad_s: speeds of the slowest and the fastest pair.
-        change_nm: difference at the fast speed less that at the slow one, in the unit of the fit.
-        ci95: its interval.
-    """
-
-    slow_rad_s: float
-    fast_rad_s: float
-    change_nm: float
-    ci95: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
 class FrictionFit:
     """Friction of one joint: parameters, intervals, and what the data could not tell.
 
@@ -158,7 +140,6 @@ class FrictionFit:
         unphysical: parameters that the points want beyond what friction can be, by more than their uncertainty; the
             fit holds them at the bound.
         dissipates: whether friction opposes the motion; False where it is negative beyond its uncertainty.
-        directions: how friction of the directions parts with speed where pairs show it, which the law has no part for.
         rmse_share: ``rmse_nm`` as a share of the joint's rated torque, when the robot model states one.
     """
 
@@ -186,7 +167,6 @@ class FrictionFit:
     motion: Literal["sections", "any", "sensors"] = "sections"
     unphysical: tuple[str, ...] = ()
     dissipates: bool = True
-    directions: DirectionDifference | None = None
 
     def __post_init__(self) -> None:
         if self.model is not None and self.model not in LAWS:

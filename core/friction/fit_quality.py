@@ -121,7 +121,7 @@ def _variance_needed_beyond(pairs: ls.Points, rest: ls.Points, law: SeparableLaw
     """
     c = ls.best_rate(pairs, law) if law.rate is not None else 0.0
     k = len(law.symbols) - (law.rate is not None)
-    columns = np.stack(law.shape(rest.speed, rest.direction, c), axis=-1)
+    columns = np.stack(law.shape(rest.speed, c), axis=-1)
     left = rest.friction - columns @ ls.fit_at(pairs, law, c).estimate[:k]
     freedom = rest.n - (rest.offset is not None)
 
@@ -137,21 +137,14 @@ def _variance_needed_beyond(pairs: ls.Points, rest: ls.Points, law: SeparableLaw
 def _flexible(data: ls.Points) -> list[SeparableLaw]:
     """The laws that the points could carry, as yardsticks of their scatter: the one that fits best counts.
 
-    All that can bend more than the line, the freest first (of equal ones the first listed counts); laws of each
-    direction last, and only where enough points have one.
+    All that can bend more than the line, the freest first (of equal ones the first listed counts).
     """
-    two_sided = bool(np.all(data.direction != 0)) and min(np.sum(data.direction > 0), np.sum(data.direction < 0)) >= 3
-    freer = [
-        law
-        for law in LAWS.values()
-        if isinstance(law, SeparableLaw) and law.same_curve_as is None and len(law.symbols) > len(LINE.symbols)
-    ]
-    ordered = sorted(freer, key=lambda law: (law.directional, -len(law.symbols)))
-    return [law for law in ordered if data.n > _free(data, law) and (two_sided or not law.directional)]
+    freer = [law for law in LAWS.values() if isinstance(law, SeparableLaw) and len(law.symbols) > len(LINE.symbols)]
+    return [law for law in sorted(freer, key=lambda law: -len(law.symbols)) if data.n > _free(data, law)]
 
 
 def _free(data: ls.Points, law: SeparableLaw) -> int:
-    return len(law.symbols) + (data.offset is not None and not law.directional)
+    return len(law.symbols) + (data.offset is not None)
 
 
 def _excess(data: ls.Points, law: SeparableLaw) -> Callable[[float], float]:

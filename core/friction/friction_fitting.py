@@ -20,10 +20,8 @@ from collaudit.core.friction.law_comparison import choose, compare, identifiabil
 from collaudit.core.friction.physical_law import drives, physical, vanishes_unseen
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
-from collaudit.core.numeric.arrays import FloatArray
 
 _MIN_SPEED_RATIO = 1.5
-_MIN_A_SIDE = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +57,7 @@ def fit_friction(
     """
     law = None if model == "auto" else law_named(model)
     empty = replace(_empty(points, units), robust=robust)
-    reason = _too_little(points, units) or _not_directional(points, law)
+    reason = _too_little(points, units)
     if reason is not None:
         return replace(empty, reason=reason)
     raw = point_arrays(tuple(points))
@@ -87,8 +85,6 @@ def _automatic(job: _Job) -> FrictionFit:
     fitted: list[Candidate] = []
     refused: list[ModelComparison] = []
     for law in LAWS.values():
-        if not law.in_auto:
-            continue
         found = line if law is LINE else _candidate(job, law)
         if isinstance(found, Candidate):
             fitted.append(replace(found, refusal=found.refusal or vanishes_unseen(found, job.data.speed)))
@@ -108,9 +104,8 @@ def _automatic(job: _Job) -> FrictionFit:
 
 
 def _eligible(candidate: Candidate) -> bool:
-    """Whether a law may be chosen: its parameters are determined, and it is not another law over again."""
-    same_curve = candidate.law.same_curve_as is not None and not candidate.at_bounds
-    return not candidate.reasons and not candidate.refusal and not same_curve
+    """Whether a law may be chosen: its parameters are determined."""
+    return not candidate.reasons and not candidate.refusal
 
 
 def _why_a_line(job: _Job, reference: Candidate | None) -> tuple[str, ...]:
@@ -134,8 +129,6 @@ def _why_a_line(job: _Job, reference: Candidate | None) -> tuple[str, ...]:
 def _candidate(job: _Job, law: FrictionLaw) -> Candidate | str:
     """A fitted law, or why it cannot be fitted."""
     data = job.data
-    if law.directional and (min(_sides(data.direction)) < _MIN_A_SIDE or np.any(data.direction == 0)):
-        return f"pairs of directions average both; it needs {_MIN_A_SIDE} points of each direction and no pairs"
     least = _least_points(data, law)
     if data.n < least:
         return f"{data.n} points are too few (at least {least} are needed)"
@@ -160,11 +153,7 @@ def _least_points(data: ls.Points, law: FrictionLaw) -> int:
     """Points that a law needs: its own statement, or one more than it has parameters, an offset counted."""
     if isinstance(law, RidgeLaw):
         return law.least_points
-    return len(law.parameters) + (data.offset is not None and not law.directional) + 1
-
-
-def _sides(direction: FloatArray) -> tuple[int, int]:
-    return int(np.count_nonzero(direction > 0)), int(np.count_nonzero(direction < 0))
+    return len(law.parameters) + (data.offset is not None) + 1
 
 
 def _empty(points: Sequence[FrictionPoint], units: FrictionUnits) -> FrictionFit:
@@ -200,19 +189,6 @@ def _too_little(points: Sequence[FrictionPoint], units: FrictionUnits) -> str | 
     return None
 
 
-def _not_directional(points: Sequence[FrictionPoint], law: FrictionLaw | None) -> str | None:
-    """Why a law with parameters of its own for each direction cannot be fitted, or None."""
-    if law is None or not law.directional:
-        return None
-    ahead, back = _sides(np.array([p.direction for p in points]))
-    if min(ahead, back) >= _MIN_A_SIDE and ahead + back == len(points):
-        return None
-    return (
-        f"{law.name} needs at least {_MIN_A_SIDE} points of each direction that rely on the robot model; there are "
-        f"{ahead} forward and {back} backward"
-    )
-
-
 def _line(job: _Job, line: Candidate, reasons: tuple[str, ...], reference: Candidate | None) -> FrictionFit:
     """Coulomb + viscous parameters, and what they mean for the reference law, eq. (11)."""
     assert REFERENCE.as_line is not None
@@ -229,11 +205,8 @@ def _line(job: _Job, line: Candidate, reasons: tuple[str, ...], reference: Candi
 def _law_fit(job: _Job, found: Candidate) -> FrictionFit:
     """Any other law, with the reservations that go with it."""
     law = found.law
-    means_little = law.data_driven or law.same_curve_as == LINE.name
     notes = [*found.reasons, *law.remarks(found.ci95)]
-    if found.at_bounds and law.bounded:
-        notes.append(f"{' and '.join(found.at_bounds)} would be negative; held at zero.")
-    identifiable = not found.reasons and not means_little
+    identifiable = not found.reasons and not law.data_driven
     return replace(_assembled(job, found, None), identifiable=identifiable, not_identifiable=tuple(notes))
 
 

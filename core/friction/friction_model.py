@@ -63,7 +63,7 @@ class FrictionModel:
         """Friction at each velocity (any shape), zero at zero velocity."""
         direction = np.sign(velocity)
         speed = np.maximum(np.abs(velocity), _STANDSTILL)
-        return np.asarray(direction * law_named(self.name).curve(self.values, speed, direction))
+        return np.asarray(direction * law_named(self.name).curve(self.values, speed))
 
     @property
     def hold(self) -> float:
@@ -89,18 +89,6 @@ def unusable(fit: FrictionFit) -> str | None:
     except KeyError as error:
         return f"the law {law.name} without its parameter {error.args[0]}"
     return None
-
-
-def direction_words(fit: FrictionFit) -> str | None:
-    """Friction of each direction at the ends of the speeds measured; None for a law that is the same both ways."""
-    law = FrictionModel.of(fit)
-    if law is None or not law_named(law.name).directional:
-        return None
-    parts = []
-    for speed in law.speed_range:
-        ahead, back = (abs(float(x)) for x in law.torque(np.array([speed, -speed])))
-        parts.append(f"{ahead:.3g} forward and {back:.3g} backward at {speed:.2g}")
-    return "; ".join(parts)
 
 
 def temperature_share(trend: Trend, temperature_c: FloatArray) -> FloatArray:
@@ -232,10 +220,10 @@ def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:
 
 def curve_gradient(law: FrictionModel, velocity: FloatArray) -> FloatArray:
     """(n, k) by how much the curve at (n,) velocities grows with each parameter, by central differences."""
-    speed, direction, curve = np.abs(velocity), np.sign(velocity), law_named(law.name).curve
+    speed, curve = np.abs(velocity), law_named(law.name).curve
     gradient = np.empty((velocity.size, len(law.values)))
     for k, (symbol, value) in enumerate(law.values.items()):
         step = _STEP * max(abs(value), 1e-3)
-        ends = [curve({**law.values, symbol: value + sign * step}, speed, direction) for sign in (1.0, -1.0)]
+        ends = [curve({**law.values, symbol: value + sign * step}, speed) for sign in (1.0, -1.0)]
         gradient[:, k] = (ends[0] - ends[1]) / (2.0 * step)
     return gradient

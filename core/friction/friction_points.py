@@ -10,7 +10,6 @@ import numpy as np
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.gear.direction_difference import PairSum
 from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray
@@ -42,7 +41,7 @@ class _Pair:
 
 def friction_points(
     series: UniformSeries, sections: Sequence[Section], model_torque: FloatArray | None
-) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
+) -> tuple[FrictionPoint, ...]:
     """Friction against speed for one joint.
 
     Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
@@ -57,30 +56,27 @@ def friction_points(
         model_torque: (n, j) rigid-body torque along the log in the unit of the effort, or None.
 
     Returns:
-        Points sorted by speed, and what half the sum of each pair leaves of the model's torque (none without one).
+        Points sorted by speed.
     """
     if not sections or series.effort is None:
-        return (), ()
+        return ()
     j = series.column(sections[0].joint)
     still = _match(series, sections, j)
     back = _ways_back(series, sections, j)
     pairs = [*still, *back] if len(still) + len(back) >= _ENOUGH else still
     points: list[FrictionPoint] = []
-    sums: list[PairSum] = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
     effort = without_ripple(series, series.effort, sections, j, ripple)
-    for number, pair in enumerate(pairs):
-        point, both = _pair_point(series, effort, model_torque, pair, j, ripple)
+    for pair in pairs:
+        point = _pair_point(series, effort, model_torque, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
-        if both is not None and number < len(still):
-            sums.append(both)
     if model_torque is not None:
         loose = [_model_point(series, effort, s, model_torque, j, ripple) for s in sections if id(s) not in used]
         points += [point for point in loose if point is not None]
-    return tuple(sorted(points, key=lambda p: p.speed_rad_s)), tuple(sums)
+    return tuple(sorted(points, key=lambda p: p.speed_rad_s))
 
 
 def _match(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
@@ -160,31 +156,30 @@ def _pair_point(
     pair: _Pair,
     j: int,
     ripple: SectionRipple | None,
-) -> tuple[FrictionPoint | None, PairSum | None]:
-    """Half the difference of both directions, block by block of position, and their half sum beside the model's.
+) -> FrictionPoint | None:
+    """Half the difference of both directions, block by block of position; None where too few blocks are common.
 
-    Neither where too few blocks are common. Speed is not quite constant: it settles after a ramp, alike in both
+    Speed is not quite constant: it settles after a ramp, alike in both
     directions, which half the difference takes for friction and no scatter shows. Where the model is known, what it
     needs for that is taken off.
     """
-    edges, both = _edges(pair), None
+    edges = _edges(pair)
     (plus, fast), (minus, slow) = (_by_position(series, effort, s, j, edges) for s in (pair.plus, pair.minus))
     friction, gravity, speed = 0.5 * (plus - minus), 0.5 * (plus + minus), 0.5 * (fast + slow)
     if model_torque is not None:
         ahead, back = (_by_position(series, model_torque, s, j, edges)[0] for s in (pair.plus, pair.minus))
         friction = friction - np.nan_to_num(0.5 * (ahead - back))
-        both = _pair_sum(series, pair, speed, gravity, 0.5 * (ahead + back))
     known = np.isfinite(friction)
     friction = friction[known]
     if friction.size < _MIN_BLOCKS:
-        return None, both
+        return None
     middles = 0.5 * (edges[1:] + edges[:-1])
     slope = _slope(middles[known], gravity[known])
     waves = 0.0
     if ripple is not None:
         places = np.linspace(pair.low_rad, pair.high_rad, _PLACES)
         waves = ripple.sd(0.5 * (ripple.gradient(places, 1.0) - ripple.gradient(places, -1.0)))
-    point = FrictionPoint(
+    return FrictionPoint(
         speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(friction),
@@ -194,25 +189,6 @@ def _pair_point(
         others_moving=bool(pair.plus.others_moving or pair.minus.others_moving),
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
         seconds=min(len(pair.plus.span), len(pair.minus.span)) * series.period_s,
-    )
-    return point, both
-
-
-def _pair_sum(
-    series: UniformSeries, pair: _Pair, speed: float, gravity: FloatArray, model: FloatArray
-) -> PairSum | None:
-    """What a pair of directions says of gravity, the effort's zero, and how the directions differ."""
-    half = gravity - model
-    known = np.isfinite(half)
-    if np.count_nonzero(known) < _MIN_BLOCKS:
-        return None
-    return PairSum(
-        speed_rad_s=speed,
-        half_nm=float(np.mean(half[known])),
-        se_nm=_sd(half[known]) / float(np.sqrt(np.count_nonzero(known))),
-        time_s=0.25 * sum(s.span.start + s.span.stop for s in (pair.plus, pair.minus)) * series.period_s,
-        position_rad=0.5 * (pair.low_rad + pair.high_rad),
-        model_nm=float(np.mean(model[known])),
     )
 
 

@@ -8,13 +8,12 @@ from dataclasses import replace
 from functools import partial
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.friction_result import DirectionDifference, FrictionFit, FrictionPoint
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.friction.friction_model import FrictionModel, direction_words
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
-from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
 from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
 from collaudit.core.friction.sections import SectionSet, find_sections
@@ -54,10 +53,9 @@ def fit_joints(
     points: dict[str, list[FrictionPoint]] = {}
     counts: Counter[str] = Counter()
     rejected: dict[str, Counter[str]] = {}
-    sums: dict[str, list[tuple[PairSum, ...]]] = {}
     for log, found in zip(prepared, sections or sections_of(prepared, config), strict=True):
         for joint in log.judged:
-            seen, both = _of_sections(joint, log, found)
+            seen = _of_sections(joint, log, found)
             count = len(found.of(joint))
             counts[joint] += count
             rejected.setdefault(joint, Counter()).update(dict(found.rejected[joint].most_common()))
@@ -65,16 +63,14 @@ def fit_joints(
             if alone:
                 rejected[joint][_ALONE if log.rigid_nm is None else _UNKNOWN] += alone
             points.setdefault(joint, []).extend(seen)
-            sums.setdefault(joint, []).append(both)
     # Threads for the passes over all samples only: sections and fits are many small steps, in which they wait for each
     # other.
     with_all = partial(_loose_points, prepared=prepared, config=config)
     loose = by_name(with_all, points, stage(progress, 0.0, 0.75))
-    fits = {
+    return {
         joint: _fit_joint(joint, found, loose[joint], prepared, config, counts, rejected)
         for joint, found in points.items()
     }
-    return {joint: replace(fit, directions=direction_difference(sums[joint])) for joint, fit in fits.items()}
 
 
 def sections_of(prepared: Sequence[Prepared], config: Config, progress: Progress | None = None) -> list[SectionSet]:
@@ -105,7 +101,7 @@ def refit_joints(
         assert fit.model is not None
         logs = [(log, found) for log, found in zip(prepared, sections, strict=True) if joint in log.judged]
         if fit.motion == "sections":
-            points = [p for log, found in logs for p in _of_sections(joint, log, found)[0]]
+            points = [p for log, found in logs for p in _of_sections(joint, log, found)]
         else:
             points = _loose_points(joint, prepared, config)
         robot = logs[0][0].robot
@@ -150,8 +146,8 @@ def _fit_joint(
     return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
 
 
-def _of_sections(joint: str, log: Prepared, found: SectionSet) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
-    """Points of a joint's constant speeds, and what pairs of them leave of the model's torque."""
+def _of_sections(joint: str, log: Prepared, found: SectionSet) -> tuple[FrictionPoint, ...]:
+    """Points of a joint's constant speeds."""
     return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint))
 
 
@@ -200,20 +196,6 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             findings.append(Finding("friction-missing", "warning", text, joint=joint))
             continue
         findings += _physics_findings(joint, fit, [gain for gain in gains if gain.joint == joint and gain.known])
-        apart = direction_words(fit)
-        if apart is not None:
-            text = (
-                f"The friction of joint '{joint}' differs between the directions, beyond its errors ({fit.effort_unit} "
-                f"at a speed): {apart}."
-            )
-            findings.append(fact(text, joint=joint))
-        elif fit.directions is not None:
-            words = _difference_words(fit.directions, fit.effort_unit)
-            text = (
-                f"The friction of joint '{joint}' differs between the directions, beyond its errors and not alike at "
-                f"all speeds: {words}. The law is the mean of both; half of the difference stays in the residual."
-            )
-            findings.append(fact(text, joint=joint))
         if fit.motion == "sensors":
             text = (
                 f"The friction of joint '{joint}' is the difference between effort and the torque behind the gear: no "
@@ -228,17 +210,6 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             )
             findings.append(fact(text, joint=joint))
     return findings
-
-
-def _difference_words(part: DirectionDifference, unit: str) -> str:
-    between = f"from {part.slow_rad_s:.2g} to {part.fast_rad_s:.2g} rad/s"
-    low, high = part.ci95
-    if low < 0 < high:
-        return f"by how much is not determined {between} (95 %: {low:.3g} to {high:.3g} {unit})"
-    return (
-        f"what forward friction has more than backward friction changes by {part.change_nm:.3g} {unit} {between} "
-        f"(95 %: {low:.3g} to {high:.3g})"
-    )
 
 
 def _physics_findings(joint: str, fit: FrictionFit, known: Sequence[EffortGain]) -> list[Finding]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from scipy.special import fdtrc as fisher_tail
 
 from collaudit.core.data.friction_result import Bounds
@@ -60,44 +59,24 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     """A law without a rate: ordinary weighted least squares."""
     design, target = data.design(law), data.target
     fit = ls.solve(design, target)
-    held: tuple[str, ...] = ()
-    if law.bounded and np.any(fit.estimate[: len(law.symbols)] < 0):
-        fit, held = _non_negative(design, target, law)
     k = len(law.symbols)
     quality = Quality.of(fit.sum_squares, max(1, data.n - fit.estimate.size), data)
     values = law.named(fit.estimate[:k], 0.0)
     ci: dict[str, Bounds | None] = {
         symbol: quality.bounds(values[symbol], float(fit.covariance[i, i])) for i, symbol in enumerate(law.symbols)
     }
-    for symbol in held:
-        ci[symbol] = (0.0, (ci[symbol] or (0.0, 0.0))[1])
     return Candidate(
         law=law,
         values=values,
         ci95=ci,
         covariance=quality.scale * fit.covariance[:k, :k],
-        predicted=law.curve(values, data.speed, data.direction),
+        predicted=law.curve(values, data.speed),
         sum_squares=fit.sum_squares,
         parameters=k,
         c_interval=(None, None),
         reasons=(),
         jacobian=design,
-        at_bounds=held,
     )
-
-
-def _non_negative(design: FloatArray, target: FloatArray, law: SeparableLaw) -> tuple[ls.LinearFit, tuple[str, ...]]:
-    """Coefficients held at zero or above; the offset stays free."""
-    k = len(law.symbols)
-    basis = np.linalg.qr(design[:, k:])[0]
-    held_out = [x - basis @ (basis.T @ x) for x in (design[:, :k], target)]
-    bounded = scipy.optimize.nnls(*held_out)[0]
-    left = target - design[:, :k] @ bounded
-    free = np.linalg.lstsq(design[:, k:], left, rcond=None)[0] if design.shape[1] > k else np.empty(0)
-    estimate = np.concatenate([bounded, free])
-    rest = target - design @ estimate
-    held = tuple(s for s, x in zip(law.symbols, estimate, strict=False) if x <= 1e-12)
-    return ls.LinearFit(estimate, ls.solve(design).covariance, float(rest @ rest)), held
 
 
 def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: FrictionUnits) -> Candidate:
@@ -131,7 +110,7 @@ def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: Fric
         values=values,
         ci95=ci,
         covariance=None if reasons else np.asarray(quality.scale * turn @ natural @ turn.T),
-        predicted=law.curve(values, data.speed, data.direction),
+        predicted=law.curve(values, data.speed),
         sum_squares=float(prof.sum_squares[prof.best]),
         parameters=k + 1,
         c_interval=c_interval,
@@ -231,7 +210,7 @@ def fit_ridge_law(data: ls.Points, law: RidgeLaw, ridge: float | None = None) ->
         values=values,
         ci95=dict.fromkeys(values),
         covariance=covariance,
-        predicted=law.curve(values, data.speed, data.direction),
+        predicted=law.curve(values, data.speed),
         sum_squares=sum_squares,
         parameters=count,
         c_interval=(None, None),

@@ -63,7 +63,7 @@ def _predict(train: ls.Points, test: ls.Points, law: FrictionLaw, ridge: float |
     if train.n < law.least_held_out:
         return None
     fitted = fit_ridge_law(train, law, ridge)
-    curve = law.curve(fitted.values, test.speed, test.direction)
+    curve = law.curve(fitted.values, test.speed)
     if train.offset is None or test.offset is None:
         return curve
     rest = train.friction - fitted.predicted
@@ -86,14 +86,12 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
         free = np.delete(np.arange(design.shape[1]), held)
         estimate = np.zeros(design.shape[1])
         estimate[free] = ls.solve(design[:, free], train.target).estimate
-    if law.bounded:
-        estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
     return np.asarray(test.raw(law, c) @ estimate)
 
 
 def aicc(data: ls.Points, candidate: Candidate) -> float | None:
     """n·ln(SS/n) + 2k + 2k(k+1)/(n-k-1), the offset and the error scale counted (Hurvich and Tsai 1989)."""
-    k = candidate.parameters + (data.offset is not None and not candidate.law.directional) + 1
+    k = candidate.parameters + (data.offset is not None) + 1
     spare = data.n - k - 1
     if spare <= 0:
         return None

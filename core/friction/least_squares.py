@@ -55,12 +55,9 @@ class Points:
         return self.weighted(np.stack(parts, axis=-1))
 
     def raw(self, law: SeparableLaw, c: float | FloatArray = 0.0) -> FloatArray:
-        """(…, n, k) columns of a law at a rate, or at (m, 1) rates; not weighted.
-
-        Directional laws carry the offset themselves.
-        """
-        shape = law.shape(self.speed, self.direction, c)
-        parts = [*shape] if self.offset is None or law.directional else [*shape, self.offset]
+        """(…, n, k) columns of a law at a rate, or at (m, 1) rates; not weighted."""
+        shape = law.shape(self.speed, c)
+        parts = [*shape] if self.offset is None else [*shape, self.offset]
         return np.ascontiguousarray(np.stack(np.broadcast_arrays(*parts), axis=-1))
 
     def design(self, law: SeparableLaw, c: float | FloatArray = 0.0) -> FloatArray:
@@ -174,8 +171,8 @@ def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArr
 
     (Frisch and Waugh, Econometrica 1, 1933.) Where two columns have the rate, one is taken out of the other alike.
     """
-    shape = law.shape(points.speed, points.direction, rates[:, None])
-    offset = [] if points.offset is None or law.directional else [points.offset]
+    shape = law.shape(points.speed, rates[:, None])
+    offset = [] if points.offset is None else [points.offset]
     still = [column for column in (*shape, *offset) if column.ndim == 1]
     basis = np.linalg.qr(points.weighted(np.reshape(still, (len(still), points.n)).T))[0]
     fading = points.weighted(np.stack([column for column in shape if column.ndim == 2], axis=-1))

@@ -103,7 +103,7 @@ def vanishes_unseen(found: Candidate, speed: FloatArray) -> str:
     if level <= 0 or level + rise > 1e-3 * level:
         return ""
     slowest = np.array([float(speed.min())])
-    left = float(np.broadcast_to(law.shape(slowest, np.ones(1), law.natural(found.values)[1])[0], 1)[0])
+    left = float(np.broadcast_to(law.shape(slowest, law.natural(found.values)[1])[0], 1)[0])
     return "" if left < _FALLEN else "friction would vanish below the slowest speed measured, where nothing shows it"
 
 
@@ -163,26 +163,19 @@ def _level_and_rise(found: Candidate) -> tuple[float, float]:
     law = found.law
     assert isinstance(law, SeparableLaw)
     linear, _ = law.natural(found.values)
-    start = float(law.curve(found.values, np.array([1e-9]), np.ones(1))[0])
+    start = float(law.curve(found.values, np.array([1e-9]))[0])
     return float(linear[0]), start - float(linear[0])
 
 
 def _negative_friction(found: Candidate) -> str:
-    """What friction cannot be below zero and is: a level; of a law by direction the mean of both, free of the zero."""
+    """What friction cannot be below zero and is: a level."""
     law = found.law
     symbols = [p.symbol for p in law.parameters if p.kind == "friction"]
-    if law.directional:
-        for letter in sorted({symbol[0] for symbol in symbols}):
-            if sum(found.values[symbol] for symbol in symbols if symbol[0] == letter) < 0:
-                return f"{letter} on the mean of both directions"
-        return ""
     return "" if law.breakaway else next((symbol for symbol in symbols if found.values[symbol] < 0), "")
 
 
 def _dissipates(found: Candidate, speed: FloatArray) -> bool:
-    """Whether the mean of both directions opposes the motion at every speed measured, to 0.1 % of the largest."""
+    """Whether friction opposes the motion at every speed measured, to 0.1 % of the largest."""
     grid = np.linspace(float(speed.min()), float(speed.max()), 50)
-    ahead = found.law.curve(found.values, grid, np.ones_like(grid))
-    back = found.law.curve(found.values, grid, -np.ones_like(grid))
-    mean = 0.5 * (ahead + back)
-    return bool(np.min(mean) >= -1e-3 * float(np.max(np.abs(mean))))
+    friction = found.law.curve(found.values, grid)
+    return bool(np.min(friction) >= -1e-3 * float(np.max(np.abs(friction))))

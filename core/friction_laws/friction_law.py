@@ -18,7 +18,7 @@ from collaudit.core.numeric.arrays import FloatArray
 Values = Mapping[str, float]
 Interval = tuple[float | None, float | None]
 Coefficients = tuple[FloatArray, float]
-Shape = Callable[[FloatArray, FloatArray, float | FloatArray], tuple[FloatArray, ...]]
+Shape = Callable[[FloatArray, float | FloatArray], tuple[FloatArray, ...]]
 ParameterKind = Literal["friction", "viscous", "rate", "speed", "number"]
 
 
@@ -73,10 +73,7 @@ class FrictionLaw(ABC):
         title: in words.
         formula: text of the curve.
         parameters: in the order of the file.
-        same_curve_as: name of the law whose curve this one has, under other symbols or within bounds.
         breakaway: whether its value towards zero speed is breakaway, once its parameters are determined.
-        directional: whether both directions have parameters of their own.
-        bounded: whether the parameters are held at zero or above in the fit; only for a law without a rate.
         data_driven: whether only the curve means anything, and not its parameters.
         remarks: sentences on what a fit means, from its intervals by symbol.
     """
@@ -85,10 +82,7 @@ class FrictionLaw(ABC):
     title: str
     formula: str
     parameters: tuple[Parameter, ...]
-    same_curve_as: str | None = None
     breakaway: bool = False
-    directional: bool = False
-    bounded: bool = False
     data_driven: bool = False
     remarks: Callable[[Mapping[str, Interval | None]], tuple[str, ...]] = no_remarks
 
@@ -99,22 +93,16 @@ class FrictionLaw(ABC):
             raise ValueError(f"{self.name}: symbols must differ and consist of letters and digits, found {symbols}")
 
     @abstractmethod
-    def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
+    def curve(self, values: Values, speed: FloatArray) -> FloatArray:
         """Friction against the motion.
 
         Args:
             values: parameters by symbol.
             speed: (n,) > 0.
-            direction: (n,) +1 or -1.
 
         Returns:
             (n,) positive where it opposes the motion.
         """
-
-    @property
-    def in_auto(self) -> bool:
-        """Whether ``model = "auto"`` compares it: not where it is another law under other symbols."""
-        return self.same_curve_as is None or self.bounded
 
     def parameter(self, symbol: str) -> Parameter:
         """The parameter of a symbol; of a series, the one of ``W3`` is ``W``.
@@ -138,7 +126,7 @@ class SeparableLaw(FrictionLaw):
     the parameters a reader knows on the other.
 
     Attributes:
-        shape: columns (n,) of the k linear coefficients from speed (n,), direction (n,) and C; (m, n) from (m, 1) of C.
+        shape: columns (n,) of the k linear coefficients from speed (n,) and C; (m, n) from (m, 1) of C.
         named: coefficients (k,) and C to parameters by symbol.
         natural: the way back.
         rate: the term that C belongs to; None for a law without one.
@@ -161,10 +149,10 @@ class SeparableLaw(FrictionLaw):
         """Coefficients that are viscous friction: columns whose parameter is of that kind."""
         return tuple(_column(self, p.symbol) for p in self.parameters if p.kind == "viscous")
 
-    def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
+    def curve(self, values: Values, speed: FloatArray) -> FloatArray:
         """Friction against the motion; see :meth:`FrictionLaw.curve`."""
         linear, c = self.natural(values)
-        return np.asarray(sum(x * column for x, column in zip(linear, self.shape(speed, direction, c), strict=True)))
+        return np.asarray(sum(x * column for x, column in zip(linear, self.shape(speed, c), strict=True)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +174,7 @@ class RidgeLaw(FrictionLaw):
     least_points: int
     least_held_out: int
 
-    def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
+    def curve(self, values: Values, speed: FloatArray) -> FloatArray:
         """Friction against the motion; see :meth:`FrictionLaw.curve`."""
         columns = self.columns(speed, values)
         weights = np.array([values[f"W{k}"] for k in range(1, columns.shape[-1] + 1)])
@@ -205,8 +193,8 @@ def without_column(law: SeparableLaw, symbol: str) -> SeparableLaw:
     """The law with one parameter, that a coefficient of its own stands for, held at zero and left out."""
     column = _column(law, symbol)
 
-    def shape(speed: FloatArray, direction: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
-        columns = law.shape(speed, direction, c)
+    def shape(speed: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+        columns = law.shape(speed, c)
         return (*columns[:column], *columns[column + 1 :])
 
     def named(linear: FloatArray, c: float) -> dict[str, float]:

@@ -14,29 +14,18 @@ from collaudit.core.errors import CollauditError
 from collaudit.core.friction_laws.friction_law import FrictionLaw
 from collaudit.core.friction_laws.gaussian_bumps import RBF
 from collaudit.core.friction_laws.levelling import SATURATING_VISCOUS, SMOOTH_COULOMB_VISCOUS
-from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS, COULOMB_VISCOUS, DAMPING_COULOMB
-from collaudit.core.friction_laws.stribeck import (
-    ASYMMETRIC_LUGRE,
-    ASYMMETRIC_STRIBECK_GAUSS,
-    STATIC_LUGRE,
-    STRIBECK_GAUSS,
-    STRIBECK_TUSTIN,
-)
+from collaudit.core.friction_laws.straight_lines import COULOMB_VISCOUS
+from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS
 
 #: Simplest first: of laws that explain the points as well with as many parameters, the earlier is taken.
 LAWS: dict[str, FrictionLaw] = {
     law.name: law
     for law in (
         COULOMB_VISCOUS,
-        DAMPING_COULOMB,
         SMOOTH_COULOMB_VISCOUS,
-        ASYMMETRIC_COULOMB_VISCOUS,
         STATIC_LUGRE,
-        STRIBECK_TUSTIN,
         STRIBECK_GAUSS,
         SATURATING_VISCOUS,
-        ASYMMETRIC_LUGRE,
-        ASYMMETRIC_STRIBECK_GAUSS,
         RBF,
     )
 }

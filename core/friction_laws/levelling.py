@@ -12,7 +12,7 @@ from collaudit.core.friction_laws.friction_law import Parameter, RateTerm, Separ
 from collaudit.core.numeric.arrays import FloatArray
 
 
-def _smooth(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+def _smooth(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.tanh(c * v), v
 
 
@@ -34,7 +34,7 @@ SMOOTH_COULOMB_VISCOUS = SeparableLaw(
 )
 
 
-def _levelling(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+def _levelling(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), -np.expm1(-c * v), v
 
 

@@ -1,8 +1,5 @@
 """Laws with breakaway that fades with speed: static LuGre, eq. (11), and the Stribeck curves, eq. (10).
 
-By direction level, breakaway and viscous friction are two each, and the speed of fading is one: it is a property of the
-lubricant, and what a gear has by direction is how strong its friction is.
-
 Sources: C. Canudas de Wit et al., "A new model for control of systems with friction", IEEE Trans. Autom. Control 40,
 1995 (LuGre, Gaussian Stribeck curve); B. Armstrong-Hélouvry et al., Automatica 30, 1994 (the exponential one).
 """
@@ -19,19 +16,17 @@ from collaudit.core.friction_laws.friction_law import (
     Parameter,
     RateTerm,
     SeparableLaw,
-    Shape,
     Values,
     plain,
 )
-from collaudit.core.friction_laws.straight_lines import only_the_mean
 from collaudit.core.numeric.arrays import FloatArray
 
 
-def _exponential(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+def _exponential(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), np.exp(-c * v), v
 
 
-def _gaussian(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+def _gaussian(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), np.exp(-((c * v) ** 2)), v
 
 
@@ -90,19 +85,6 @@ STATIC_LUGRE = SeparableLaw(
     as_line=_as_line,
 )
 
-STRIBECK_TUSTIN = SeparableLaw(
-    name="stribeck-tustin",
-    title="Stribeck (Tustin)",
-    formula="f(v) = Fc + (Fs − Fc)·exp(−v/vs) + sigma2·v",
-    parameters=_STRIBECK,
-    same_curve_as=STATIC_LUGRE.name,
-    breakaway=True,
-    shape=_exponential,
-    named=_stribeck_named,
-    natural=_stribeck_natural,
-    rate=RateTerm("exp(-v/v_s)", "an exponential", "1/v_s", "gone", ("Fs", "vs")),
-)
-
 STRIBECK_GAUSS = SeparableLaw(
     name="stribeck-gauss",
     title="Stribeck (Gauss)",
@@ -113,54 +95,4 @@ STRIBECK_GAUSS = SeparableLaw(
     named=_stribeck_named,
     natural=_stribeck_natural,
     rate=RateTerm("exp(-(v/v_s)²)", "a Gaussian", "1/v_s", "gone", ("Fs", "vs")),
-)
-
-
-def _by_direction(shape: Shape) -> Shape:
-    """The columns of a law once for each direction: forward and backward of the first, of the second, …"""
-
-    def both(v: FloatArray, d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
-        ahead, back = np.asarray(d > 0, dtype=float), np.asarray(d < 0, dtype=float)
-        return tuple(side * column for column in shape(v, d, c) for side in (ahead, back))
-
-    return both
-
-
-_BOTH_NAMED, _BOTH_NATURAL = plain("Ap", "Am", "Bp", "Bm", "Dp", "Dm", "C", rate="C")
-_BOTH = (
-    Parameter("Ap", "friction", "Coulomb friction forward"),
-    Parameter("Am", "friction", "Coulomb friction backward"),
-    Parameter("Bp", "friction", "extra friction near standstill forward"),
-    Parameter("Bm", "friction", "extra friction near standstill backward"),
-    Parameter("Dp", "viscous", "viscous friction forward"),
-    Parameter("Dm", "viscous", "viscous friction backward"),
-    Parameter("C", "rate", "how fast that extra fades with speed"),
-)
-
-ASYMMETRIC_LUGRE = SeparableLaw(
-    name="asymmetric-lugre",
-    title="static LuGre by direction",
-    formula="f(v) = Ap + Bp·exp(−C·v) + Dp·v forward, Am + Bm·exp(−C·v) + Dm·v backward",
-    parameters=_BOTH,
-    breakaway=True,
-    directional=True,
-    remarks=only_the_mean,
-    shape=_by_direction(STATIC_LUGRE.shape),
-    named=_BOTH_NAMED,
-    natural=_BOTH_NATURAL,
-    rate=RateTerm("exp(-C·v)", "an exponential", "C", "gone", ("Bp", "Bm", "C")),
-)
-
-ASYMMETRIC_STRIBECK_GAUSS = SeparableLaw(
-    name="asymmetric-stribeck-gauss",
-    title="Stribeck (Gauss) by direction",
-    formula="f(v) = Ap + Bp·exp(−(C·v)²) + Dp·v forward, Am + Bm·exp(−(C·v)²) + Dm·v backward",
-    parameters=_BOTH,
-    breakaway=True,
-    directional=True,
-    remarks=only_the_mean,
-    shape=_by_direction(STRIBECK_GAUSS.shape),
-    named=_BOTH_NAMED,
-    natural=_BOTH_NATURAL,
-    rate=RateTerm("exp(-(C·v)²)", "a Gaussian", "C", "gone", ("Bp", "Bm", "C")),
 )

@@ -122,7 +122,7 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
         return FrictionDesign(REFERENCE, guesses, empty, 0, _UNKNOWN_SD * torque_nm, 0.0, False)
     law = LAWS[fit.model]
     values = {parameter_symbol(key): value for key, value in fit.parameters.items()}
-    settled = fit.identifiable and isinstance(law, SeparableLaw) and law is not LINE and not law.directional
+    settled = fit.identifiable and isinstance(law, SeparableLaw) and law is not LINE
     if not settled:
         model = FrictionModel.of(fit)
         assert model is not None
@@ -165,10 +165,9 @@ def _guesses(level: float, slope: float) -> tuple[Mapping[str, float], ...]:
 
 def _gradient(law: FrictionLaw, values: Mapping[str, float], speed: FloatArray) -> FloatArray:
     """(n, p) derivatives of a curve by its parameters, by central differences."""
-    ahead = np.ones_like(speed)
     out = []
     for symbol, value in values.items():
         step = _STEP * max(abs(value), 1e-6)
-        up, down = (law.curve({**values, symbol: value + s}, speed, ahead) for s in (step, -step))
+        up, down = (law.curve({**values, symbol: value + s}, speed) for s in (step, -step))
         out.append((up - down) / (2.0 * step))
     return np.column_stack(out)

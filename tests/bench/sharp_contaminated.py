@@ -112,8 +112,7 @@ def off(fit: Any, usual: Any) -> float | None:
     curves = []
     for one in (fit, usual):
         values = {parameter_symbol(key): value for key, value in one.parameters.items()}
-        both = [LAWS[one.model].curve(values, speed, sign * np.ones(speed.size)) for sign in (1.0, -1.0)]
-        curves.append(np.mean(both, axis=0))
+        curves.append(LAWS[one.model].curve(values, speed))
     return float(np.sqrt(np.mean((curves[0] - curves[1]) ** 2) / np.mean(curves[1] ** 2)))
 
 

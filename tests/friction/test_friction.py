@@ -152,7 +152,7 @@ def test_gravity_cancels_in_pairs_without_any_model() -> None:
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
     series = condition(log, ConditioningConfig())
     sections = find_sections(series, SectionsConfig())
-    points, _ = friction_points(series, sections.of("joint1"), None)
+    points = friction_points(series, sections.of("joint1"), None)
     assert len(points) == 14
     assert {p.source for p in points} == {"pair"}
     speeds = np.array([p.speed_rad_s for p in points])
@@ -178,7 +178,7 @@ def test_a_move_of_two_joints_and_its_way_back_are_a_pair() -> None:
         series = condition(
             make_log(PERIOD * np.arange(len(q)), position, speed, effort, ("joint1", "joint2")), ConditioningConfig()
         )
-        return friction_points(series, find_sections(series, SectionsConfig()).of("joint1"), None)[0]
+        return friction_points(series, find_sections(series, SectionsConfig()).of("joint1"), None)
 
     found = points(q, v)
     assert len(found) == 10
@@ -204,11 +204,11 @@ def test_a_speed_that_settles_during_the_strokes_is_no_friction() -> None:
     log = make_log(PERIOD * np.arange(v.size), q[:, None], v[:, None], effort[:, None])
     series = condition(log, ConditioningConfig())
     sections = find_sections(series, SectionsConfig()).of("joint1")
-    points, _ = friction_points(series, sections, model[:, None])
+    points = friction_points(series, sections, model[:, None])
     assert [p.source for p in points] == ["pair"] * 3
     for p in points:
         assert abs(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth)) < 4 * p.se_nm
-    raw, _ = friction_points(series, sections, None)
+    raw = friction_points(series, sections, None)
     assert any(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth) > 8 * p.se_nm for p in raw)  # it did matter
 
 
@@ -220,9 +220,9 @@ def test_one_way_motion_needs_a_model_and_is_marked() -> None:
         ConditioningConfig(),
     )
     sections = find_sections(series, SectionsConfig()).of("joint1")
-    assert friction_points(series, sections, None) == ((), ())
+    assert friction_points(series, sections, None) == ()
     model = 10 * np.cos(series.position_rad)
-    points, _ = friction_points(series, sections, model)
+    points = friction_points(series, sections, model)
     assert {(p.source, p.direction) for p in points} == {("model", 1)}
     for p in points:
         assert p.friction_nm == pytest.approx(5 + 2 * p.speed_rad_s, abs=0.05)
@@ -260,7 +260,7 @@ def test_slow_sampling_gives_points_or_none_but_never_breaks() -> None:
             log = make_log(period * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
             series = condition(log, ConditioningConfig())
             sections = find_sections(series, SectionsConfig())
-            for point in friction_points(series, sections.of("joint1"), None)[0]:
+            for point in friction_points(series, sections.of("joint1"), None):
                 assert np.isfinite([point.friction_nm, point.se_nm, point.speed_rad_s]).all()
 
 

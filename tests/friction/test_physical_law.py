@@ -84,7 +84,7 @@ def test_a_law_that_misses_speeds_is_not_as_good_for_being_uncertain_of_it() -> 
     """As of a UR3's last wrist, whose friction flattens with speed: the lines have 2.5 times the error."""
     wrist = [
         row("coulomb-viscous", 49.9, 23.5, 90.8),
-        row("asymmetric-coulomb-viscous", 47.2, 22.2, 92.5),
+        row("smooth-coulomb-viscous", 47.2, 22.2, 92.5),
         row("rbf", 2.89, 1.74, -14.8),
     ]
     assert choose(wrist, [True] * 3)[0] == 2

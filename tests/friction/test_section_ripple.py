@@ -67,7 +67,7 @@ def all_pulls(quiet: tuple[UniformSeries, SectionSet], amplitude: float) -> floa
     found: list[float] = []
     for seed in range(8):
         spoilt = with_ripple(series, amplitude, seed)
-        found += pulls(friction_points(spoilt, sections.of("joint1"), None)[0])
+        found += pulls(friction_points(spoilt, sections.of("joint1"), None))
     assert len(found) >= 30
     return float(np.sqrt(np.mean(np.square(found))))
 

@@ -32,7 +32,7 @@ from collaudit.core.recommend.held_out_residual import (
 )
 from collaudit.fixtures.simulation import SimulatedFiles
 
-LAW = "asymmetric-lugre"
+LAW = "static-lugre"
 TAKEN = Candidate((), 0.2)
 UNITS = FrictionUnits("N·m", "rad/s", "nm", "rad")
 

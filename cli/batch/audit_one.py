@@ -15,7 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
-from collaudit.cli.fleet.remote_logs import Fetched, fetched_of, local_copy, remote_stamp
+from collaudit.cli.fleet.remote_logs import local_copy, remote_stamp
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.api import LogFiles, Progress
 from collaudit.core.config import LoadedConfig
@@ -69,7 +69,7 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     if job.url is None:
         return _written(job, job.files, out, progress)
     stamp = remote_stamp(job.url)
-    with local_copy(job.url, job.loaded.config.log.remote) as file:
+    with local_copy(job.url) as file:
         return _written(job, (file,), out, progress, stamp)
 
 
@@ -85,12 +85,10 @@ def _written(
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
-    fetched = None if stamp is None else fetched_of(files[0])
-    origin = None if fetched is None else {"stamp": stamp, "fetched": fetched._asdict()}
-    note_finished(run, files, audit.result.log.sha256, job.loaded, origin)
+    note_finished(run, files, audit.result.log.sha256, job.loaded, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.robot), audit.result, record, fetched)
+    return Outcome(replace(entry, robot=job.robot), audit.result, record)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:
@@ -120,14 +118,14 @@ def remove_run(run: Path) -> None:
 
 
 def note_finished(
-    run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig, origin: Mapping[str, object] | None = None
+    run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig, origin: Mapping[str, str] | None = None
 ) -> None:
     """Write down, after all its other files, the inputs of a run.
 
     Args:
         run: its folder.
         files, log_sha256, loaded: as of :func:`rests_on`.
-        origin: of a remote log what tells that it was replaced, and what was fetched.
+        origin: of a remote log what tells that it was replaced.
 
     Raises:
         CollauditError: it cannot be written.
@@ -184,28 +182,22 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
     if job.problem is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
-        fetched = None if job.url is None else _unchanged(job, note)
-        if fetched is None and (job.url is not None or note != rests_on(job.files, sha256_of(job.files), job.loaded)):
+        if job.url is None and note != rests_on(job.files, sha256_of(job.files), job.loaded):
+            return None
+        if job.url is not None and not _unchanged(job, note):
             return None
         audit = read_run(run)
     except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
         return None
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.robot), audit.result, record, fetched)
+    return Outcome(replace(entry, robot=job.robot), audit.result, record)
 
 
-def _unchanged(job: LogJob, note: object) -> Fetched | None:
-    """What was fetched of a remote log that is as it was, with settings as they were; None otherwise, or in doubt."""
-
-    origin = note.get("origin") if isinstance(note, dict) else None
-    if not isinstance(note, dict) or not isinstance(origin, dict) or job.url is None or job.loaded.config.log.csv.also:
-        return None
+def _unchanged(job: LogJob, note: object) -> bool:
+    """Whether a remote log is as it was, by what its store tells, with settings as they were; not where in doubt."""
+    if not isinstance(note, dict) or job.url is None or job.loaded.config.log.csv.also:
+        return False
     stamp = remote_stamp(job.url)
-    alike = note == {**rests_on((), str(note.get("log")), job.loaded), "origin": origin}
-    if not alike or origin.get("stamp") != stamp or set(stamp) <= {"size"}:
-        return None
-    try:
-        return Fetched(**origin["fetched"])
-    except (LookupError, TypeError):
-        return None
+    alike = note == {**rests_on((), str(note.get("log")), job.loaded), "origin": stamp}
+    return alike and not set(stamp) <= {"size"}

@@ -9,7 +9,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
-from collaudit.cli.fleet.remote_logs import Fetched
 from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Audit, AuditResult
@@ -115,15 +114,11 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted.
-
-    ``fetched``: of a remote log that was read.
-    """
+    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted."""
 
     entry: IndexEntry
     result: AuditResult | None
     record: LogRecord | None = None
-    fetched: Fetched | None = None
 
 
 def with_records(

@@ -115,11 +115,7 @@ def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str |
     problem = None
     with ExitStack() as fetched:
         url, files = job.url, job.files
-        there = (
-            (lambda: files)
-            if url is None
-            else cache(lambda: (fetched.enter_context(local_copy(url, job.loaded.config.log.remote)),))
-        )
+        there = (lambda: files) if url is None else cache(lambda: (fetched.enter_context(local_copy(url)),))
         try:
             names = robots_of(LogTraits(place, there, job.loaded), robots) if robots else names
         except CollauditError as error:

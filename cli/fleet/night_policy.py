@@ -188,7 +188,6 @@ def _log(job: LogJob, outcome: Outcome, verdict: str) -> ManifestLog:
         folder=job.folder,
         verdict=verdict,
         log_sha256=None if outcome.result is None else outcome.result.log.sha256,
-        log_hash_of="file" if outcome.fetched is None else outcome.fetched.hash_of,
         config_sha256=job.loaded.sha256,
         friction_sha256=None if made is None else made.friction_sha256,
         model_sha256=None if made is None else made.model_sha256,
@@ -199,8 +198,7 @@ def _log_files(job: LogJob, outcome: Outcome) -> Iterator[ManifestFile]:
     """The files of a log; the hash that its result has is not computed again."""
     if job.url is not None:
         digest = None if outcome.result is None else outcome.result.log.sha256
-        size = None if outcome.fetched is None else outcome.fetched.size_bytes
-        yield ManifestFile(job.url, digest, size, "log")
+        yield ManifestFile(job.url, digest, None, "log")
     for path in job.files:
         try:
             files = data_files(path)

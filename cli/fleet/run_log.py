@@ -32,7 +32,7 @@ class RunLog:
 
     def judged(self, outcome: Outcome) -> None:
         """One log has come out, with the verdict on it alone."""
-        entry, fetched = outcome.entry, outcome.fetched
+        entry = outcome.entry
         self.event(
             "log",
             log=entry.name,
@@ -41,7 +41,6 @@ class RunLog:
             reasons=list(entry.reasons),
             contacts=entry.contacts,
             near_misses=entry.near_misses,
-            **({} if fetched is None else fetched._asdict()),
         )
 
 

@@ -187,7 +187,3 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
     csv: Annotated[CsvConfig, about("Columns of CSV logs.")] = CsvConfig()
     units: Annotated[UnitsConfig, about("Units of the log.")] = UnitsConfig()
     limits: Annotated[LimitsConfig, about("How much is read of one log.")] = LimitsConfig()
-    remote: Annotated[
-        Literal["ranges", "whole"],
-        about("How a log at a URL is read: of large indexed MCAPs only the parts that are needed, or all of it."),
-    ] = "ranges"

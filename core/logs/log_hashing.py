@@ -10,7 +10,6 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
-from collaudit.core.logs.storage.partial_file import partial_file, stream_sha256
 from collaudit.core.numeric.parallel import begun
 
 
@@ -18,7 +17,7 @@ class Hashing:
     """The sha256 of files, computed in a thread while they are read. Copied and pickled it is the hash itself.
 
     It is made before the files are read. Where they have changed by the time that it is asked for, it may be of other
-    bytes than were read: it is refused with a LogError. Files that are fetched in parts are hashed only then.
+    bytes than were read: it is refused with a LogError.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -26,8 +25,7 @@ class Hashing:
         self._state: _State | None = None
         with contextlib.suppress(OSError, LogError):  # who reads them will say it better
             self._state = _state_of(paths)
-        hashed = partial(sha256_of, self._paths)
-        self._result = hashed if any(map(partial_file, paths)) else begun(hashed)
+        self._result = begun(partial(sha256_of, self._paths))
 
     def result(self) -> str:
         """The hash."""
@@ -59,8 +57,8 @@ _State = list[tuple[str, int, int, int]]
 
 
 def _state_of(paths: Sequence[Path]) -> _State:
-    """What shows that files have changed. Files that are read over the network say so themselves."""
-    files = [file for path in paths for file in data_files(path) if partial_file(file) is None]
+    """What shows that files have changed."""
+    files = [file for path in paths for file in data_files(path)]
     return [(str(file), (found := file.stat()).st_size, found.st_mtime_ns, found.st_ino) for file in files]
 
 
@@ -78,11 +76,8 @@ def sha256_of(paths: Sequence[Path]) -> str:
 
 
 def _file_hash(path: Path) -> str:
-    partial = partial_file(path)
-    if partial is not None:
-        return partial.sha256()
     try:
         with path.open("rb", buffering=0) as stream:
-            return stream_sha256(stream)
+            return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from collaudit.core.config.schema import LogConfig
@@ -21,7 +20,6 @@ from collaudit.core.logs.opening import (
     open_tables,
 )
 from collaudit.core.logs.signals.impossible_values import without_impossible
-from collaudit.core.logs.storage.partial_file import hash_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.stage_progress import Progress
 
@@ -67,8 +65,7 @@ def read_log(
         reader = open_messages(paths, bounds)
         log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress, bounds)
         log = without_impossible(log, "message")
-    found = [finding for path in paths for finding in hash_findings(path)]
-    return replace(log, findings=(*log.findings, *found)) if found else log
+    return log
 
 
 def _read_tables(

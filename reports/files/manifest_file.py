@@ -51,8 +51,6 @@ class ManifestLog:
         folder: of its run.
         verdict: as decided.
         log_sha256, config_sha256, friction_sha256, model_sha256: hashes of log, effective settings, friction, robot.
-        log_hash_of: what ``log_sha256`` is of: ``file``, its bytes; of a remote log also ``stated``, its bytes by the
-            word of its store, of which only parts were fetched; or ``parts``, size, places and bytes of these parts.
     """
 
     log: str
@@ -63,7 +61,6 @@ class ManifestLog:
     config_sha256: str
     friction_sha256: str | None
     model_sha256: str | None
-    log_hash_of: Literal["file", "stated", "parts"] = "file"
 
 
 @dataclass(frozen=True, slots=True)

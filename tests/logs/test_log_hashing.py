@@ -12,10 +12,8 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs import log_hashing
 from collaudit.core.logs.log_hashing import Hashing, sha256_of
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.storage.partial_file import PartialFile, kept_partial
 
 KINDS = ("mcap-zstd", "bag-none", "db3")
 
@@ -69,18 +67,3 @@ def test_a_log_that_is_gone_is_said_to_be(tmp_path: Path) -> None:
     path.unlink()
     with pytest.raises(LogError, match="cannot be read"):
         hashing.result()
-
-
-def test_a_log_that_is_fetched_in_parts_is_hashed_as_it_was_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def at_once(function: Callable[[], str]) -> Callable[[], str]:
-        found = function()
-        return lambda: found
-
-    monkeypatch.setattr(log_hashing, "begun", at_once)
-    file = PartialFile(tmp_path / "log.mcap", 4096, lambda start, count: bytes(range(256)) * (count // 256))
-    with kept_partial(file):
-        hashing, before = Hashing((file.path,)), file.sha256()
-        file.fill(0, 256)
-        assert hashing.result() == file.sha256() != before

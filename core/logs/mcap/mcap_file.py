@@ -22,7 +22,7 @@ from collaudit.core.logs.mcap.mcap_records import (
     read_summary,
     record_places,
 )
-from collaudit.core.logs.mcap.mcap_scan import chunk_at, ranged_index, scan
+from collaudit.core.logs.mcap.mcap_scan import chunk_at, scan
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
@@ -117,7 +117,7 @@ class McapFile(ChunkedFile):
 
     def __init__(self, path: Path, index: McapIndex | None = None) -> None:
         super().__init__(path)
-        self.index = self._indexed() if index is None else index
+        self.index = scan(self.file) if index is None else index
         self.chunks, self.damage, self.counts = self.index.chunks, self.index.damage, self.index.counts
         blind = not self.index.channels and any(not chunk.index for chunk in self.chunks)
         for chunk in ordered_map(self.load, list(self.chunks)) if blind or self._incomplete() else ():
@@ -129,13 +129,6 @@ class McapFile(ChunkedFile):
         encodings = {channel.encoding for channel in self.channels}
         self.format = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
 
-    def _indexed(self) -> McapIndex:
-        """By a walk over all of it; of one with holes by its summary, where that is usable."""
-        ranged = None if self.file.partial is None else ranged_index(self.file)
-        if ranged is None:
-            self.file.expect([(0, self.file.size)])
-        return scan(self.file) if ranged is None else ranged
-
     def _incomplete(self) -> bool:
         """Whether channels or schemas, as far as is known, stand only inside chunks."""
         named = {number for chunk in self.chunks for number, _, _ in chunk.index}
@@ -143,9 +136,7 @@ class McapFile(ChunkedFile):
 
     def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
         """The chunks whose message indexes name one of the channels, and those that have none."""
-        chunks = [ref for ref in self.chunks if not ref.index or any(number in wanted for number, _, _ in ref.index)]
-        self.file.expect([(ref.at, ref.data_at - ref.at + ref.data_size) for ref in chunks if ref.extent])
-        return chunks
+        return [ref for ref in self.chunks if not ref.index or any(number in wanted for number, _, _ in ref.index)]
 
     def load(self, ref: ChunkRef) -> Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""

@@ -7,7 +7,6 @@ without a summary, with a wrong one or cut short are read the same way.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +23,6 @@ from collaudit.core.logs.mcap.mcap_records import (
     SCHEMA,
     STATISTICS,
     McapIndex,
-    read_summary,
 )
 from collaudit.core.logs.storage.chunked_file import ChunkRef
 from collaudit.core.logs.storage.file_reading import RandomFile
@@ -37,24 +35,6 @@ _WIDE_WINDOW = 1 << 20
 #: Bytes from the start of a message record up to the end of its log time.
 LEAST_HEAD = 23
 _LENGTH = struct.Struct("<Q").unpack_from
-
-
-def ranged_index(file: RandomFile) -> McapIndex | None:
-    """What a walk over the file finds that steps from each chunk that the summary names to what follows it.
-
-    Args:
-        file: an MCAP file, its magic already seen.
-
-    Returns:
-        Chunks as the summary states them (``extent`` above 0), to be compared with the chunks as they lie in the file
-        when they are read. None where the file has no usable summary, or does not lie as its summary says.
-    """
-    summary = read_summary(file)
-    if summary is None or not summary.chunks or any(not chunk.extent for chunk in summary.chunks):
-        return None
-    index = Scan(file, {chunk.at: chunk for chunk in summary.chunks}).run()
-    jumped = sum(1 for chunk in index.chunks if chunk.extent)
-    return None if index.damage or jumped != len(summary.chunks) else index
 
 
 def scan(file: RandomFile) -> McapIndex:
@@ -77,11 +57,10 @@ def chunk_at(file: RandomFile, pos: int) -> ChunkRef | None:
 
 
 class Scan:
-    """A walk over top-level records; ``known`` chunks, by their byte, are noted as they are stated and jumped over."""
+    """A walk over top-level records."""
 
-    def __init__(self, file: RandomFile, known: Mapping[int, ChunkRef] | None = None) -> None:
+    def __init__(self, file: RandomFile) -> None:
         self.file = file
-        self.known = known or {}
         self.index = McapIndex()
         self.window = b""
         self.base = 0
@@ -115,10 +94,6 @@ class Scan:
 
     def step(self, pos: int) -> int | None:
         """Take note of the record at ``pos``; where the next one begins, None at the end or at damage."""
-        if pos in self.known:
-            self._end_run()
-            self.index.chunks.append(self.known[pos])
-            return pos + self.known[pos].extent
         head = self.view(pos, 9)
         if len(head) < 9:
             self.index.damage.note(f"it ends at byte {self.file.size}, inside a record")

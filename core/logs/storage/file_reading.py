@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.partial_file import partial_file
 
 #: Nothing of a file is decompressed into more than this at once, unless the configuration says so.
 MAX_CHUNK_BYTES = 128_000_000
@@ -19,11 +17,10 @@ FREE_TABLE_BYTES, TABLE_RATIO = 128_000_000, 25
 
 
 class RandomFile:
-    """A file read at offsets; short reads at its end are the caller's to notice. Of one with holes they are filled.
+    """A file read at offsets; short reads at its end are the caller's to notice.
 
     Attributes:
         path, size: of the file.
-        partial: the file as one with holes, None where it is an ordinary one.
     """
 
     def __init__(self, path: Path) -> None:
@@ -32,14 +29,11 @@ class RandomFile:
         except OSError as error:
             raise LogError(f"cannot be opened: {error.strerror}", where=str(path)) from error
         self.path = path
-        self.partial = partial_file(path)
         self.size = os.fstat(self._fd).st_size
 
     def read(self, start: int, count: int) -> bytes:
         """Up to ``count`` bytes from ``start``; fewer only at the end of the file."""
         count = max(0, min(count, self.size - start))
-        if self.partial is not None:
-            self.partial.fill(start, count)
         parts: list[bytes] = []
         while count > 0:
             try:
@@ -52,11 +46,6 @@ class RandomFile:
             start += len(part)
             count -= len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
-
-    def expect(self, spans: Sequence[tuple[int, int]]) -> None:
-        """Say what will be read, as (start, count); of use where it has to be fetched."""
-        if self.partial is not None:
-            self.partial.expect(spans)
 
     def close(self) -> None:
         """Close it; a second time does nothing."""

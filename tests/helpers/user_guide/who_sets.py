@@ -44,7 +44,6 @@ KEYS = {
     "log.label_topics": "whoever marked true events or logs the controller's own alarms.",
     "log.phase_topic": "whoever logs the step of the task.",
     "log.msg_path": "whoever logs ROS types without their definitions.",
-    "log.remote": "whoever has a server that refuses requests for parts of a file.",
     "conditioning.bandwidth_hz": "whoever wants knocks to show sooner, or noise to show less.",
     "conditioning.bridge_lost": "whoever does not accept interpolated samples.",
     "friction.robust": "whoever sees outliers among the friction points of a fit.",

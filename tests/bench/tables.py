@@ -10,7 +10,7 @@ EVIDENCE = Path(__file__).resolve().parents[2] / "build" / "tables"
 
 
 def put(page: Path, name: str, lines: Sequence[str]) -> None:
-    """Replace what stands between ``<!-- name -->`` and ``<!-- /name -->``; ``build/tables/PAGE-NAME.md`` without them."""
+    """Replace what stands between ``<!-- name -->`` and ``<!-- /name -->``, or write ``build/tables/PAGE-NAME.md``."""
     head, tail = f"<!-- {name} -->\n", f"<!-- /{name} -->"
     text = page.read_text(encoding="utf-8")
     if head not in text:

@@ -79,7 +79,7 @@ class _Look:
 
     def obstacle(self) -> str | None:
         """Why nothing in the log could be judged; None when it could."""
-        if self.error is not None:
+        if self.error is not None and not any(one.text in self.error.message for one in self.findings):
             return self.error.render()
         found = [topic for topic in self.summary.topics if topic.role == "joint_states" and topic.readable]
         if not found:

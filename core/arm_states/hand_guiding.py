@@ -98,7 +98,7 @@ def hand_guiding(
         friction: sliding friction at (k,) speeds, by column; joints without it tell nothing.
     """
     columns = sorted(friction)
-    if len(columns) < _LEAST_JOINTS:
+    if len(columns) < _LEAST_JOINTS or series.period_s > _BLOCK_S:  # more blocks than samples
         return []
     rows, block = _rows(series)
     if rows.size == 0:

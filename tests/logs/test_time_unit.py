@@ -11,8 +11,9 @@ import pytest
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_guess import guess_csv_columns
+from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.tables.time_columns import SCALES
+from collaudit.core.logs.tables.time_columns import LONGEST_STEP_S, SCALES
 
 ROWS = 200
 TIME_S = 0.002 * np.arange(ROWS)
@@ -44,13 +45,37 @@ def test_the_name_of_the_time_column_states_its_unit(name: str, unit: str, tmp_p
 
 
 @pytest.mark.parametrize("step", [1, 2, 2_000, 2_000_000])
-def test_steps_too_long_for_seconds_are_asked_about(step: int, tmp_path: Path) -> None:
-    path = write(tmp_path, "t", step * np.arange(ROWS))
-    assert read(path)[1]["log-unit-suspect"] == "error"
+@pytest.mark.parametrize("runs", [1, 4])
+def test_steps_too_long_for_seconds_are_asked_about(step: int, runs: int, tmp_path: Path) -> None:
+    """One run, or several that each begin at zero."""
+    path = write(tmp_path, "t", step * (np.arange(ROWS) % (ROWS // runs)))
+    assert refused(path) == described(path)
     for unit in SCALES:
+        if step / SCALES[unit] >= LONGEST_STEP_S:
+            assert refused(path, time=unit)
+            continue
         log, found = read(path, time=unit)
         assert log.time_s[1] == pytest.approx(step / SCALES[unit])
         assert "log-unit-suspect" not in found
+
+
+def test_a_counter_that_wraps_is_asked_about(tmp_path: Path) -> None:
+    """Microseconds since the controller started, in 32 bits."""
+    path = write(tmp_path, "t", (2**32 - 100_000 + 2000 * np.arange(ROWS)) % 2**32)
+    assert refused(path) == described(path)
+
+
+def refused(path: Path, **units: str) -> str:
+    """Why a log is not read."""
+    with pytest.raises(LogError, match="log-unit-suspect") as caught:
+        read(path, **units)
+    return caught.value.message
+
+
+def described(path: Path) -> str:
+    """The same as ``inspect`` says it."""
+    (said,) = [one for one in describe((path,)).findings if one.forbids_pass]
+    return f"{said.code}: {said.text}"
 
 
 def test_seconds_are_taken_as_before(tmp_path: Path) -> None:
@@ -106,7 +131,7 @@ def test_two_whole_stamps_are_no_split_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize("rate_hz", [2500, 5000, 20000])
 def test_milliseconds_of_a_fast_arm_are_asked_about(rate_hz: float, tmp_path: Path) -> None:
     path = write(tmp_path, "t", np.arange(ROWS) * 1e3 / rate_hz)
-    assert read(path)[1]["log-unit-suspect"] == "error"
+    assert refused(path)
     assert read(path, time="ms")[0].time_s[1] == pytest.approx(1 / rate_hz)
 
 

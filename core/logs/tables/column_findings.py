@@ -5,14 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-import numpy as np
-
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.time_columns import is_doubtful, named_unit
+from collaudit.core.logs.tables.time_columns import (
+    LONGEST_STEP_S,
+    SCALES,
+    is_doubtful,
+    named_unit,
+    usual_step_s,
+)
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Quantity to the units that are converted, and how column names spell them.
@@ -51,10 +55,10 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
     return out
 
 
-def time_findings(
+def unusable_time(
     file: AssignedTable, unit: str, time_s: FloatArray, start_ns: int | None, settings: LogConfig
-) -> list[Finding]:
-    """That the unit of time was guessed, or cannot be.
+) -> Finding | None:
+    """That the unit of time cannot be: nothing is done with such a log; None where it can.
 
     Args:
         file: the table with the time column.
@@ -63,21 +67,35 @@ def time_findings(
         start_ns: absolute time of the first, ns, by that unit.
         settings: what is stated.
     """
+    if file.assignment.time is None or unit in ("iso", "rows"):
+        return None
+    name, where = file.reader.names[file.assignment.time], file.reader.path.name
+    known = settings.units.time != "auto" or named_unit(name) == unit
+    step_s = usual_step_s(time_s)
+    steps = f"The steps of the time column {name!r} are {step_s * SCALES[unit]:.9g}"
+    if known and step_s >= LONGEST_STEP_S:
+        text = (
+            f"{steps}, which are {step_s:.9g} s by its unit, {unit}: no motion of an arm can be judged by such steps. "
+            "State another unit, [log.units] time, or the column that holds the time, [log.csv] time."
+        )
+    elif not known and (step_s >= LONGEST_STEP_S or (unit == "s" and is_doubtful(step_s, start_ns))):
+        text = (
+            f"{steps}, and its unit is stated nowhere: if these are no seconds, say so in [log.units]: time = "
+            '"ms", "us" or "ns"; if they are, time = "s". If the column counts rows, state [log.csv] rate_hz instead.'
+        )
+    else:
+        return None
+    return Finding("log-unit-suspect", "error", text, where=where)
+
+
+def time_unit_findings(file: AssignedTable, unit: str, settings: LogConfig) -> list[Finding]:
+    """That the unit of time was guessed, and by what."""
     if settings.units.time != "auto" or unit in ("iso", "rows") or file.assignment.time is None:
         return []
-    name, where = file.reader.names[file.assignment.time], file.reader.path.name
-    named = named_unit(name) == unit
-    if not named and unit == "s" and is_doubtful(time_s, start_ns):
-        step = float(np.median(np.abs(np.diff(time_s[np.isfinite(time_s)]))))
-        text = (
-            f"The steps of the time column {name!r} are {step:.9g}, and its unit is stated nowhere: if these are no "
-            'seconds, say so in [log.units]: time = "ms", "us" or "ns"; if they are, time = "s". If the column counts '
-            "rows, state [log.csv] rate_hz instead."
-        )
-        return [Finding("log-unit-suspect", "error", text, where=where)]
-    by = f"its name {name!r}" if named else "the size of its numbers"
+    name = file.reader.names[file.assignment.time]
+    by = f"its name {name!r}" if named_unit(name) == unit else "the size of its numbers"
     text = f"The unit of the time column was taken as {unit}, by {by}."
-    return [Finding("log-units-guessed", "info", text, where=where)]
+    return [Finding("log-units-guessed", "info", text, where=file.reader.path.name)]
 
 
 def guess_findings(file: AssignedTable) -> list[Finding]:

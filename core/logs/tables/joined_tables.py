@@ -16,7 +16,13 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables.column_faults import check_columns, check_measured, refuse_by_names
-from collaudit.core.logs.tables.column_findings import guess_findings, left_out_findings, stated_units, time_findings
+from collaudit.core.logs.tables.column_findings import (
+    guess_findings,
+    left_out_findings,
+    stated_units,
+    time_unit_findings,
+    unusable_time,
+)
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
 from collaudit.core.logs.tables.mode_columns import mode_columns
@@ -48,6 +54,7 @@ class JointTable:
         units: quantity to the unit its column names state, where they do.
         findings: what was guessed.
         texts: column name to the text of each row, of the columns of annotations and of the phase.
+        obstacle: why nothing can be done by its stamps, one of the findings; None where something can.
     """
 
     time_s: FloatArray
@@ -60,6 +67,7 @@ class JointTable:
     units: dict[str, str]
     findings: list[Finding]
     texts: dict[str, tuple[str, ...]]
+    obstacle: Finding | None = None
 
 
 def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequence[str] = ()) -> JointTable:
@@ -84,6 +92,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     findings: list[Finding] = []
     texts: dict[str, tuple[str, ...]] = {}
     runs: FloatArray | None = None
+    obstacle: Finding | None = None
     for file in files:
         own_time, start, unit, columns_read = _read_one(file, settings)
         values = columns_read.values
@@ -94,7 +103,8 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
         if file is files[0]:
             time_s, start_ns = own_time, start
             findings += garbage_findings(np.isinf(own_time), "row", file.reader.path.name)
-            findings += time_findings(file, unit, own_time, start, settings)
+            obstacle = unusable_time(file, unit, own_time, start, settings)
+            findings += [obstacle] if obstacle is not None else time_unit_findings(file, unit, settings)
         else:
             _check_same_time(files[0].reader.path, time_s, file, own_time)
         wrench = values.pop("wrench", wrench)
@@ -104,13 +114,14 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
         findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
         findings += guess_findings(file)
     findings += _rows_matched(files) if settings.csv.row_period_s is None else []
-    time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
-    findings += run_findings
+    if obstacle is None:
+        time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
+        findings += run_findings
     motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
     numbered = all(("{i" in found.pattern or not found.pattern) and found.is_numbered for found in motion)
     counted = any(counts_message(found.pattern) for found in motion)
     units = stated_units(files)
-    return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts)
+    return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts, obstacle)
 
 
 def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:

@@ -50,6 +50,8 @@ def read_table_log(
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
     table = join_tables(readers, settings, robot_joints or ())
+    if table.obstacle is not None:
+        raise LogError(f"{table.obstacle.code}: {table.obstacle.text}", where=name)
     bounds.take_values(table.time_s.size, 1 + sum(values.shape[1] for values in table.columns.values()))
     _check_stated(table, settings.csv, name)
     names = list(table.names)

@@ -51,6 +51,8 @@ UNIT_OF_WORD = {
 #: Longer steps are doubtful where nothing but the size of the numbers says seconds: few arms are recorded so slowly,
 #: and milliseconds at 20 kHz step by as much.
 _SLOW_S = 0.04
+#: Such steps are no seconds, whatever is stated: the arm does anything between two of them.
+LONGEST_STEP_S = 10.0
 
 #: Since 2001 seconds since the epoch are a number of ten digits: no count of samples, no time since a start.
 _OUR_TIME_NS = 10**18
@@ -146,15 +148,18 @@ def named_unit(name: str) -> str | None:
     return UNIT_OF_WORD.get(words[-1]) if len(words) > 1 else None
 
 
-def is_doubtful(time_s: FloatArray, start_ns: int | None) -> bool:
+def usual_step_s(time_s: FloatArray) -> float:
+    """Median size of the steps between stamps (n,), s; 0 of fewer than two."""
+    known = time_s[np.isfinite(time_s)]
+    return float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
+
+
+def is_doubtful(step_s: float, start_ns: int | None) -> bool:
     """Whether stamps that were taken as seconds by their size alone are rather milliseconds, or count samples.
 
     Those of our time since the epoch are seconds.
     """
-    if start_ns is not None and start_ns >= _OUR_TIME_NS:
-        return False
-    known = time_s[np.isfinite(time_s)]
-    return known.size > 1 and float(np.median(np.abs(np.diff(known)))) >= _SLOW_S
+    return step_s >= _SLOW_S and (start_ns is None or start_ns < _OUR_TIME_NS)
 
 
 def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:

@@ -77,13 +77,24 @@ class _Terminated(BaseException):
 
 
 def _interrupt(_number: int, _frame: object) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one would interrupt the clearing up; SIGTERM still ends it
+    signal.signal(signal.SIGINT, _again)  # SIGTERM still ends it
     raise KeyboardInterrupt
 
 
 def _terminate(_number: int, _frame: object) -> None:
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one would interrupt the clearing up
+    signal.signal(signal.SIGTERM, _again)
     raise _Terminated
+
+
+def _again(_number: int, _frame: object) -> None:
+    """A second signal, which would interrupt the clearing up; where this is the handler, a first one has arrived."""
+
+
+def _cause(error: BaseException) -> BaseException:
+    """What ended the command: the signal where one arrived, whatever a library made of its exception."""
+    if signal.getsignal(signal.SIGTERM) is _again:
+        return _Terminated()
+    return KeyboardInterrupt() if signal.getsignal(signal.SIGINT) is _again else error
 
 
 def main(args: Sequence[str] | None = None) -> None:
@@ -104,6 +115,7 @@ def main(args: Sequence[str] | None = None) -> None:
 
 
 def _started(args: Sequence[str] | None) -> int:
+    _open_standard_streams()
     one_thread_of_linear_algebra()
     keep_freed_memory()
     gc.set_threshold(_COLLECT_AFTER, 10, 20)
@@ -120,6 +132,20 @@ def _started(args: Sequence[str] | None) -> int:
                 stream.flush()
         os._exit(code)  # libraries that got no memory can crash at the end of a process, which changes its exit code
     return code
+
+
+def _open_standard_streams() -> None:
+    """Give stdin, stdout and stderr that the caller closed a place that holds nothing.
+
+    Left closed, their numbers would go to the next files that are opened, and text for people would be written there.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            try:
+                os.fstat(number)
+            except OSError:
+                os.dup2(os.open(os.devnull, os.O_RDWR), number)
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115 - lives as long as the process
 
 
 def run(args: list[str]) -> int:
@@ -139,7 +165,7 @@ def run(args: list[str]) -> int:
         _leave_stdout()
         return _EXIT_BROKEN_PIPE
     except BaseException as error:  # noqa: BLE001 - the last line of defence: a bug must not look like a verdict
-        return _answer(error, args, debug)
+        return _answer(_cause(error), args, debug)
 
 
 def _answer(error: BaseException, args: list[str], debug: bool) -> int:

@@ -7,6 +7,7 @@ Every header and every ``key = value`` is a TOML text by itself: lines are taken
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from datetime import date, time
@@ -15,6 +16,10 @@ from typing import Any
 
 #: Tables and arrays in each other. No setting has more than four levels; Python's own bound is in the hundreds.
 _DEEPEST = 32
+#: Characters of a text that is parsed: a fleet of a thousand robots takes less.
+_LONGEST = 4 << 20
+#: A key of more parts than levels; such a key takes memory by the square of its parts.
+_LONG_KEY = re.compile(rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{_DEEPEST}}}""")
 
 
 def to_toml(value: object) -> str:
@@ -59,8 +64,12 @@ def parse_toml(text: str) -> dict[str, object]:
     """The values of a TOML text.
 
     Raises:
-        tomllib.TOMLDecodeError: it is none, or is nested deeper than any setting.
+        tomllib.TOMLDecodeError: it is none, is longer than any configuration, or is nested deeper than any setting.
     """
+    if len(text) > _LONGEST:
+        raise tomllib.TOMLDecodeError(f"Longer than {_LONGEST >> 20} MiB")
+    if _LONG_KEY.search(text):
+        raise tomllib.TOMLDecodeError("Nested too deeply")
     try:
         data = tomllib.loads(text)
         deep = _depth(data) > _DEEPEST

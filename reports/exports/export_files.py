@@ -15,6 +15,7 @@ from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.exports.audit_mcap import write_audit_mcap
 from collaudit.reports.files.atomic import staged
 from collaudit.reports.values.contact_alarms import in_time
+from collaudit.reports.values.csv_cells import text_cell
 from collaudit.reports.values.visible_text import visible
 
 _TEXT, _NUMBER = pa.string(), pa.float64()
@@ -62,8 +63,8 @@ def write_csv(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
     Raises:
         CollauditError: the file cannot be written.
     """
-    with staged(path) as part:
-        pa_csv.write_csv(_event_table(audits), part)
+    with staged(path) as part, part.open("wb") as file:  # Arrow opens no name that is not UTF-8
+        pa_csv.write_csv(_event_table(audits), file)
     return (path,)
 
 
@@ -76,7 +77,11 @@ def _event_table(audits: Sequence[Audit]) -> pa.Table:
     Args:
         audits: of one or several logs.
     """
-    made = [row for audit in audits for row in _log_rows(audit.result)]
+    made = [
+        {key: text_cell(value) if isinstance(value, str) else value for key, value in row.items()}
+        for audit in audits
+        for row in _log_rows(audit.result)
+    ]
     return pa.Table.from_pylist(made, schema=pa.schema(list(_EVENT_COLUMNS.items())))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +17,8 @@ from collaudit.reports.exports.ros_mcap import TRAJECTORY, Channel, joint_trajec
 from collaudit.reports.files.atomic import atomic_write, staged
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.terminal.command_texts import plan_text
+from collaudit.reports.values.csv_cells import text_cell
+from collaudit.reports.values.visible_text import visible
 
 CSV_PERIOD_S = 0.01
 _TOPIC = "/joint_trajectory"
@@ -66,15 +69,17 @@ def write_plan(folder: Path, plan: Plan, names: Sequence[str], page: str) -> tup
 def csv_text(plan: Plan, names: Sequence[str]) -> str:
     """Time in s, positions in rad, velocities in rad/s, every 10 ms and at the knots; lines with # first."""
     t, q, v, _ = plan.motion.with_knots(CSV_PERIOD_S)
-    head = ",".join(["time", *(f"q_{name}" for name in names), *(f"dq_{name}" for name in names)])
     out = io.StringIO()
     for line in (
         plan.file.statement,
         "time in s, q in rad (m), dq in rad/s (m/s), every 10 ms and where the jerk changes; cubic between rows",
     ):
         out.write(f"# {line}\n")
+    shown = [*map(visible, names)]
+    head = ["time", *(text_cell(f"q_{name}") for name in shown), *(text_cell(f"dq_{name}") for name in shown)]
+    csv.writer(out, lineterminator="\n").writerow(head)
     # a jerk is a third difference: it needs the digits
-    np.savetxt(out, np.column_stack([t, q, v]), fmt="%.15g", delimiter=",", header=head, comments="")
+    np.savetxt(out, np.column_stack([t, q, v]), fmt="%.15g", delimiter=",")
     return out.getvalue()
 
 

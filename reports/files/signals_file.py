@@ -61,16 +61,19 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
     schema = _schema(signals, steps, log_sha256)
     floats = [name for name in schema.names if not name.startswith("state:")]
     states = [name for name in schema.names if name.startswith("state:")]
-    with pq.ParquetWriter(
-        path,
-        schema,
-        compression="zstd",
-        compression_level=1,
-        use_dictionary=states,
-        use_byte_stream_split=floats,
-        write_statistics=False,
-        store_schema=True,
-    ) as writer:
+    with (
+        path.open("wb") as file,  # Arrow opens no name that is not UTF-8
+        pq.ParquetWriter(
+            file,
+            schema,
+            compression="zstd",
+            compression_level=1,
+            use_dictionary=states,
+            use_byte_stream_split=floats,
+            write_statistics=False,
+            store_schema=True,
+        ) as writer,
+    ):
         count = len(signals.time_s)
         parts = [slice(start, min(start + _ROWS, count)) for start in range(0, count, _ROWS)]
         for rows in parts:  # one after the other: the log may still be judged beside, and a table takes 35 MB
@@ -159,7 +162,7 @@ class StoredSignals:
         """
         self._path = path
         try:
-            self._file = pq.ParquetFile(path, memory_map=False, pre_buffer=False)
+            self._file = pq.ParquetFile(pa.PythonFile(path.open("rb"), "r"), memory_map=False, pre_buffer=False)
         except FileNotFoundError as error:
             raise CollauditError("no such file", where=str(path)) from error
         except (pa.ArrowException, OSError) as error:

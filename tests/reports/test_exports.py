@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -145,6 +146,34 @@ def test_the_table_of_events(tmp_path: Path, audit: Audit) -> None:
     alarm = events[events["event"] == "alarm"].iloc[0]
     first = min(result.collisions, key=lambda c: c.onset_s)
     assert (alarm["joints"], alarm["peak_nm"], alarm["onset_s"]) == (first.joint, first.peak_nm, first.onset_s)
+
+
+@pytest.mark.parametrize("begin", ["=", "+", "-", "@", "\t", "\r", "=HYPERLINK("])
+def test_no_cell_of_a_csv_is_a_formula(tmp_path: Path, audit: Audit, begin: str) -> None:
+    """Names of logs and joints are of other people's making; numbers keep their signs."""
+    result = audit.result
+    joint = result.collisions[0].joint
+    named = replace(
+        result,
+        log=replace(result.log, name=f'{begin}log",x'),
+        collisions=tuple(replace(alarm, joint=f"{begin}{alarm.joint}") for alarm in result.collisions),
+    )
+    written = write_report(tmp_path / "run.csv", [replace(audit, result=named)], "csv")
+    for path in written:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.reader(file))
+        texts = [cell for row in rows for cell in row if not _is_number(cell)]
+        assert not [cell for cell in texts if cell.startswith(("=", "+", "-", "@", "\t", "\r"))]
+        assert any(joint in cell for cell in texts)
+    assert any(float(cell) < 0 for row in rows[1:] for cell in row if _is_number(cell))
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def test_junit_is_read_by_a_junit_reader(tmp_path: Path, audit: Audit) -> None:

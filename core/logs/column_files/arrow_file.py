@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -34,9 +34,10 @@ def open_arrow(path: Path, settings: object) -> NamedColumns:
     Raises:
         LogError: it cannot be read, or claims more rows than its size allows.
     """
-    title, read = ("Parquet", _parquet) if head_of(path, len(_PARQUET)) == _PARQUET else ("Feather", feather.read_table)
+    title, read = ("Parquet", _parquet) if head_of(path, len(_PARQUET)) == _PARQUET else ("Feather", _feather)
     try:
-        table = read(path)
+        with path.open("rb") as file:  # Arrow opens no name that is not UTF-8
+            table = read(file, path.stat().st_size)
         table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
     except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
         raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
@@ -53,13 +54,17 @@ def open_arrow(path: Path, settings: object) -> NamedColumns:
     return NamedColumns(path, title.lower(), title, columns, _SIGNALS if signals else None)
 
 
-def _parquet(path: Path) -> Any:
-    with pq.ParquetFile(path) as file:
+def _feather(stream: IO[bytes], _size: int) -> Any:
+    return feather.read_table(stream)
+
+
+def _parquet(stream: IO[bytes], size: int) -> Any:
+    with pq.ParquetFile(stream) as file:
         rows, columns = int(file.metadata.num_rows), int(file.metadata.num_columns)
-        if not plausible_table(path.stat().st_size, rows * columns * _NUMBER):
+        if not plausible_table(size, rows * columns * _NUMBER):
             raise LogError(
                 "claims more rows than its size allows",
-                where=str(path),
+                where=stream.name,
                 found=f"{rows} rows of {columns} columns",
                 hint="if the log is genuine, write it with fewer columns, or as CSV",
             )

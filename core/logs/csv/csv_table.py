@@ -101,7 +101,7 @@ class CsvTable:
         """What Arrow reads: the file, or its rows written anew where they are between runs of blanks or in UTF-16."""
         if self.dialect.delimiter == " " or self.dialect.encoding == "utf-16":
             return self._rewritten(self._rows())
-        return pa.OSFile(str(self._file)), self.dialect
+        return pa.PythonFile(self._file.open("rb"), "r"), self.dialect  # Arrow opens no name that is not UTF-8
 
     def _rewritten(self, rows: Iterable[tuple[int, list[str]]]) -> tuple[io.BytesIO, Dialect]:
         """Rows between tabs, in UTF-8, without comments between them; of those between blanks cells keep quotes."""

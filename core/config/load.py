@@ -54,7 +54,7 @@ class LoadedConfig:
         return None if urdf is None else self.base_dir / urdf
 
 
-def load_config(path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
+def load_config(path: str | Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
     """Read and validate a configuration file.
 
     Args:
@@ -66,7 +66,8 @@ def load_config(path: Path | None, overrides: Mapping[str, object] | None = None
         ConfigError: the file cannot be read, is not TOML, or does not fit the schema; the first problem is named
             with its line.
     """
-    return parse_config(_read(path) if path else "", path, overrides)
+    file = Path(path) if path else None
+    return parse_config(_read(file) if file else "", file, overrides)
 
 
 def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:

@@ -58,22 +58,24 @@ def friction_json(file: FrictionFile) -> str:
     return _written[1]
 
 
-def write_friction(path: Path, file: FrictionFile) -> None:
+def write_friction(path: str | Path, file: FrictionFile) -> None:
     """Write a friction file whole or not at all.
 
     Raises:
         CollauditError: the file cannot be written.
     """
+    path = Path(path)
     atomic_write(path, friction_json(file))
 
 
-def read_friction(path: Path) -> FrictionFile:
+def read_friction(path: str | Path) -> FrictionFile:
     """Read and check a friction file.
 
     Raises:
         CollauditError: it is missing, damaged, of another kind or version, does not fit, or holds numbers that no fit
             gives.
     """
+    path = Path(path)
     from collaudit.core.friction.friction_model import unusable
 
     file = read_result(path, FrictionFile, FRICTION_SCHEMA)
@@ -118,7 +120,7 @@ def no_run(folder: Path) -> CollauditError:
     )
 
 
-def read_run(run_dir: Path) -> Audit:
+def read_run(run_dir: str | Path) -> Audit:
     """Read a run's folder back.
 
     Args:
@@ -130,6 +132,7 @@ def read_run(run_dir: Path) -> Audit:
     Raises:
         CollauditError: no run there, or a file is damaged, of another version, or of another log.
     """
+    run_dir = Path(run_dir)
     from collaudit.reports.files.signals_file import read_signals
 
     result = _result(run_dir)
@@ -174,7 +177,7 @@ def audits_json(audits: Sequence[Audit]) -> str:
     return json_text({"schema": AUDITS_SCHEMA, "audits": results})
 
 
-def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> None:
+def write_run(run_dir: str | Path, audit: Audit, friction: FrictionFile | None) -> None:
     """Write a run's folder: all files are complete before the first one appears, ``audit.json`` last.
 
     Args:
@@ -185,6 +188,7 @@ def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> Non
     Raises:
         CollauditError: a file cannot be written.
     """
+    run_dir = Path(run_dir)
     with RunFolder(run_dir) as run:
         run.write(audit, friction)
 

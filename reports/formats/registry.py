@@ -60,7 +60,7 @@ def formats_of_many() -> tuple[str, ...]:
 
 
 def write_report(
-    path: Path,
+    path: str | Path,
     audits: Sequence[Audit | StoredRun],
     fmt: str = "html",
     unread: Sequence[IndexEntry] = (),
@@ -84,6 +84,7 @@ def write_report(
         ConfigError: an unknown format, or nothing to report on.
         CollauditError: the file cannot be written.
     """
+    path = Path(path)
     from collaudit.reports.files.atomic import atomic_write
 
     known = format_named(fmt)

@@ -26,7 +26,8 @@ from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
-from collaudit.core.verdict.coverage import exclusions, joints_in_motion, measure_coverage
+from collaudit.core.verdict.coverage import exclusions, measure_coverage
+from collaudit.core.verdict.log_time import log_time
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls, unstated_force
 from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged
@@ -86,9 +87,9 @@ def audit_log(
     ranges = ranges_behind(config.detect.evidence, judged.thresholds, judged.automatic)
     beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     step(8, 10)
-    moving = joints_in_motion(series, detected.state)
-    coverage = measure_coverage(series, detected.state, inputs.watch, moving)
-    sensitivity = measure_sensitivity(prepared, run, inputs, config, coverage.gaps_s, moving)
+    time = log_time(prepared, run, [joint for joint in inputs.rule.watch if joint not in inputs.not_judged])
+    coverage = measure_coverage(series, detected.state, inputs.watch, time)
+    sensitivity = measure_sensitivity(prepared, run, inputs, config, time)
     short = (
         *shortfalls(
             config.policy, coverage, sensitivity, inputs, sliding, None if friction is None else friction.choice

@@ -15,6 +15,12 @@ from collaudit.core.conditioning.measured.doubled_samples import (
     without_stalls,
 )
 from collaudit.core.conditioning.measured.unmeasured import effort_signal_findings, saturation, without_unmeasured
+from collaudit.core.conditioning.missing_values import (
+    lost_ends_s,
+    missing_findings,
+    positions_known,
+    with_positions,
+)
 from collaudit.core.conditioning.position_jumps import continued_angles, missing_rows
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
@@ -52,8 +58,13 @@ def condition(
     Raises:
         NotJudgedError: no stretch without a gap is long enough.
     """
-    recorded = without_contradictions(without_stalls(log))
+    ends_s, missing = lost_ends_s(log), missing_findings(log)
+    recorded = without_contradictions(without_stalls(with_positions(log)))
     log = without_unmeasured(recorded, detect)
+    ends_s += lost_ends_s(log)  # frozen positions count as missing
+    moved = positions_known(log)
+    if not moved.all():
+        recorded, log = recorded.samples(moved), log.samples(moved)
     angles = continued_angles(log, prismatic)
     cut, about_cuts = missing_rows(log, angles.position_rad, angles.breaks, detect)
     base = make_timebase(
@@ -75,7 +86,7 @@ def condition(
     conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
     findings = [*log.findings, *conflicts, *angles.findings, *about_cuts, *base.findings, *motion.findings]
     findings += duplicate_findings(recorded, base.order)
-    findings += _missing_findings(recorded, base)
+    findings += missing
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None
     if log.wrench is not None:
@@ -106,6 +117,7 @@ def condition(
         findings=tuple(findings),
         raw_velocity_rad_s=frozen(motion.raw_rad_s),
         velocity_lag_s=motion.lag_s,
+        off_grid_s=base.skipped_s[-1] + ends_s,
         temperature_c=None if heat is None else frozen(heat),
         annotations=log.annotations,
         phases=log.phases,
@@ -156,26 +168,6 @@ def _on_clock(wrench: WrenchSeries, log: JointLog, base: Timebase) -> WrenchSeri
         if shared.mean() > _SHARED
         else wrench
     )
-
-
-def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
-    findings = []
-    for name, values in (("position", log.position_rad), ("effort", log.effort)):
-        if values is None or np.isfinite(values.sum()):
-            continue
-        rows = values[base.order]
-        for j, joint in enumerate(log.joint_names):
-            bad = int(np.count_nonzero(~np.isfinite(rows[:, j])))
-            if bad:
-                findings.append(
-                    Finding(
-                        "log-nan",
-                        "warning",
-                        f"{bad} of {rows.shape[0]} {name} values of joint '{joint}' are missing or not a number.",
-                        joint=joint,
-                    )
-                )
-    return findings
 
 
 def wrench_on_grid(

@@ -89,16 +89,19 @@ def choose_velocity(
     def one(j: int) -> tuple[list[Finding], Lag | None]:
         own, said, lag = np.ascontiguousarray(logged[:, j]), list[Finding](), None
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
-        smooth, compare = (low_pass(x, *filters) for x in (derived, own))
+        whole, about_holes = _without_holes(own, derived, joint_names[j])
+        smooth, compare = (low_pass(x, *filters) for x in (derived, whole))
         motion = compare
-        chosen, code, evidence = _choose(own, compare, smooth, derived, joint_names[j], period_s)
+        chosen, code, evidence = _choose(whole, compare, smooth, derived, joint_names[j], period_s)
+        said += about_holes
         if code and source == "logged":
-            chosen, said = own, [_kept(joint_names[j], own, code, evidence)]
+            chosen = whole
+            said.append(_kept(joint_names[j], own, code, evidence))
         elif code:
             what = "it was" if chosen is derived else "there it was"
-            said = [Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j])]
+            said.append(Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j]))
         else:
-            lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
+            lag = None if whole is derived else velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
             if source == "position" or (source == "auto" and lag is not None and lag.heavy(period_s)):
                 chosen = derived
             elif source == "auto" and lag is not None and lag.matters(period_s):
@@ -106,6 +109,7 @@ def choose_velocity(
                 motion = ahead(compare, lag.seconds, segments, period_s)
         if chosen is not own:
             changed[j] = chosen
+        if chosen is not whole:
             motion = smooth if chosen is derived else low_pass(chosen, *filters)
         velocity[:, j] = motion
         return said, lag
@@ -119,6 +123,25 @@ def choose_velocity(
         for j, column in changed.items():
             raw[:, j] = column
     return Motion(raw, velocity, pooled_s(lags), tuple(findings))
+
+
+def _without_holes(logged: FloatArray, derived: FloatArray, joint: str) -> tuple[FloatArray, list[Finding]]:
+    """A velocity (n,) without holes, from position there, or everywhere where many values are missing.
+
+    One that is missing whole stays so, and so do values that positions do not tell.
+    """
+    known = np.isfinite(logged)
+    missing = np.isfinite(derived) & ~known
+    lost, count = np.count_nonzero(missing), np.count_nonzero(known)
+    if not lost or not count:
+        return logged, []
+    few = lost <= _FEW * (lost + count)
+    text = (
+        f"{lost} of {lost + count} velocity values of joint '{joint}' are missing or not a number; "
+        f"{'there it' if few else 'all of it'} was derived from position."
+    )
+    said = [Finding(_DERIVED, "warning", text, joint=joint)]
+    return np.where(missing, derived, logged) if few else derived, said
 
 
 def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: float, source: str) -> list[Finding]:

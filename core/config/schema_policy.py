@@ -159,15 +159,16 @@ class PolicyConfig(DecisionLimits, frozen=True, kw_only=True):
         Positive,
         about(
             "Longest stretch in which the force of `observable_n`, or a torque of `observable_nm`, may go unnoticed, "
-            "at rest too, s; with a longer one the log is not judged."
+            "at rest and in gaps too, s; with a longer one the log is not judged."
         ),
     ] = 1800.0
     min_coverage: Annotated[
         float,
         Meta(ge=0, le=1),
         about(
-            "Least share of a watched joint's time in motion, gaps included, that could be judged; "
-            "with less the log is not judged."
+            "Least share of a watched joint's time in motion that could be judged, and of the log that must be "
+            "recorded with every watched joint's values; with less the log is not judged. Gaps and missing values "
+            "count as motion, unless the joint rested at one place before and after."
         ),
     ] = 0.8
     overrides: Annotated[

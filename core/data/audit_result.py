@@ -261,7 +261,7 @@ class JointCoverage:
     Attributes:
         watched: whether its residual was judged at all.
         why: why it was watched, or why not.
-        moving_s: time moving while watched.
+        moving_s: time moving while watched; lost time counts as moving unless the joint rested at one place around it.
         judged_s: time judged by the rule.
         standing_s: time at rest or presliding, where external torque can hide behind friction: only
             torque beyond the friction interval was evidence; never "clean".
@@ -280,11 +280,29 @@ class JointCoverage:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """What was judged: recorded seconds, seconds lost in gaps, and per joint."""
+    """What was judged: seconds recorded, lost in gaps or to missing values, and per joint.
+
+    Attributes:
+        recorded_s: seconds recorded.
+        gaps_s: seconds lost in gaps; rows without the position of every joint are lost too.
+        joints: per joint.
+        missing_s: recorded seconds that lack a measurement of a watched joint; for a pass they are gaps.
+    """
 
     recorded_s: float
     gaps_s: float
     joints: dict[str, JointCoverage]
+    missing_s: float = 0.0
+
+    @property
+    def lost_s(self) -> float:
+        """Seconds of gaps and of missing measurements."""
+        return self.gaps_s + self.missing_s
+
+    @property
+    def whole_s(self) -> float:
+        """Seconds of the log, gaps included."""
+        return self.recorded_s + self.gaps_s
 
 
 @dataclass(frozen=True, slots=True)

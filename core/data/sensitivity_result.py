@@ -92,7 +92,7 @@ class AskedForce:
         force_n: its size.
         by: who asks for it.
         share: of the time that counts (:class:`ForceTime`) in which it would have alarmed, 0 to 1.
-        noticed_s, unnoticed_s: of all recorded time, that in which it would have alarmed, and that in which not.
+        noticed_s, unnoticed_s: of all time, gaps included, that in which it would have alarmed, and that in which not.
         longest_unnoticed_s: the longest stretch of that.
         limited_by: the joint that a larger force would have alarmed first where this one did not alarm; None where
             it always did, or no force would.

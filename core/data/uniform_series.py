@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import ceil
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from collaudit.core.data.identification_result import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.filters import SETTLED_PERIODS
 
 #: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
 #: friction is not that of sliding, and the same position twice is no surprise.
@@ -45,6 +47,8 @@ class UniformSeries:
         bridged: (n,) samples that were lost and interpolated; None where that is not told.
         joint_torque_nm: (n, j) of torque sensors behind the gears, not filtered; or None.
         couplings: those of the log.
+        off_grid_s: time of the log that has no sample on the grid: most of a very long gap, and rows without
+            positions before the first sample and after the last, s.
         not_driven: (n,) True where the drives were off, braking or stopped, or the arm was guided by hand; None
             where that never was.
     """
@@ -72,7 +76,13 @@ class UniformSeries:
     bridged: BoolArray | None = None
     joint_torque_nm: FloatArray | None = None
     couplings: tuple[Coupling, ...] = ()
+    off_grid_s: float = 0.0
     not_driven: BoolArray | None = None
+
+    @property
+    def settling(self) -> int:
+        """Samples next to a gap or end in which the filters have not settled."""
+        return ceil(SETTLED_PERIODS / (self.bandwidth_hz * self.period_s))
 
     @property
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -112,8 +112,8 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "log-velocity-derived": Kind(
-        "The log has no usable velocity (none, none of a joint, or one that a filter of the drive makes late); it was "
-        "derived from position.",
+        "The log has no usable velocity (none, none of a joint, values missing, or one that a filter of the drive "
+        "makes late); it was derived from position.",
         "Record the drive's unfiltered velocity. Derived velocities are noisier, and friction near rest is less "
         "certain.",
         _EITHER,
@@ -192,7 +192,8 @@ KINDS: dict[str, Kind] = {
     ),
     "log-nan": Kind(
         "Some values are missing: they are not numbers, or such as no arm can have.",
-        "Look for the signal's gaps at its source, and at what writes the values. These samples count as not judged.",
+        "Look for the signal's gaps at its source, and at what writes the values. A row without the position of every "
+        "joint counts as lost, one without a watched joint's effort as a gap of what a pass needs.",
         _WARNING,
     ),
     "log-runs": Kind(

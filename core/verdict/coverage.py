@@ -18,55 +18,33 @@ from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import equal_runs, range_exceeds
-from collaudit.core.prepare.quiet_level import STILL_TRAVEL
+from collaudit.core.numeric.runs import equal_runs
+from collaudit.core.verdict.log_time import LogTime
 from collaudit.core.verdict.noticed_words import listed, place_text
 
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
-_STANDING_RAD_S = 1e-3
-#: A joint that gets no further in this time than it would at that speed dithers, s.
-_DITHER_S = 0.5
-#: Faster than this a joint whose friction is known only as a range is moving, not standing: it was not judged in full.
-_CREEPING_RAD_S = 0.03
-
-
-def joints_in_motion(series: UniformSeries, state: NDArray[np.int8]) -> dict[str, BoolArray]:
-    """By joint the samples (n,) at which it moved while it was watched; states are (n, j)."""
-
-    def of_joint(joint: str) -> BoolArray:
-        j = series.column(joint)
-        speed = np.abs(travelling_velocity(series, j))
-        moving = speed > _STANDING_RAD_S
-        moving &= (state[:, j] != State.FRICTION_INTERVAL) | (speed > _CREEPING_RAD_S)
-        moving &= state[:, j] != State.NOT_WATCHED
-        return moving
-
-    return by_name(of_joint, series.joint_names)
 
 
 def measure_coverage(
-    series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch], moving: Mapping[str, BoolArray]
+    series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch], time: LogTime
 ) -> Coverage:
-    """Add up the states (n, j) of every joint; ``moving``: of :func:`joints_in_motion`.
+    """Add up the states (n, j) of every joint; ``time``: of :func:`log_time`.
 
-    ``moving_s`` counts recorded time in motion that was to be judged, motion below the speeds at which
-    friction was measured included. Time in state FRICTION_INTERVAL is listed apart, since a joint that
-    rests hides torque below its breakaway friction and is never "clean"; so is time in which the joint was
-    not watched, with the reason.
+    ``moving_s`` counts time in motion that was to be judged, lost time included, and motion below the speeds at which
+    friction was measured. Time in state FRICTION_INTERVAL is listed apart, since a joint that rests hides torque below
+    its breakaway friction and is never "clean"; so is time in which the joint was not watched, with the reason.
     """
     recorded = sum(len(s) for s in series.segments)
+    unrecorded = series.time_s.size - recorded
 
     def of_joint(joint: str) -> JointCoverage:
-        return _joint(series, state[:, series.column(joint)], moving[joint], watch[joint])
+        return _joint(series, state[:, series.column(joint)], time.moving[joint], watch[joint])
 
     joints = by_name(of_joint, series.joint_names)
-    count = series.time_s.size
-    unrecorded_s = (count - recorded) * series.period_s
-    beyond_s = float(series.time_s[-1] - series.time_s[0]) - (count - 1) * series.period_s  # long gaps, cut on the grid
-    if beyond_s > 0.5 * series.period_s:
-        unrecorded_s += beyond_s
-    return Coverage(recorded * series.period_s, unrecorded_s, joints)
+    missing = int(np.count_nonzero(time.lost)) - unrecorded
+    gaps_s = unrecorded * series.period_s + time.off_grid_s
+    return Coverage(recorded * series.period_s, gaps_s, joints, missing * series.period_s)
 
 
 def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, watch: Watch) -> JointCoverage:
@@ -85,17 +63,6 @@ def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, wa
         },
         spans=_spans(series.time_s, (starts, stops, state[starts]), period),
     )
-
-
-def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
-    """(n,) velocity of a joint, 0 where it only dithers about its place, as by a step of its encoder."""
-    position = series.position_rad[:, j]
-    width = max(3, round(_DITHER_S / series.period_s))
-    if np.nanmax(position, initial=-np.inf) - np.nanmin(position, initial=np.inf) < STILL_TRAVEL:
-        return np.zeros(position.size)  # as everywhere: it never moves
-    known = position if np.isfinite(position.sum()) else np.where(np.isfinite(position), position, 0.0)
-    travels = range_exceeds(known, width, _STANDING_RAD_S * _DITHER_S)
-    return np.where(travels, series.velocity_rad_s[:, j], 0.0)
 
 
 def _spans(
@@ -148,7 +115,7 @@ def exclusions(
     away = [*left_out, *(joint for joint, cover in coverage.joints.items() if not cover.watched)]
     if away:
         out.append(f"Joints not watched: {', '.join(away)}.")
-    out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.recorded_s, units or {})]
+    out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.whole_s, units or {})]
     return tuple(out) if effort_stated else (*out, _NOT_STATED)
 
 
@@ -178,9 +145,9 @@ def _unfelt(sensitivity: Sensitivity) -> list[str]:
     ]
 
 
-def _hidden(sensitivity: Sensitivity, recorded_s: float, units: Mapping[str, str]) -> list[str]:
+def _hidden(sensitivity: Sensitivity, whole_s: float, units: Mapping[str, str]) -> list[str]:
     """Time in which what is asked for would not have alarmed: forces, then torques."""
-    where = "at rest, in slow motion, just after a reversal, beyond the fitted speeds or not judged"
+    where = "at rest, in slow motion, just after a reversal, beyond the fitted speeds, missing or not judged"
     forces = [
         f"{force.asked.force_n:.3g} N at {place_text(force)} for {seconds_text(force.asked.unnoticed_s)}"
         for force in reversed(sensitivity.forces)
@@ -192,7 +159,7 @@ def _hidden(sensitivity: Sensitivity, recorded_s: float, units: Mapping[str, str
         if s.asked is not None and s.asked.unnoticed_s >= _WORTH_SAYING_S
     ]
     parts = [*forces, *torques]
-    return [f"Not noticed {where}: {listed(parts)} of {seconds_text(recorded_s)}."] if parts else []
+    return [f"Not noticed {where}: {listed(parts)} of {seconds_text(whole_s)}."] if parts else []
 
 
 def by_joint(seconds: Mapping[str, float], watched: int) -> str:

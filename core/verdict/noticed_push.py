@@ -161,7 +161,7 @@ class Moments:
         noticed_nm: (k, j) smallest torque of each that would have alarmed; infinite where none would.
         watched: (k, j) whether it was watched.
         spans_s: time that the moments stand for.
-        lost_s: time besides in which nothing would have alarmed: gaps.
+        lost_s: time besides, off the grid, in which nothing would have alarmed.
     """
 
     time_s: FloatArray
@@ -176,7 +176,7 @@ def noticed_forces(
     robot: RobotModel,
     places: Sequence[Place],
     counted: Moments,
-    recorded: Moments,
+    whole: Moments,
     asked: Mapping[str, RequiredForce],
     share: float,
 ) -> tuple[NoticedForce, ...]:
@@ -186,7 +186,7 @@ def noticed_forces(
         robot: the arm.
         places: on it.
         counted: moments of the time that counts: in motion, of an arm that moved.
-        recorded: moments of all recorded time.
+        whole: moments of all time, what is lost included.
         asked: force that must alarm, by place.
         share: of the time that counts, in which it must.
 
@@ -195,10 +195,10 @@ def noticed_forces(
     """
     out = []
     for place in places:
-        watched: BoolArray = np.asarray(counted.watched.any(axis=0) | recorded.watched.any(axis=0))
+        watched: BoolArray = np.asarray(counted.watched.any(axis=0) | whole.watched.any(axis=0))
         joints = tuple(robot.joint_names[k] for k in place.columns if watched[k])
         if joints or place.name in asked:
-            out.append(_at(robot, place, joints, counted, recorded, asked.get(place.name), share))
+            out.append(_at(robot, place, joints, counted, whole, asked.get(place.name), share))
     return tuple(out)
 
 
@@ -207,7 +207,7 @@ def _at(
     place: Place,
     joints: tuple[str, ...],
     counted: Moments,
-    recorded: Moments,
+    whole: Moments,
     asked: RequiredForce | None,
     share: float,
 ) -> NoticedForce:
@@ -219,16 +219,16 @@ def _at(
     found = None
     if asked is not None and here.force_n.size:
         missed = here.force_n > asked.force_n
-        always = _forces(robot, place, recorded)
+        always = _forces(robot, place, whole)
         seen = always.force_n <= asked.force_n
-        each_s = recorded.spans_s / max(1, recorded.time_s.size)
+        each_s = whole.spans_s / max(1, whole.time_s.size)
         found = AskedForce(
             force_n=asked.force_n,
             by=asked.by,
             share=float(np.count_nonzero(~missed)) / count,
             noticed_s=each_s * float(np.count_nonzero(seen)),
             unnoticed_s=each_s * float(np.count_nonzero(~seen)),
-            longest_unnoticed_s=longest_unseen(recorded.time_s[always.felt], seen),
+            longest_unnoticed_s=longest_unseen(whole.time_s[always.felt], seen),
             limited_by=_most(here.first[missed & np.isfinite(here.force_n)], robot.joint_names),
         )
     return NoticedForce(place.name, place.link, place.frame, joints, levels, here.unfelt, found)

@@ -24,6 +24,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.arm_places import RequiredForce, arm_places, asked_forces
+from collaudit.core.verdict.log_time import LogTime
 from collaudit.core.verdict.noticed_push import Moments, Push, level_at, longest_unseen, noticed_forces, noticed_torque
 
 #: Moments of the time in motion, and of all recorded time, that are looked at: their share is that of the time to 1 %.
@@ -55,8 +56,7 @@ def measure_sensitivity(
     run: DetectorRun,
     inputs: DetectionInputs,
     config: Config,
-    gaps_s: float,
-    moving: Mapping[str, BoolArray],
+    time: LogTime,
 ) -> Sensitivity:
     """How little would have alarmed on a log.
 
@@ -65,15 +65,15 @@ def measure_sensitivity(
         run: residual, threshold, states.
         inputs: the rule, watched joints.
         config: what is to be noticeable.
-        gaps_s: time in gaps, in which nothing can be told.
-        moving: by joint the samples (n,) at which it moved.
+        time: what is lost of the log, in which nothing can be told, and when it moved.
 
     Raises:
         ConfigError: something is to be noticeable on a joint that is not judged, or at a place that the arm lacks.
     """
-    log = _PushedLog.at(prepared, run, inputs, config)
+    log = _PushedLog.at(prepared, run, inputs, config, time)
+    moving = time.moving
     observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
-    joints = by_name(lambda joint: _of_joint(log, joint, moving[joint], gaps_s, observable.get(joint)), log.joints)
+    joints = by_name(lambda joint: _of_joint(log, joint, observable.get(joint)), log.joints)
     places = (
         arm_places(prepared.robot, prepared.judged, config.robot.tool.frame) if run.residual.isolation.isolates else ()
     )
@@ -82,17 +82,17 @@ def measure_sensitivity(
     moved = np.logical_or.reduce([moving[joint] for joint in log.joints])
     moves = float(np.count_nonzero(moved)) * log.period_s >= BRIEF_S
     any_watched = np.asarray(np.logical_or.reduce([log.watched(joint) for joint in log.joints]))
-    recorded = log.moments(any_watched, gaps_s)
-    counted = log.moments(moved, gaps_s) if moves else recorded
+    whole = log.moments(any_watched)
+    counted = log.moments(moved) if moves else whole
     asked: dict[str, RequiredForce] = {}
     if config.policy.observable_n or not observable.keys() >= set(log.joints):
         asked = asked_forces(config.policy, prepared.robot, places, counted.position_rad, _limits(prepared))
     share = config.policy.observable_share
-    forces = noticed_forces(prepared.robot, places, counted, recorded, asked, share)
+    forces = noticed_forces(prepared.robot, places, counted, whole, asked, share)
     if prepared.contact_nm is not None:
         forces = tuple(replace(force, before_sensor=force.kind == TOOL) for force in forces)
-    time = ForceTime(log.push.duration_s, share, moves, counted.spans_s + counted.lost_s)
-    return Sensitivity(joints, forces, time, log.push.alarms)
+    looked_at = ForceTime(log.push.duration_s, share, moves, counted.spans_s + counted.lost_s)
+    return Sensitivity(joints, forces, looked_at, log.push.alarms)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +100,9 @@ class _PushedLog:
     """A judged log, for what a push would have shown in it.
 
     Attributes:
-        prepared, run: the log.
+        prepared, run: the log; its states with what is lost of any joint on top.
         joints: watched ones.
+        time: what is lost of it, and when it moved.
         push: as asked for, through the detector's filter.
         shown: the same by joint, behind what smooths its effort besides.
         period_s: sample period, s.
@@ -110,25 +111,28 @@ class _PushedLog:
     prepared: Prepared
     run: DetectorRun
     joints: tuple[str, ...]
+    time: LogTime
     push: Push
     shown: Mapping[str, Push]
 
     @classmethod
-    def at(cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> _PushedLog:
+    def at(
+        cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config, time: LogTime
+    ) -> _PushedLog:
         series, rule = prepared.judged_series, inputs.rule
         known = (config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
         shown = {joint: Push.of(*known, smoothing.high_s) for joint, smoothing in prepared.effort_smoothing.items()}
         push = Push.of(*known)
-        return cls(prepared, run, rule.watch, push, {joint: shown.get(joint, push) for joint in rule.watch})
+        run = replace(run, detected=replace(run.detected, state=time.state))
+        return cls(prepared, run, rule.watch, time, push, {joint: shown.get(joint, push) for joint in rule.watch})
 
     @property
     def period_s(self) -> float:
         return self.prepared.judged_series.period_s
 
     def watched(self, joint: str) -> BoolArray:
-        """(n,) recorded samples at which a joint was watched."""
-        state = self.run.detected.state[:, self.prepared.judged_series.column(joint)]
-        return np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
+        """(n,) samples at which a joint was watched, lost ones included."""
+        return np.asarray(self.time.state[:, self.prepared.judged_series.column(joint)] != State.NOT_WATCHED)
 
     @property
     def longest(self) -> Push:
@@ -139,19 +143,18 @@ class _PushedLog:
         """(k,) smallest torque of a joint that would have alarmed."""
         return noticed_torque(self.run, self.prepared.judged_series.column(joint), self.shown[joint], samples)
 
-    def moments(self, mask: BoolArray, gaps_s: float) -> Moments:
+    def moments(self, mask: BoolArray) -> Moments:
         """What every joint would have noticed at moments of the marked samples (n,)."""
         robot, series = self.prepared.robot, self.prepared.series
         samples = self.longest.moments(mask, MOMENTS)
-        position = series.position_rad[samples]
+        position = self.time.position_rad[samples]
         level = np.full((samples.size, len(robot.joint_names)), np.inf)
         watched = np.zeros(level.shape, dtype=np.bool_)
         for joint, found in by_name(lambda joint: self.noticed(joint, samples), self.joints).items():
             column = robot.joint_names.index(joint)
             level[:, column], watched[:, column] = found, self.watched(joint)[samples]
-        level[~np.isfinite(position).all(axis=1)] = np.inf
         spans_s = float(np.count_nonzero(mask)) * self.period_s
-        return Moments(series.time_s[samples], np.nan_to_num(position), level, watched, spans_s, gaps_s)
+        return Moments(series.time_s[samples], position, level, watched, spans_s, self.time.off_grid_s)
 
 
 def _limits(prepared: Prepared) -> FloatArray:
@@ -161,17 +164,15 @@ def _limits(prepared: Prepared) -> FloatArray:
     return np.where(prepared.robot.effort_limit_nm >= seen, prepared.robot.effort_limit_nm, np.nan)
 
 
-def _of_joint(
-    log: _PushedLog, joint: str, moving: BoolArray, gaps_s: float, asked_nm: float | None
-) -> JointSensitivity:
-    """One joint over the time in which it was watched, and over that in which it moved."""
-    watched = log.watched(joint)
+def _of_joint(log: _PushedLog, joint: str, asked_nm: float | None) -> JointSensitivity:
+    """One joint over the time in which it was watched, and over that in which it moved, lost time included."""
+    watched, moving, off_grid_s = log.watched(joint), log.time.moving[joint], log.time.off_grid_s
     watched_s, moving_s = (float(np.count_nonzero(mask)) * log.period_s for mask in (watched, moving))
     samples, in_motion = (log.longest.moments(mask, MOMENTS) for mask in (watched, moving))
     level, level_moving = log.noticed(joint, samples), log.noticed(joint, in_motion)
     known = level[np.isfinite(level)]
-    count = samples.size * (1.0 + gaps_s / watched_s) if watched_s > 0 else 0.0
-    motion_s = moving_s + gaps_s if moving_s > 0 else 0.0
+    count = samples.size * (1.0 + off_grid_s / watched_s) if watched_s > 0 else 0.0
+    motion_s = moving_s + off_grid_s if moving_s > 0 else 0.0
     asked = None
     if asked_nm is not None:
         seen = level <= asked_nm

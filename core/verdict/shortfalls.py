@@ -7,10 +7,10 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from collaudit.core.config.schema import PolicyConfig
-from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
+from collaudit.core.data.audit_result import Coverage, RuleFacts
 from collaudit.core.data.identification_result import EstimateChoice
 from collaudit.core.data.sensitivity_result import TOOL, JointSensitivity, Sensitivity
-from collaudit.core.data.signals import reason_text
+from collaudit.core.data.signals import State, reason_text
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
 from collaudit.core.numeric.runs import lowest_in_row
@@ -49,12 +49,12 @@ def shortfalls(
     if not sensitivity.push_alarms:
         return (_finding(_too_short(policy, inputs.rule)),)
     out = []
+    lost = _lost_s(coverage)
     for joint, s in sensitivity.joints.items():
         if joint in inputs.not_judged:
             continue
-        text = _undetermined(policy, joint, s, coverage.joints[joint]) or _unnoticed(
-            policy, joint, s, coverage.joints[joint]
-        )
+        not_judged_s = coverage.joints[joint].not_judged_s | lost
+        text = _undetermined(policy, joint, s, not_judged_s) or _unnoticed(policy, joint, s, not_judged_s)
         if text is not None:
             out.append(_finding(text_in_joint_units(text, joint, sliding), joint))
     if inputs.not_judged:
@@ -146,7 +146,7 @@ def _lower(force_n: float | None, joint: str | None, choice: EstimateChoice | No
 
 def _lost(sensitivity: Sensitivity, coverage: Coverage) -> str | None:
     """That in too much of the time no force at all would have alarmed, though no joint lacks that much."""
-    time, lost = sensitivity.time, dict[str, float]()
+    time, lost = sensitivity.time, _lost_s(coverage)
     short = [(force, need) for force, need in asked_places(sensitivity) if time is not None and need.share < time.share]
     if not short or time is None:
         return None
@@ -176,17 +176,25 @@ def _nothing_asked(sensitivity: Sensitivity, rule: RuleFacts) -> str | None:
     )
 
 
-def _undetermined(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
+def _lost_s(coverage: Coverage) -> dict[str, float]:
+    """Time that is lost for every joint, whichever of them lacks a value, by reason."""
+    lost = {State.GAP.code: coverage.gaps_s, State.NOT_A_NUMBER.code: coverage.missing_s}
+    return {reason: seconds for reason, seconds in lost.items() if seconds > 0}
+
+
+def _undetermined(
+    policy: PolicyConfig, joint: str, s: JointSensitivity, not_judged_s: Mapping[str, float]
+) -> str | None:
     lost_s = s.motion_s - s.told_s
     if s.told_s >= policy.min_coverage * s.motion_s or lost_s < BRIEF_S:
         return None
     return (
         f"Joint '{joint}': only {100 * s.told_s / s.motion_s:.3g} % of {seconds_text(s.motion_s)} of motion, gaps "
-        f"included, could be judged (policy: at least {100 * policy.min_coverage:g} %){_reasons(cover.not_judged_s)}."
+        f"included, could be judged (policy: at least {100 * policy.min_coverage:g} %){_reasons(not_judged_s)}."
     )
 
 
-def _unnoticed(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
+def _unnoticed(policy: PolicyConfig, joint: str, s: JointSensitivity, not_judged_s: Mapping[str, float]) -> str | None:
     """A torque that the configuration asks for and that would not have alarmed for long enough."""
     asked = s.asked
     if asked is None:
@@ -196,7 +204,7 @@ def _unnoticed(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: Joi
         return (
             f"Joint '{joint}': a torque of {asked.torque_nm:.3g} N·m would have alarmed in {100 * asked.share:.3g} % "
             f"of its {seconds_text(s.motion_s)} of motion (policy: at least {100 * policy.min_observable:g} %)"
-            f"{_up_to(s)}{_reasons(cover.not_judged_s)}."
+            f"{_up_to(s)}{_reasons(not_judged_s)}."
         )
     if asked.longest_unnoticed_s > policy.max_hidden_s:
         return (

@@ -83,10 +83,11 @@ def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     """Why the log cannot pass, whatever happened in it: findings that forbid it, then what the policy lacks."""
     coverage = evidence.coverage
     reasons = _texts([f for f in evidence.findings if f.forbids_pass])
-    if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):
+    if coverage.lost_s > (1.0 - policy.min_coverage) * coverage.whole_s:
+        lack = " or lack a value of a watched joint" if coverage.missing_s > 0 else ""
         reasons.append(
-            f"{seconds_text(coverage.gaps_s)} of {seconds_text(coverage.recorded_s + coverage.gaps_s)} lie in gaps of "
-            f"the log (policy: at least {100 * policy.min_coverage:g} % must be recorded)."
+            f"{seconds_text(coverage.lost_s)} of {seconds_text(coverage.whole_s)} lie in gaps of the log{lack} "
+            f"(policy: at least {100 * policy.min_coverage:g} % must be recorded)."
         )
     sensitivity = evidence.sensitivity
     if sensitivity.push_alarms and all(s.largest_nm is None for s in sensitivity.joints.values()):

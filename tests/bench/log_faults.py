@@ -70,7 +70,7 @@ def _effort(change: Callable[[np.ndarray, JointLog, Place], np.ndarray]) -> Chan
     return lambda log, place: with_values(log, effort=change(np.array(log.effort), log, place))
 
 
-def _columns(log: JointLog, who: str) -> list[int]:
+def columns_of(log: JointLog, who: str) -> list[int]:
     return list(range(len(log.joint_names))) if who == "all" else [1]
 
 
@@ -78,7 +78,7 @@ def scales() -> Iterator[LogFault]:
     for who, factors in (("all", (0.5, 0.7, 0.8, 0.9, 1.1, 1.25, 1.5)), ("one", (0.5, 0.8, 1.5))):
 
         def scaled(effort: np.ndarray, log: JointLog, place: Place, factor: float, who: str) -> np.ndarray:
-            effort[:, _columns(log, who)] *= factor
+            effort[:, columns_of(log, who)] *= factor
             return effort
 
         for factor in factors:
@@ -122,7 +122,7 @@ def drives() -> Iterator[LogFault]:
         return with_values(log, **{name: np.array(getattr(log, name))[:, order] for name in present})
 
     def flipped(effort: np.ndarray, log: JointLog, place: Place, who: str) -> np.ndarray:
-        effort[:, _columns(log, who)] *= -1.0
+        effort[:, columns_of(log, who)] *= -1.0
         return effort
 
     def late(log: JointLog, place: Place, name: str, seconds: float) -> JointLog:

@@ -41,7 +41,11 @@ from collaudit.fixtures.pushes import Direction, Push
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 KEPT = Path(__file__).resolve().parents[2] / "build" / "spoilt"
-FAULTS = tuple(fault for family in (*FAMILIES, stretch_faults.stretches, stretch_faults.stamps) for fault in family())
+FAULTS = tuple(
+    fault
+    for family in (*FAMILIES, stretch_faults.stretches, stretch_faults.stamps, stretch_faults.missing)
+    for fault in family()
+)
 #: Fitted and judged log, s, and of 500 Hz one row of how many.
 FITTED_S, JUDGED_S, EVERY = 60.0, 30.0, 4
 #: What a person states, N·m: the paper's.

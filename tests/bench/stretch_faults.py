@@ -1,4 +1,7 @@
-"""Faults of stretches and stamps: rows filled, frozen, replayed, doubled, lost; clocks; rates. See ``log_faults``."""
+"""Faults of stretches and stamps: rows filled, frozen, replayed, doubled, lost; cells without a value; clocks; rates.
+
+See ``log_faults``.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,12 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from log_faults import LogFault, Place, with_values
+from log_faults import LogFault, Place, columns_of, with_values
 
 from collaudit.core.data.joint_log import JointLog
 
+#: Of most of a log a little is left in each so many seconds.
+_EVERY_S = 2.5
 _FIELDS = ("position_rad", "velocity_rad_s", "effort")
 
 
@@ -119,3 +124,29 @@ def stamps() -> Iterator[LogFault]:
     for every in (5, 12):
         yield LogFault("resampled", f"one row of {every}", partial(thinned, every=every, back=False))
         yield LogFault("resampled", f"one row of {every}, filled up", partial(thinned, every=every, back=True))
+
+
+def missing() -> Iterator[LogFault]:
+    """Cells without a value: of one joint or all, over the push, in most of the log, or in every other row."""
+
+    def lost(log: JointLog, place: Place, fields: tuple[str, ...], who: str, where: str) -> JointLog:
+        rows = np.zeros(log.time_s.size, dtype=np.bool_)
+        if where == "every other row":
+            rows[::2] = True
+        if where == "88 % of the log":
+            rows = log.time_s % _EVERY_S < 0.88 * _EVERY_S
+        if where != "every other row":
+            for part in _stretches(log, place, 1.0):
+                rows[part] = True
+        values = _copies(log, fields)
+        for value in values.values():
+            value[np.ix_(rows, columns_of(log, who))] = np.nan
+        return with_values(log, **values)
+
+    signals = {"positions": ("position_rad",), "velocities": ("velocity_rad_s",), "efforts": ("effort",)}
+    for words, fields in (*signals.items(), ("cells", _FIELDS)):
+        for who in ("one", "all"):
+            for where in ("1 s over the push", "88 % of the log", "every other row"):
+                change = partial(lost, fields=fields, who=who, where=where)
+                blinds = "effort" in fields and who == "all" and where != "every other row"
+                yield LogFault("missing values", f"{words} of {who}, {where}", change, blinds=blinds)

@@ -13,6 +13,7 @@ from synthetic import PERIOD, make_log
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import low_pass
 
@@ -188,17 +189,36 @@ def test_velocity_zero_in_the_first_rows_is_mended_there_only() -> None:
     assert np.max(np.abs(series.velocity_rad_s - v)[10:]) < 5e-3 * np.max(np.abs(v))
 
 
-def test_missing_values_stay_missing_and_do_not_spread() -> None:
+def test_missing_efforts_stay_missing_and_do_not_spread() -> None:
     t, q, v, _ = sine_log()
     effort = q.copy()
     effort[1000:1010] = np.nan
-    velocity = v.copy()
-    velocity[2000:2005] = np.nan
-    series = condition(make_log(t, q, velocity, effort), CONFIG)
+    series = condition(make_log(t, q, v, effort), CONFIG)
     assert series.effort is not None
     assert np.flatnonzero(np.isnan(series.effort[:, 0])).tolist() == list(range(1000, 1010))
-    assert np.flatnonzero(np.isnan(series.velocity_rad_s[:, 0])).tolist() == list(range(2000, 2005))
     assert "log-nan" in {f.code for f in series.findings}
+
+
+def test_rows_without_a_position_are_lost_and_missing_velocities_derived() -> None:
+    t, q, v, _ = sine_log()
+    position, velocity = q.copy(), v.copy()
+    velocity[2000:2005] = np.nan
+    position[1000:1100] = position[-300:] = np.nan
+    series = condition(make_log(t, position, velocity, q), CONFIG)
+    rows = np.isfinite(position[:, 0])
+    gone = condition(make_log(t[rows], q[rows], velocity[rows], q[rows]), CONFIG)
+    assert [(s.start, s.stop) for s in series.segments] == [(0, 1000), (1100, q.shape[0] - 300)]
+    np.testing.assert_array_equal(series.velocity_rad_s, gone.velocity_rad_s)
+    assert np.abs(series.velocity_rad_s - v[: series.time_s.size])[2000:2005].max() < 5e-3 * np.abs(v).max()
+    assert series.off_grid_s == pytest.approx(300 * series.period_s) and gone.off_grid_s == 0.0
+    assert {"log-nan", "log-velocity-derived"} <= {f.code for f in series.findings}
+
+
+def test_a_joint_without_any_position_is_refused_by_name() -> None:
+    t, q, v, _ = sine_log()
+    with pytest.raises(NotJudgedError) as refused:
+        condition(make_log(t, np.full_like(q, np.nan), v, q), CONFIG)
+    assert "'joint1'" in str(refused.value)
 
 
 def test_saturated_effort_is_marked_and_noise_is_not() -> None:

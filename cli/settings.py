@@ -184,6 +184,8 @@ robot_options = all_of(
     _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
     _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
     _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
+    _flag("--from", "log.from_s", float, "S", "Judge the log from here on only, s from its first sample."),
+    _flag("--to", "log.to_s", float, "S", "Judge it up to here only."),
     _flag("--msg-path", "log.msg_path", _FILE, "DIR", "Folder of .msg files of types a log does not define.", True),
 )
 friction_options = _flag("--model", "friction.model", str, "NAME", _WHAT_MODEL)

@@ -11,7 +11,6 @@ from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, driv
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
-from collaudit.core.numeric.tables import copied
 from collaudit.core.vendors.controller_modes import WORDS, state_of
 
 _LISTED = 20
@@ -45,7 +44,7 @@ def without_states(series: UniformSeries, not_driven: BoolArray | None) -> Unifo
     """The series with what was not driven (n,) marked; its effort counts as missing there, for fitting and judging."""
     if series.effort is None or not_driven is None or not not_driven.any():
         return series
-    effort = copied(series.effort)
+    effort = series.effort.copy(order="F")
     effort[not_driven] = np.nan
     return replace(series, effort=frozen(effort), not_driven=not_driven)
 

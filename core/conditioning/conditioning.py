@@ -34,7 +34,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span,
 from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz, differentiate
 from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.numeric.tables import table
 
 _RULE = DetectConfig()
 #: A wrench with this share of its stamps from the joint states was stamped with them.
@@ -142,8 +141,7 @@ def _to_grid(values: FloatArray, base: Timebase, smooth: bool = False) -> FloatA
         whole = picked_rows(base.order)
         if isinstance(whole, slice) and whole == slice(0, count):
             return values
-    out = table(base.n, values.shape[1])
-    out[...] = np.nan
+    out = np.full((base.n, values.shape[1]), np.nan, order="F")
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
         rows = values[picked_rows(base.order[raw.slice])]
@@ -190,8 +188,7 @@ def wrench_on_grid(
     picked = _within(stamps, time_s, recorded, bandwidth_hz)
     out = known = interpolated(time_s[picked], stamps, rows)
     if out.shape[0] != time_s.size:
-        out = table(time_s.size, 6)
-        out[...] = np.nan
+        out = np.full((time_s.size, 6), np.nan, order="F")
         out[picked] = known
     lost = 0 if np.isfinite(out.sum()) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
     findings = []

@@ -9,7 +9,6 @@ import numpy as np
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import each
-from collaudit.core.numeric.tables import table
 
 #: The longest step over several lost samples, and over a single one, in periods of the filter's band.
 SEVERAL, _SINGLE = 0.25, 0.4
@@ -40,7 +39,7 @@ def filled(rows: FloatArray, places: IntArray, count: int, smooth: bool) -> Floa
         count: number of places.
         smooth: positions, of which second derivatives are taken.
     """
-    out = table(count, rows.shape[1])
+    out = np.empty((count, rows.shape[1]), order="F")
     at = np.arange(count, dtype=np.float64)
     out[places] = rows
     missing = np.ones(count, dtype=bool)
@@ -96,7 +95,7 @@ def picked_rows(order: IntArray) -> IntArray | slice:
 
 def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
     """(m, c) columns of ``values`` (n, c) at other places (m,), of samples at (n,); beyond the ends its value there."""
-    out = table(x.size, values.shape[1])
+    out = np.empty((x.size, values.shape[1]), order="F")
 
     def fill(c: int) -> None:
         out[:, c] = np.interp(x, at, values[:, c])

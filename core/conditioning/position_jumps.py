@@ -16,7 +16,6 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import median_of, quantile_of
-from collaudit.core.numeric.tables import copied
 
 _TURN_RAD = 2.0 * np.pi
 #: A smaller step is no jump, rad (m of a prismatic joint).
@@ -70,7 +69,7 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
         rows, turns = _jumps(log, j, order, joint not in prismatic)
         wraps, cuts = rows[turns != 0], rows[turns == 0]
         if wraps.size:
-            out = copied(position) if out is position else out
+            out = position.copy(order="F") if out is position else out
             turned = np.zeros(log.time_s.size)
             turned[wraps] = turns[turns != 0]
             out[order, j] -= _TURN_RAD * np.cumsum(turned[order])

@@ -17,7 +17,6 @@ from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.numeric.tables import copied, table
 
 _DERIVED, _OTHER = "log-velocity-derived", "log-velocity-disagrees"
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
@@ -83,7 +82,7 @@ def choose_velocity(
         text = "The log has no velocity; it was derived from position for all joints."
         return Motion(derived, low_pass(derived, *filters), None, (Finding(_DERIVED, "info", text),))
     rows = lag_rows(*filters)
-    velocity = table(*position.shape)
+    velocity = np.empty(position.shape, order="F")
     changed: dict[int, FloatArray] = {}
 
     def one(j: int) -> tuple[list[Finding], Lag | None]:
@@ -119,7 +118,7 @@ def choose_velocity(
     findings = [finding for said, _ in found for finding in said] + _late(lags, joint_names, period_s, source)
     raw = logged
     if changed:  # a departure from the log
-        raw = copied(logged)
+        raw = logged.copy(order="F")
         for j, column in changed.items():
             raw[:, j] = column
     return Motion(raw, velocity, pooled_s(lags), tuple(findings))

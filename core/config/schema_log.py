@@ -5,7 +5,15 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from collaudit.core.config.config_table import ColumnPattern, ConfigTable, ListOfColumns, Positive, Vec6, about
+from collaudit.core.config.config_table import (
+    ColumnPattern,
+    ConfigTable,
+    ListOfColumns,
+    NonNegative,
+    Positive,
+    Vec6,
+    about,
+)
 
 
 class CsvConfig(ConfigTable, frozen=True, kw_only=True):
@@ -160,6 +168,10 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
             "joint-torque for arms known to have sensors, else motor-torque, and a question where gravity is missing."
         ),
     ] = "auto"
+    from_s: Annotated[
+        NonNegative | None, about("Where the part that is read begins, s from the log's first sample (--from).")
+    ] = None
+    to_s: Annotated[Positive | None, about("Where it ends (--to).")] = None
     effort_delay_ms: Annotated[float, about("How much later than the motion the effort is stamped; subtracted.")] = 0.0
     wrench_delay_ms: Annotated[float, about("How much later than the motion the wrench is stamped; subtracted.")] = 0.0
     time: Annotated[Literal["auto", "header", "log"], about("Which stamp is the time of a sample.")] = "auto"

@@ -23,7 +23,6 @@ from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import lasting
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.numeric.tables import table
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -129,7 +128,7 @@ def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] 
     state, spans = run.detected.state, run.residual.span_nm
     if spans is None:
         return None, None
-    least, most = (table(state.shape[0], state.shape[1], np.float32) for _ in spans)
+    least, most = (np.empty(state.shape, np.float32, order="F") for _ in spans)
 
     def fill(j: int) -> None:
         for out, span in ((least, spans[0]), (most, spans[1])):

@@ -73,6 +73,12 @@ KINDS: dict[str, Kind] = {
         _INFO,
         of_format=True,
     ),
+    "part-of-log": Kind(
+        "Only a part of the log was read, as --from and --to ask for.",
+        "Judge the other parts too; this verdict says nothing of them.",
+        {"warning": "excludes"},
+        setting="log.from_s",
+    ),
     "log-partial": Kind(
         "The file is damaged or still being written; only the part before the damage was read.",
         "Record again, or repair or reindex the file. What was read is judged; what is lost cannot be.",

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
+from collaudit.core.findings import Finding
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_hashing import Hashing
 from collaudit.core.logs.opening import (
@@ -65,7 +69,30 @@ def read_log(
         reader = open_messages(paths, bounds)
         log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress, bounds)
         log = without_impossible(log, "message")
-    return log
+    return part_of_log(log, settings.from_s, settings.to_s)
+
+
+def part_of_log(log: JointLog, from_s: float | None, to_s: float | None) -> JointLog:
+    """The samples between two times; a finding says so, since what a part shows does not hold for the rest.
+
+    Args:
+        log: as recorded; its times stay those from its first sample.
+        from_s, to_s: bounds, s from the log's first sample; None: none.
+
+    Raises:
+        LogError: there is no sample between them.
+    """
+    if from_s is None and to_s is None:
+        return log
+    start, end = from_s or 0.0, np.inf if to_s is None else to_s
+    rows = np.asarray((log.time_s >= start) & (log.time_s < end))
+    whole = float(np.nanmax(log.time_s))
+    asked = f"{start:g} to {min(end, whole):g} s"
+    if not rows.any():
+        expected = f"a part of 0 to {whole:g} s"
+        raise LogError("the log has no sample there", where=log.source.name, found=asked, expected=expected)
+    text = f"Only {asked} of the {whole:.4g} s of the log were read, as asked for."
+    return replace(log.samples(rows), findings=(*log.findings, Finding("part-of-log", "warning", text)))
 
 
 def _read_tables(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,3 +43,8 @@ class Span:
     def slice(self) -> slice:
         """The span as a slice."""
         return slice(self.start, self.stop)
+
+
+def blocks(count: int, size: int) -> Iterator[slice]:
+    """Slices that cover so many samples, in order, each of ``size`` but the last."""
+    return (slice(start, min(start + size, count)) for start in range(0, count, size))

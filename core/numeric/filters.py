@@ -19,7 +19,6 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.parallel import each
-from collaudit.core.numeric.tables import table
 
 _RECURSION, _FUNCTION = "_sigtools", "_linear_filter"
 
@@ -259,7 +258,7 @@ def filtered(
 
 def blank(like: FloatArray, segments: Sequence[Span]) -> FloatArray:
     """An array of the same shape, NaN outside the stretches and not yet written inside them."""
-    out = table(*like.shape) if like.ndim > 1 else np.empty(like.shape)
+    out = np.empty(like.shape, order="F")
     before = 0
     for span in segments:
         out[before : span.start] = np.nan

@@ -17,7 +17,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, quantile_of
-from collaudit.core.numeric.tables import combined
 from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, smoothing_words
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
@@ -156,7 +155,7 @@ def _known(
     if rigid is None or series.effort is None or series.effort_unit != "Nm":
         return None
     contact = prepared.contact_nm
-    drive = series.effort if contact is None else combined(np.subtract, series.effort, contact)
+    drive = series.effort if contact is None else series.effort - contact
     by_column = {series.column(joint): law for joint, law in friction.items()}
     return series, drive, rigid, prepared.robot.gravity_torque, by_column
 

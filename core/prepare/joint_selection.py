@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
-from collaudit.core.numeric.tables import picked
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Of a log or a series: what has a column for each joint.
@@ -60,4 +61,4 @@ def of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
 def _picked(signals: JointLog | UniformSeries, columns: Sequence[int]) -> dict[str, Any]:
     """Those of the signals that have a column for each joint, with some of the columns."""
     tables = ((name, getattr(signals, name, None)) for name in _BY_JOINT)
-    return {name: picked(values, columns) for name, values in tables if values is not None}
+    return {name: np.asfortranarray(values[:, columns]) for name, values in tables if values is not None}

@@ -21,7 +21,6 @@ from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import MEDIAN_SE, SD_PER_MAD, median_of, weighted_median
-from collaudit.core.numeric.tables import copied
 
 #: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
 _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
@@ -78,7 +77,7 @@ def within_bandwidth(series: UniformSeries, rigid_nm: FloatArray, found: Sequenc
     """The (n, j) model torque without the bands that are noise; the same array where ``found`` names no joint."""
     if not found:
         return rigid_nm
-    out = copied(rigid_nm)
+    out = rigid_nm.copy(order="F")
     for b in found:
         j = series.column(b.joint)
         out[:, j] = low_pass(np.ascontiguousarray(rigid_nm[:, j]), series.segments, series.period_s, b.bandwidth_hz)

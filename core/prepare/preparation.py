@@ -17,7 +17,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.tables import combined, copied
+from collaudit.core.numeric.memory import refuse_larger_than_memory
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -72,6 +72,7 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     Raises:
         NotJudgedError, LogError: as :func:`prepare`.
     """
+    refuse_larger_than_memory(log.time_s.size, len(log.joint_names), log.source.name)
     log_of_arm = in_model_order(log, robot)
     series = undelayed(condition(log_of_arm, config.conditioning, robot.sliding, config.detect), config.log)
     judged = judged_joints(config, series.joint_names, log.source.name)
@@ -115,7 +116,7 @@ def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -
     rigid = prepared.rigid_nm
     if rigid is not None and robot is not prepared.robot:
         change = within_bandwidth(series, robot.torque_beyond(prepared.robot, *series.motion), prepared.quiet)
-        rigid = combined(np.add, rigid, change)
+        rigid = rigid + change
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
 
 
@@ -130,7 +131,7 @@ def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> P
     effort = prepared.start.series.effort
     if effort is None or not left_out.any():
         return prepared
-    known = copied(effort)
+    known = effort.copy(order="F")
     known[left_out] = np.nan
     start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
     return modelled(start, config, prepared.calibration, prepared)
@@ -158,7 +159,7 @@ def modelled(
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else combined(np.add, rigid, contact)
+    explained = rigid if rigid is None or contact is None else rigid + contact
     switched = switched_efforts(series, explained, start.judged)
     not_driven, about_states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, not_driven)
@@ -210,7 +211,7 @@ def _torques(
         commanded, rigid = known.commanded, _carried(robot.inverse_dynamics(*series.motion), start)
     else:
         change = robot.torque_beyond(known.robot, *series.motion)
-        commanded, rigid = known.commanded, combined(np.add, known.rigid_nm, change)
+        commanded, rigid = known.commanded, known.rigid_nm + change
     if rigid is None or config.conditioning.bandwidth_hz is not None:
         return commanded, rigid, ()
     return commanded, *quiet_model(series, rigid, commanded.torque_nm)

@@ -20,7 +20,6 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
-from collaudit.core.numeric.tables import picked, table
 from collaudit.core.prepare.prepared import Prepared
 
 
@@ -115,14 +114,14 @@ def _balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Bal
     if torques is not None:
         total = (causal_form if kernel.causal else _offline)(prepared, torques, kernel)
     if len(columns) < len(series.joint_names):
-        velocity = picked(velocity, columns)
-        total = None if total is None else picked(total, columns)
+        velocity = np.asfortranarray(velocity[:, columns])
+        total = None if total is None else np.asfortranarray(total[:, columns])
     return Balance(kernel, total, velocity, start_mask(series, kernel))
 
 
 def _offline(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
     """Eq. (5) through a kernel that runs both ways."""
-    total = table(*torques.effort_nm.shape)
+    total = np.empty_like(torques.effort_nm, order="F")
 
     def fill_joint(j: int) -> None:
         unexplained = torques.effort_nm[:, j] - torques.rigid_nm[:, j]
@@ -149,7 +148,7 @@ def _causal_momentum(prepared: Prepared, torques: KnownTorques, kernel: Kernel) 
     series = prepared.series
     segments, period = series.segments, series.period_s
     momentum, rest = prepared.robot.momentum(series.position_rad, friction_velocity(series, kernel))
-    total = table(*torques.effort_nm.shape)
+    total = np.empty_like(torques.effort_nm, order="F")
 
     def fill_joint(j: int) -> None:
         known = rest[:, j]

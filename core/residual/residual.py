@@ -17,7 +17,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import covered
-from collaudit.core.numeric.tables import combined, table
 from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
@@ -88,7 +87,7 @@ class Residual:
         """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
         if self.effort_nm is None:
             return np.broadcast_to(np.nan, self.torque_nm.shape)
-        return combined(np.subtract, self.effort_nm, self.torque_nm)
+        return self.effort_nm - self.torque_nm
 
 
 def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:
@@ -113,7 +112,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     known = [j for j, joint in enumerate(names) if usable and joint in inputs.laws]
     missing = [j for j in range(count) if j not in known]
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
-    torque, uncertainty = table(n, count), table(n, count)
+    torque, uncertainty = (np.empty((n, count), order="F") for _ in range(2))
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
 
     least, most, hidden = (np.zeros((n, count), order="F") for _ in range(3))  # most of it stays untouched

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import FloatArray, blocks
 from collaudit.core.numeric.parallel import each
-from collaudit.core.numeric.tables import blocks, table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -288,7 +287,7 @@ def evaluate(compute: Callable[..., FloatArray], signals: Sequence[FloatArray], 
         outputs: numbers that come out of a sample.
     """
     count = signals[0].shape[0]
-    out = table(count, outputs)
+    out = np.empty((count, outputs), order="F")
 
     def one(block: slice) -> None:
         rows = [signal[block].T for signal in signals]

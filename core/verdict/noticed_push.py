@@ -15,11 +15,10 @@ import numpy as np
 from collaudit.core.data.sensitivity_result import AskedForce, ForceLevel, NoticedForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, blocks
 from collaudit.core.numeric.filters import gaussian_smoothed, window_reach
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.runs import lowest_in_row, run_bounds
-from collaudit.core.numeric.tables import blocks
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import Place, RequiredForce, directions
 

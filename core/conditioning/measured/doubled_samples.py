@@ -17,7 +17,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, froze
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of
-from collaudit.core.numeric.tables import copied
 
 #: This many repeats in a row, and this many times the usual number, are a stall and not a slow source.
 _LEAST, _TIMES = 8, 4
@@ -147,7 +146,7 @@ def without_contradictions(log: JointLog) -> JointLog:
         rows = ordered_map(lambda column: contradicting(log.time_s, column), values.T)
         contradicted = {j: wrong for j, wrong in enumerate(rows) if wrong is not None}
         if contradicted:
-            known = copied(values)
+            known = values.copy(order="F")
             unit = "rad" if name == "position_rad" else _UNITS.get(log.effort_unit, "")
             for j, wrong in contradicted.items():
                 known[wrong, j] = np.nan

@@ -31,7 +31,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
-from collaudit.core.numeric.tables import copied
 
 #: Samples from which a period is told.
 _FEWEST = 24
@@ -66,7 +65,7 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
     effort, position, findings = recorded.effort, recorded.position_rad, list[Finding]()
     found = list(ordered_map(lambda j: frozen_spans(recorded, j, period), count))
     if any(found):
-        position = copied(position)
+        position = position.copy(order="F")
         for j, spans in enumerate(found):
             for start, stop in spans:
                 position[start:stop, j] = np.nan
@@ -75,7 +74,7 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
         kinds = _efforts(recorded.position_rad, effort, period, shortest_stretch(detect, period))
         if kinds.any():
             kinds[saturation(effort, period)] = 0  # a limit is a measurement, of at least so much: it is judged as that
-            effort = copied(effort)
+            effort = effort.copy(order="F")
             effort[kinds > 0] = np.nan
             findings += [_unmeasured(recorded, j, kinds[:, j]) for j in count if kinds[:, j].any()]
     if not findings:

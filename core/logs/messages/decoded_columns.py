@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.tables import table
 
 #: Rows of room that a column grows by at least.
 _LEAST_ROWS = 4096
@@ -55,7 +54,7 @@ class Growing:
 
 
 def _empty(like: Column, rows: int) -> Column:
-    return np.empty_like(like, shape=rows) if like.ndim == 1 else table(rows, like.shape[1])
+    return np.empty_like(like, shape=rows) if like.ndim == 1 else np.empty((rows, like.shape[1]), order="F")
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,6 +162,8 @@ def add_units(units: Section, topic: TopicInfo | None, stated: Mapping[str, str]
         units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
     names = list(topic.joints[:2]) if topic else ["joint1"]
     units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
+    units.add("rated_torque_nm", dict.fromkeys(names, 10.0), 'with effort = "percent" or "permille"', active=False)
+    units.add("length", "m", "or mm, of prismatic joints: what is stated is taken without a check", active=False)
     units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
 
 
@@ -176,8 +178,10 @@ def _add_column_units(units: Section, stated: Mapping[str, str]) -> None:
             units.add(quantity, unit or usual, why, active=unit is not None)
     effort = stated.get("effort")
     unit = standard_unit("effort", effort) if effort else "Nm"
-    if unit == "A":
-        units.add("effort", "A", f"{said}; needs torque_constant_nm_per_a, or write raw")
+    if unit in ("A", "mA"):
+        units.add("effort", unit, f"{said}; needs torque_constant_nm_per_a, or write raw")
+    elif unit in ("percent", "permille"):
+        units.add("effort", unit, f"{said}; needs rated_torque_nm, or write raw")
     elif unit is None:
         units.add("effort", "raw", f"the columns are in {effort}, which is not converted", active=False)
     else:

@@ -99,19 +99,34 @@ class UnitsConfig(ConfigTable, frozen=True, kw_only=True):
     """Units of the log. What is not stated is taken from the message type and reported."""
 
     time: Annotated[Literal["auto", "s", "ms", "us", "ns", "iso"], about("Unit of a CSV time column.")] = "auto"
-    position: Annotated[Literal["rad", "deg"], about("Unit of revolute positions (prismatic: m).")] = "rad"
+    position: Annotated[Literal["rad", "deg"], about("Unit of revolute positions.")] = "rad"
     velocity: Annotated[
         Literal["rad/s", "deg/s"] | None, about("Unit of revolute velocities; follows `position` when absent.")
     ] = None
+    length: Annotated[
+        Literal["m", "mm"], about("Unit of prismatic positions; their velocities are in it per second.")
+    ] = "m"
     effort: Annotated[
-        Literal["Nm", "A", "raw"],
+        Literal["Nm", "A", "mA", "percent", "permille", "raw"],
         about(
-            "Nm; A, which needs `torque_constant_nm_per_a`; or raw for an unknown unit: friction can then "
-            "be fitted in that unit, and nothing can be judged in N·m."
+            "Nm; A or mA, which need `torque_constant_nm_per_a`; percent or permille of `rated_torque_nm`; or raw for "
+            "an unknown unit: friction can then be fitted in that unit, and nothing can be judged in N·m."
         ),
     ] = "Nm"
     torque_constant_nm_per_a: Annotated[dict[str, Positive], about("Joint torque per ampere, by joint, N·m/A.")] = {}
+    rated_torque_nm: Annotated[
+        dict[str, Positive],
+        about(
+            "Rated torque by joint, N·m (prismatic: N): that of its drive times the ratio of its gear. CiA 402 "
+            "drives state theirs in object 6076h, mN·m."
+        ),
+    ] = {}
     effort_sign: Annotated[dict[str, Literal[-1, 1]], about("-1 for a joint whose effort is inverted.")] = {}
+
+    @property
+    def has_constants(self) -> bool:
+        """Whether constants of the drives make N·m of the efforts."""
+        return bool(self.torque_constant_nm_per_a or self.rated_torque_nm)
 
 
 class LimitsConfig(ConfigTable, frozen=True, kw_only=True):

@@ -222,10 +222,10 @@ KINDS: dict[str, Kind] = {
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),
     "log-unit-suspect": Kind(
-        "Positions look like degrees while radians were stated, or the reverse; or the steps of the time column are "
-        "too long for seconds, and no unit is stated.",
-        'State the unit in [log.units]: position = "deg" or "rad"; time = "s", "ms", "us" or "ns", or [log.csv] '
-        "rate_hz for a column that counts rows. What is stated is then used.",
+        "Positions look like degrees while radians were stated, or the reverse, or like millimetres; or time is in "
+        "another unit: its steps are too long, or most joints are far faster than the description allows.",
+        'State the unit in [log.units]: position = "deg" or "rad"; length = "mm" or "m"; time = "s", "ms", "us" or '
+        '"ns", or [log.csv] rate_hz for a column that counts rows. What is stated is then used.',
         _UNIT,
         setting="log.units",
     ),

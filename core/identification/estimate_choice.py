@@ -156,7 +156,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
 def _possible(asked: Sequence[str] | str, log: Prepared, config: Config) -> tuple[Candidate, ...]:
     """The candidates of what is asked for that such logs leave open, the simplest first."""
     raw = log.series.effort_unit == "raw"
-    with_gain = asked == "auto" and (raw or bool(config.log.units.torque_constant_nm_per_a))
+    with_gain = asked == "auto" and (raw or config.log.units.has_constants)
     every = candidates_of(asked, config, with_gain, log.effort_source != "joint")
     if asked == "auto" and raw:  # without its gain an effort is no torque
         return tuple(one for one in every if "gain" in one.estimate)

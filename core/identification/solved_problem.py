@@ -97,7 +97,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
 def gains_stated(prepared: Prepared, config: Config) -> bool:
     """Whether the configuration says what the effort is in N·m: gains of 1 are then the prior and the fallback."""
     units = config.log.units
-    stated = bool(units.torque_constant_nm_per_a) or "effort" in units.given
+    stated = units.has_constants or "effort" in units.given
     return stated and prepared.start.series.effort_unit == "Nm"
 
 

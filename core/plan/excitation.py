@@ -115,7 +115,7 @@ def unknowns_of(robot: RobotModel, config: Config, friction: FrictionFile | None
     still = np.zeros_like(pose)
     own = np.diag(robot.inverse_dynamics(pose, still, np.eye(len(names))) - robot.gravity_torque(pose))
     rotors = np.full(len(names), _ROTOR_SHARE * float(own.max()))
-    gain = bool(config.log.units.torque_constant_nm_per_a) or "gain" in (config.fit.estimate or ())
+    gain = config.log.units.has_constants or "gain" in (config.fit.estimate or ())
     scale = np.concatenate(
         [inertials, rotors, np.full(len(names) * gain, config.fit.gain_sd), np.full(len(names), _LOAD)]
     )

@@ -1,9 +1,10 @@
-"""Do positions look like radians? Checked against the joint limits and against what an arm can do."""
+"""Can positions and time be in their units? Checked against the joint limits and against what an arm can do."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from collaudit.core.config.schema_log import UnitsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
@@ -23,28 +24,44 @@ _FAST_RAD_S = 10.0
 _TINY_RAD = 0.06
 _DEGREE = np.pi / 180.0
 _MAX_SAMPLES = 20_000
+#: Axes of robots are shorter, m; a joint that stays within so many times its limit may be calibrated otherwise.
+_LONG_M, _TIMES_LIMIT = 50.0, 10.0
+#: They are slower, too, m/s, and no joint is so many times as fast as its description allows.
+_FAST_M_S, _TIMES_SPEED = 20.0, 4.0
 
 
-def position_findings(series: UniformSeries, robot: RobotModel, unit: str, stated: bool) -> list[Finding]:
-    """Joints whose positions cannot be radians, or cannot have been degrees.
-
-    Turns alone prove nothing: a wrist may turn for ever. They are evidence of degrees where the speed is one of
-    degrees too, where half of the joints turn like that, or where a joint is many turns past its limits.
+def position_findings(series: UniformSeries, robot: RobotModel, units: UnitsConfig) -> list[Finding]:
+    """Joints whose positions cannot be in the unit they were taken in, or cannot have moved in the time they did.
 
     Args:
         series: the log; positions in rad (m if prismatic), after conversion from the unit.
         robot: kinds and limits of the joints.
-        unit: of the positions as logged, ``rad`` or ``deg``.
-        stated: whether the configuration says so; what speaks against it is then a warning and nothing more.
+        units: as the log was read. What speaks against one that is stated is a warning and nothing more.
     """
-    names = series.joint_names
-    order = [robot.joint_names.index(name) for name in names]
+    order = [robot.joint_names.index(name) for name in series.joint_names]
     known = np.asarray(np.isfinite(series.position_rad).any(axis=0))
     turning = [j for j, k in enumerate(order) if known[j] and robot.joint_types[k] == "revolute"]
-    if not turning:
-        return []
-    if unit == "deg":
-        return _too_small(series.position_rad[:, turning], stated)
+    sliding = [j for j, k in enumerate(order) if known[j] and robot.joint_types[k] == "prismatic"]
+    findings: list[Finding] = []
+    if turning and units.position == "deg":
+        findings += _too_small(series.position_rad[:, turning])
+    elif turning:
+        findings += _too_far(series, robot, order, turning, "position" in units.given)
+    findings += _too_long(series, robot, order, sliding, units)
+    if any(finding.severity == "error" for finding in findings):
+        return findings  # a speed that cannot be follows from that
+    return findings + _too_fast(series, robot.speed_limits[order], [*turning, *sliding])
+
+
+def _too_far(
+    series: UniformSeries, robot: RobotModel, order: list[int], turning: list[int], stated: bool
+) -> list[Finding]:
+    """Joints that turn further than radians allow.
+
+    Turns alone prove nothing: a wrist may turn for ever. They are evidence of degrees where the speed is one of
+    degrees too, where half of the joints turn like that, or where a joint is many turns past its limits.
+    """
+    names = series.joint_names
     limit = np.fmax(*np.abs(robot.position_limits[order]).T)  # no number where there is none
     limit[limit > _MOST_PAST_LIMIT_RAD] = np.nan  # nor where it is one in degrees
     low, high = (f(series.position_rad, axis=0, initial=0.0) for f in (np.nanmin, np.nanmax))  # no table beside it
@@ -65,6 +82,48 @@ def position_findings(series: UniformSeries, robot: RobotModel, unit: str, state
             seen = f"Joint '{names[j]}' reaches {reach[j]:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
             findings.append(_beyond(names[j], seen, degrees, stated))
     return findings
+
+
+def _too_long(
+    series: UniformSeries, robot: RobotModel, order: list[int], sliding: list[int], units: UnitsConfig
+) -> list[Finding]:
+    """Axes that slide further, or faster, than metres allow."""
+    findings = []
+    for j in sliding:
+        reach = float(np.nanmax(np.abs(series.position_rad[:, j])))
+        limit = float(np.fmax(*np.abs(robot.position_limits[order[j]])))
+        speed = _top_speed(series, j)
+        if reach <= (_TIMES_LIMIT * limit if limit > 0 else _LONG_M) and speed <= _FAST_M_S:
+            continue
+        text = f"Joint '{series.joint_names[j]}' reaches {reach:.4g} m at up to {speed:.3g} m/s: millimetres?"
+        stated = "length" in units.given
+        text += (
+            f' They were taken as {units.length}, as [log.units] length = "{units.length}" states.'
+            if stated
+            else ' Then say so in [log.units]: length = "mm"; if they are metres, length = "m". Nothing was converted, '
+            "and nothing is judged."
+        )
+        findings.append(
+            Finding("log-unit-suspect", "warning" if stated else "error", text, joint=series.joint_names[j])
+        )
+    return findings
+
+
+def _too_fast(series: UniformSeries, limit: FloatArray, moving: list[int]) -> list[Finding]:
+    """That most joints with a limit of speed are several times faster, by their positions: the time is wrong."""
+    limited = [j for j in moving if limit[j] > 0]
+    times = {j: _top_speed(series, j) / float(limit[j]) for j in limited}
+    beyond = [j for j in limited if times[j] > _TIMES_SPEED]
+    if 2 * len(beyond) < len(limited) or not beyond:
+        return []
+    worst = max(beyond, key=lambda j: times[j])
+    text = (
+        f"{len(beyond)} of {len(limited)} joints move faster than the description allows, "
+        f"'{series.joint_names[worst]}' {times[worst]:.3g} times its {limit[worst]:.4g} rad/s: the time of the log "
+        f"passes too slowly, with a sample every {1e3 * series.period_s:.4g} ms. State its unit, [log.units] time, or "
+        "the rows per second, [log.csv] rate_hz. Nothing is judged."
+    )
+    return [Finding("log-unit-suspect", "error", text)]
 
 
 def _top_speed(series: UniformSeries, j: int) -> float:
@@ -89,17 +148,13 @@ def _beyond(joint: str, seen: str, degrees: bool, stated: bool) -> Finding:
     return Finding("log-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
 
 
-def _too_small(position: FloatArray, stated: bool) -> list[Finding]:
-    """Positions in degrees that would be an ordinary motion had they been radians."""
+def _too_small(position: FloatArray) -> list[Finding]:
+    """Positions stated in degrees that would be an ordinary motion had they been radians."""
     span = float(np.nanmax(np.nanmax(position, axis=0) - np.nanmin(position, axis=0)))
     if not 0.01 * _DEGREE < span < _TINY_RAD:
         return []
-    seen = (
+    text = (
         f"No joint moves by more than {span / _DEGREE:.3g} degrees in the whole log as stated; taken as radians it "
-        f"would be {span / _DEGREE:.3g} rad."
+        f'would be {span / _DEGREE:.3g} rad. They were taken as degrees, as [log.units] position = "deg" states.'
     )
-    if stated:
-        text = f'{seen} They were taken as degrees, as [log.units] position = "deg" states.'
-        return [Finding("log-unit-suspect", "warning", text)]
-    text = f'{seen} If they are radians, say so in [log.units]: position = "rad". Nothing is judged.'
-    return [Finding("log-unit-suspect", "error", text)]
+    return [Finding("log-unit-suspect", "warning", text)]

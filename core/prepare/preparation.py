@@ -79,7 +79,7 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
     units = config.log.units
-    findings += position_findings(series, robot, units.position, "position" in units.given)
+    findings += position_findings(series, robot, units)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     kind, about_effort = effort_kind(config.log, series, robot)
     if kind.compensated == "stated":

@@ -36,6 +36,7 @@ class RobotModel:
         joint_types: their kinds.
         effort_limit_nm: (j,) N·m, or N for prismatic joints; NaN = none.
         position_limits: (j, 2) rad or m; NaN = none.
+        speed_limits: (j,) rad/s or m/s; NaN = none.
         has_inertials: whether torques can be computed.
         sha256: hash of the description and of the settings that change it, free of paths.
         findings: what building the model showed.
@@ -51,6 +52,7 @@ class RobotModel:
     joint_types: tuple[JointType, ...]
     effort_limit_nm: FloatArray
     position_limits: FloatArray
+    speed_limits: FloatArray
     has_inertials: bool
     sha256: str
     findings: tuple[Finding, ...]

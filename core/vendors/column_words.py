@@ -75,11 +75,12 @@ ELSEWHERE = frozenset({"tcp", "tool", "ee", "eef", "cartesian", "cart", "force",
 UNIT_WORDS = {"deg": "deg", "degree": "deg", "degrees": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
               "degps": "deg/s", "degs": "deg/s", "dps": "deg/s", "radps": "rad/s", "rads": "rad/s",
               "nm": "Nm", "a": "A", "amp": "A", "amps": "A", "ma": "mA", "mrad": "mrad", "rpm": "rpm", "mnm": "mNm",
-              "turns": "turns", "counts": "counts", "ticks": "ticks", "percent": "percent"}  # fmt: skip
+              "turns": "turns", "counts": "counts", "ticks": "ticks", "percent": "percent",
+              "pct": "percent", "permille": "permille"}  # fmt: skip
 UNITS_OF = {
     "position": ("deg", "rad", "mrad", "turns", "counts", "ticks"),
     "velocity": ("deg/s", "rad/s", "rpm", "deg", "rad"),
-    "effort": ("Nm", "mNm", "A", "mA", "counts", "percent"),
+    "effort": ("Nm", "mNm", "A", "mA", "counts", "percent", "permille"),
     "temperature": ("deg",),
 }
 
@@ -143,5 +144,7 @@ DOOSAN: dict[str, dict[str, Any]] = {
 }
 #: Words of a path below which angles are in degrees: Kinova's Kortex.
 DEGREES_BELOW = frozenset({"actuators"})
+#: Units of efforts that are converted by constants of the drives.
+OF_DRIVES = ("A", "mA", "current", "percent", "permille")
 #: Units that are converted; columns in others are passed over.
-CONVERTED = ("", "deg", "rad", "deg/s", "rad/s", "Nm", "A", "current")
+CONVERTED = ("", "deg", "rad", "deg/s", "rad/s", "Nm", *OF_DRIVES)

@@ -113,9 +113,18 @@ def test_positions_under_the_name_of_a_controllers_variable_are_degrees(tmp_path
 
 
 def test_units_that_are_not_converted_are_passed_over() -> None:
-    groups = numbered_groups(["q_1", "q_2", "i_mA_1", "i_mA_2"])
+    groups = numbered_groups(["q_1", "q_2", "tau_mNm_1", "tau_mNm_2"])
     choice = choose(groups, "effort")
-    assert choice.taken is None and [group.said for group in choice.passed] == ["i_mA_{i} (plain in mA)"]
+    assert choice.taken is None and [group.said for group in choice.passed] == ["tau_mNm_{i} (plain in mNm)"]
+
+
+@pytest.mark.parametrize("drives", ["tau_percent_{}", "tau_permille_{}", "i_mA_{}", "i_A_{}"])
+def test_torques_come_before_what_drives_count_in(drives: str) -> None:
+    names = [pattern.format(k) for pattern in ("q_{}", "tau_nm_{}", drives) for k in (1, 2)]
+    taken = choose(numbered_groups(names), "effort").taken
+    assert taken is not None and taken.pattern == "tau_nm_{i}"
+    alone = choose(numbered_groups(names[:2] + names[4:]), "effort").taken
+    assert alone is not None and alone.pattern == drives.format("{i}")
 
 
 def test_single_columns_of_desired_and_actual_values_are_no_joints(tmp_path: Path) -> None:
@@ -148,7 +157,7 @@ def test_the_joints_own_side_comes_before_the_motors(side: str) -> None:
 def _echo(path: Path, names: Sequence[Sequence[str]]) -> Path:
     """As ``rostopic echo -p`` writes joint states: the names in columns of their own."""
     columns = ["%time", *(f"field.{q}{k}" for q in ("name", "position", "effort") for k in range(len(names[0])))]
-    rows = [[str(10**9 * n), *own, *(str(0.1 * n + k) for k in range(2 * len(own)))] for n, own in enumerate(names)]
+    rows = [[f"{0.01 * n:.2f}", *own, *(str(0.1 * n + k) for k in range(2 * len(own)))] for n, own in enumerate(names)]
     path.write_text("\n".join(",".join(row) for row in [columns, *rows]) + "\n")
     return path
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from arms import dh_robot, dh_row
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.config.schema import ConditioningConfig, RobotConfig
+from collaudit.core.config.schema import ConditioningConfig, RobotConfig, UnitsConfig
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_building import build_robot
@@ -27,7 +28,7 @@ def said(position: np.ndarray, tmp_path, limits: tuple[Any, ...] = (), unit: str
         bounds = np.array([[-limit, limit] if np.ndim(limit) == 0 else limit for limit in limits])
         object.__setattr__(robot, "position_limits", bounds)
     series = condition(make_log(T, position, None, None, names), ConditioningConfig())
-    return position_findings(series, robot, unit, stated)
+    return position_findings(series, robot, UnitsConfig.of({"position": unit} if stated or unit != "rad" else {}))
 
 
 def arm(wrist: np.ndarray) -> np.ndarray:
@@ -75,5 +76,36 @@ def test_a_stated_unit_is_never_a_veto(tmp_path) -> None:  # type: ignore[no-unt
     assert {f.severity for f in found} == {"warning"}
     assert all("as [log.units]" in f.text and not f.forbids_pass for f in found)
     tiny = np.deg2rad(arm(0.4 * np.sin(T)))
-    assert severities(said(tiny, tmp_path, unit="deg")) == [("error", None)]
-    assert severities(said(tiny, tmp_path, unit="deg", stated=True)) == [("warning", None)]
+    assert severities(said(tiny, tmp_path, unit="deg")) == [("warning", None)]
+
+
+def of(position: np.ndarray, kinds: str, speeds: list[float], tmp_path, **units: str) -> list[Finding]:  # type: ignore[no-untyped-def]
+    """What is said of an arm whose joints are revolute (r) or prismatic (p), with limits of speed."""
+    names = NAMES[: position.shape[1]]
+    rows = [dh_row(1.0, (0, 0, 0), (0.1, 0.1, 0.1), a=0.3) | ({"joint": "prismatic"} if kind == "p" else {})
+            for kind in kinds]  # fmt: skip
+    robot = replace(build_robot(RobotConfig.of(dh_robot(rows)), tmp_path, names), speed_limits=np.array(speeds))
+    series = condition(make_log(T, position, None, None, names), ConditioningConfig(), robot.sliding)
+    return position_findings(series, robot, UnitsConfig.of(units))
+
+
+@pytest.mark.parametrize("metres", [np.sin(T), 8.0 + 4.0 * np.sin(0.5 * T), 0.02 + 0.02 * np.sin(3 * T)])
+def test_millimetres_are_noticed(tmp_path, metres: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    """A rail, a gantry and a gripper's finger, which is short and is told by its speed."""
+    nothing = [np.nan, np.nan]
+    assert of(np.column_stack([np.sin(T), metres]), "rp", nothing, tmp_path) == []
+    long = np.column_stack([np.sin(T), 1e3 * metres])
+    assert severities(of(long, "rp", nothing, tmp_path)) == [("error", "joint2")]
+    assert severities(of(long, "rp", nothing, tmp_path, length="m")) == [("warning", "joint2")]
+
+
+@pytest.mark.parametrize("times", [10.0, 100.0])
+def test_time_that_passes_too_slowly_is_noticed_by_the_speeds(tmp_path, times: float) -> None:  # type: ignore[no-untyped-def]
+    moving = np.column_stack([np.sin(T), 0.8 * np.cos(T), 0.9 * np.sin(0.9 * T)])
+    fast = np.column_stack([np.sin(times * T), 0.8 * np.cos(times * T), 0.9 * np.sin(0.9 * times * T)])
+    limits = [1.5, 1.5, np.nan]
+    assert of(moving, "rrr", limits, tmp_path) == []
+    assert severities(of(fast, "rrr", limits, tmp_path)) == [("error", None)]
+    assert of(fast, "rrr", [np.nan] * 3, tmp_path) == [], "nothing says what is too fast"
+    one = np.column_stack([fast[:, 0], moving[:, 1:]])
+    assert of(one, "rrr", [1.5, 1.5, 1.5], tmp_path) == [], "an encoder, not the time"

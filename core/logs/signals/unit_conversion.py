@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Mapping, Sequence
 from math import pi
 
@@ -11,32 +12,44 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.logs.signals.joint_naming import NameMap, listed
 from collaudit.core.numeric.arrays import FloatArray
 
+#: Units of effort of which a constant of each drive makes N·m: the key of the constants, and how many of their units.
+_BY_CONSTANT = {
+    "A": ("torque_constant_nm_per_a", 1.0),
+    "mA": ("torque_constant_nm_per_a", 1e-3),
+    "percent": ("rated_torque_nm", 1e-2),
+    "permille": ("rated_torque_nm", 1e-3),
+}
+_HINTS = {
+    "torque_constant_nm_per_a": "collaudit init estimates them from the robot's description",
+    "rated_torque_nm": "the drive's data sheet states it (CiA 402: object 6076h), times the ratio of the gear",
+}
+_UNITS_OF = {key: [unit for unit, (own, _) in _BY_CONSTANT.items() if own == key] for key in _HINTS}
+
 
 def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:
-    """Refuse torque constants and signs for joints that nobody has.
+    """Refuse constants and signs for joints that nobody has.
 
     Args:
         settings: the units.
         known: joints of the robot and of the log, by either name.
 
     Raises:
-        ConfigError: a key names no joint, or torque constants are given for efforts that are not currents.
+        ConfigError: a key names no joint, or constants are given for efforts in another unit.
     """
-    for key, table in (
-        ("torque_constant_nm_per_a", settings.torque_constant_nm_per_a),
-        ("effort_sign", settings.effort_sign),
-    ):
+    for key in (*_UNITS_OF, "effort_sign"):
+        table: Mapping[str, float] = getattr(settings, key)
         for name in table:
             if name not in known:
                 raise ConfigError(
                     f"[log.units] {key} names the joint {name!r}, which neither the log nor the robot has",
                     expected=f"one of {listed(known)}",
                 )
-    if settings.torque_constant_nm_per_a and settings.effort == "Nm" and "effort" in settings.given:
-        raise ConfigError(
-            "[log.units] torque_constant_nm_per_a is given, and effort is stated to be in N·m",
-            hint='set effort = "A" when the log holds currents, or take the constants out',
-        )
+        if key in _UNITS_OF and table and "effort" in settings.given and settings.effort not in _UNITS_OF[key]:
+            raise ConfigError(
+                f"[log.units] {key} is given, and effort is stated to be "
+                f"{'in N·m' if settings.effort == 'Nm' else repr(settings.effort)}",
+                hint=f"set effort = {' or '.join(map(json.dumps, _UNITS_OF[key]))}, or take the constants out",
+            )
 
 
 def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
@@ -69,43 +82,45 @@ def angle_factor(unit: str) -> float:
 def to_si(
     columns: Mapping[str, FloatArray], names: NameMap, settings: UnitsConfig, prismatic: Collection[str], where: str
 ) -> EffortUnit:
-    """Scale a log's columns to rad, rad/s and N·m in place, and tell the unit of the effort that results.
+    """Scale a log's columns to rad, rad/s (prismatic: m, m/s) and N·m in place, and tell the unit of the effort.
 
     Args:
         columns: quantity to (n, j).
         names: of the joints, in the order of the columns.
         settings: the units.
-        prismatic: joints whose positions and velocities are in metres already.
+        prismatic: joints whose positions and velocities are lengths.
         where: file and topic, for messages.
 
     Raises:
-        ConfigError: efforts are currents and a joint has no torque constant.
+        ConfigError: efforts are in a unit that constants convert, and a joint has none.
     """
+    length = 1e-3 if settings.length == "mm" else 1.0
     for quantity, unit in (("position", settings.position), ("velocity", settings.velocity or settings.position)):
-        if quantity in columns and (factor := angle_factor(unit)) != 1.0:
+        factors = [length if joint in prismatic else angle_factor(unit) for joint in names.model]
+        if quantity in columns and any(factor != 1.0 for factor in factors):
             values = columns[quantity]
-            values *= [1.0 if joint in prismatic else factor for joint in names.model]
+            values *= factors
     return _scale_effort(columns.get("effort"), names, settings, where)
 
 
 def _scale_effort(effort: FloatArray | None, names: NameMap, settings: UnitsConfig, where: str) -> EffortUnit:
-    """Apply torque constants and signs in place."""
+    """Apply the constants of the drives and signs in place."""
     joints = list(zip(names.model, names.log, strict=True))
     factors = [float(_for(settings.effort_sign, name, alias) or 1) for name, alias in joints]
-    if settings.effort == "A" and effort is not None:
-        constants = [_for(settings.torque_constant_nm_per_a, name, alias) for name, alias in joints]
+    if settings.effort in _BY_CONSTANT and effort is not None:
+        key, scale = _BY_CONSTANT[settings.effort]
+        constants = [_for(getattr(settings, key), name, alias) for name, alias in joints]
         missing = [name for name, constant in zip(names.model, constants, strict=True) if constant is None]
         if missing:
+            said = key.removesuffix("_nm_per_a").removesuffix("_nm").replace("_", " ")
             raise ConfigError(
-                f"effort is in A, and there is no torque constant of {', '.join(map(repr, missing))}",
+                f"effort is in {settings.effort}, and there is no {said} of {', '.join(map(repr, missing))}",
                 where=where,
-                expected="[log.units] torque_constant_nm_per_a = { "
-                + ", ".join(f'"{name}" = …' for name in missing)
-                + " }",
-                hint='collaudit init estimates them from the robot\'s description; or set effort = "raw": collaudit '
-                "fit then identifies a gain for each joint whose motion tells it",
+                expected=f"[log.units] {key} = {{ " + ", ".join(f'"{name}" = …' for name in missing) + " }",
+                hint=f'{_HINTS[key]}; or set effort = "raw": collaudit fit then identifies a gain for each joint whose '
+                "motion tells it",
             )
-        factors = [factor * (constant or 1.0) for factor, constant in zip(factors, constants, strict=True)]
+        factors = [factor * scale * (constant or 1.0) for factor, constant in zip(factors, constants, strict=True)]
     if effort is not None and any(factor != 1.0 for factor in factors):
         effort *= factors
     return "raw" if settings.effort == "raw" else "Nm"

@@ -26,6 +26,9 @@ UNITS = {
     "effort": {
         "Nm": ("nm", "n·m", "n*m", "n m", "n-m", "n.m", "n"),
         "A": ("a", "ampere", "amperes", "amps", "amp", "current"),
+        "mA": ("ma", "milliampere", "milliamperes", "milliamps"),
+        "percent": ("%", "percent", "pct"),
+        "permille": ("‰", "permille", "per mille"),
     },
 }
 _PER_SECOND = re.compile(r"\s*([/·* .]?\s*(s|sec|second)(\^?-1|⁻¹)?|ps)$")

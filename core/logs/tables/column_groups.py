@@ -15,6 +15,7 @@ from collaudit.core.vendors.column_words import (
     CURRENTS,
     DOOSAN,
     DOOSAN_ONLY,
+    OF_DRIVES,
     QUANTITY_WORDS,
     ROLE_OF,
     USABLE,
@@ -129,8 +130,13 @@ def choose(groups: Sequence[Found], quantity: str, joints: int | None = None) ->
 
 
 def _rank(group: Found) -> tuple[int, bool, int]:
-    """Measured before filtered, torques before currents, the largest group first."""
-    return USABLE.index(group.meaning.role), group.meaning.word in CURRENTS, -len(group.columns)
+    """Measured before filtered, torques before what drives count in, the largest group first."""
+    return USABLE.index(group.meaning.role), _of_drives(group.meaning), -len(group.columns)
+
+
+def _of_drives(meaning: Meaning) -> bool:
+    """Whether efforts are in a unit of drives, of which constants make torques."""
+    return meaning.word in CURRENTS or meaning.unit in OF_DRIVES
 
 
 def is_measured(meaning: Meaning) -> bool:
@@ -139,7 +145,7 @@ def is_measured(meaning: Meaning) -> bool:
 
 
 def preference(meaning: Meaning) -> tuple[bool, int, int]:
-    """Torques before currents, measured before filtered, and the usual word of a quantity first."""
+    """Torques before what drives count in, measured before filtered, and the usual word of a quantity first."""
     words = QUANTITY_WORDS[meaning.quantity]
     rank = words.index(meaning.word) if meaning.word in words else -1
-    return meaning.word in CURRENTS, USABLE.index(meaning.role), rank
+    return _of_drives(meaning), USABLE.index(meaning.role), rank

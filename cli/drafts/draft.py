@@ -126,7 +126,15 @@ class Draft:
         asked = self._given.get("log.joint_states")
         candidates = {t.name: t for t in self.summary.topics if t.role == "joint_states" and asked in (None, t.name)}
         facts = [
-            TopicFacts(t.name, self._known_joints(t), t.signal, t.has_effort is not False, len(t.joints), t.count)
+            TopicFacts(
+                t.name,
+                self._known_joints(t),
+                t.signal,
+                t.has_effort is not False,
+                t.effort_noise is not False,
+                len(t.joints),
+                t.count,
+            )
             for t in candidates.values()
         ]
         return candidates[in_order(facts)[0].name] if facts else None

@@ -8,11 +8,11 @@ import numpy as np
 
 from collaudit.cli.drafts.config_text import Section
 from collaudit.cli.drafts.trial import Trial
-from collaudit.core.conditioning.measured.calm_stretches import bend_of, noise_of
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, ChannelFacts
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.channel_noise import bend_of, noise_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.reports.terminal.text_table import table
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from collaudit.core.conditioning.measured.calm_stretches import bend_of
 from collaudit.core.data.audit_result import Collision, ResidualStats, RuleFacts
 from collaudit.core.data.detection_result import LevelFacts
 from collaudit.core.data.friction_result import FrictionFit
@@ -15,6 +14,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.channel_noise import bend_of
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import lasting, run_bounds
 from collaudit.core.numeric.stats import median_of, robust_sd

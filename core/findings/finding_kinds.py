@@ -323,6 +323,13 @@ KINDS: dict[str, Kind] = {
         _LOG,
         setting="log.effort_kind",
     ),
+    "effort-computed": Kind(
+        "The efforts have neither noise nor friction: a controller seems to have computed them from its model.",
+        "Record what was measured, and choose it with [log] joint_states or [log.csv] effort; or state [log] "
+        "effort_kind if these are measured.",
+        _LOG,
+        setting="log.effort_kind",
+    ),
     "judged-for-changes": Kind(
         "An arm that never moves, without a friction file, was judged for changes of its torque only.",
         "Fit friction on a log in which the arm moves, and judge with it: constant loads are judged then, too.",

@@ -32,7 +32,7 @@ from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
-from collaudit.core.logs.topics.topic_ranking import role_of
+from collaudit.core.logs.topics.topic_ranking import has_noise, role_of
 from collaudit.core.numeric.arrays import IntArray
 
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
@@ -174,6 +174,7 @@ def _info(
         role=role,
         readable=readable,
         note=_note(topic, settings),
+        effort_noise=has_noise([topic.decoded]) if joints else None,
         signal=role_of(topic, settings) if joints else "plain",
     )
 

@@ -29,6 +29,7 @@ class TopicInfo:
         role: what the topic can serve as.
         readable: whether its messages can be decoded.
         note: which profile reads it, or why it is not read.
+        effort_noise: of joint states, whether their efforts have a sensor's noise; a model's are smooth.
         signal: of joint states, what its efforts are: measured or plain, desired, commanded, of a model …
     """
 
@@ -44,6 +45,7 @@ class TopicInfo:
     role: Literal["joint_states", "wrench", "label", "phase", "other"] = "other"
     readable: bool = True
     note: str = ""
+    effort_noise: bool | None = None
     signal: Role = "plain"
 
 

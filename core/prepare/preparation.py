@@ -27,6 +27,7 @@ from collaudit.core.prepare.calibration import (
 )
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
+from collaudit.core.prepare.effort.computed_effort import computed_findings, smooth_joints
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import effort_kind, friction_sign_findings, friction_signs
@@ -240,12 +241,16 @@ def _effort_checks(
     """Gains, signs, delay and scale of a log's effort; series, robot and torques (n, j) are as calibrated."""
     gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
     sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
-    signs = {} if sensed else friction_signs(series, rigid, contact)
+    smooth = smooth_joints(series) if config.log.effort_kind == "auto" else ()
+    friction = friction_signs(series, rigid, contact) if smooth or not sensed else {}
+    signs = {} if sensed else friction
     upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
     gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
     late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
     signed = _signed(config)
+    computed = computed_findings(smooth, friction, start.judged)
     findings, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed, upright)
+    findings += computed
     if delay is not None:  # of a late effort no scale is known
         return _EffortChecks(gains, delay, upright, tuple(findings))
     described = gains

@@ -159,3 +159,16 @@ def test_a_commanded_topic_beside_a_simulated_arm_s_is_never_taken(made: Maker, 
     read = read_log((path,), LogConfig(), robot_joints=log.joint_names)
     assert read.source.topic == "/joint_states"
     np.testing.assert_array_equal(read.effort, log.effort[:900])
+
+
+@pytest.mark.parametrize("names", [("/a/states", "/b/states"), ("/b/states", "/a/states")])
+def test_efforts_with_noise_come_before_a_model_s(tmp_path: Path, names: tuple[str, str]) -> None:
+    rng, said = np.random.default_rng(1), []
+    for k in range(200):
+        at = np.sin(0.004 * k + np.arange(3))
+        for topic, force in zip(names, (at, at + rng.normal(0.0, 1e-3, 3)), strict=True):
+            said.append(w.joint_state(NAMES, at, at, force, stamp_ns=w.EPOCH + k * w.PERIOD, topic=topic))
+    path = w.write_mcap(tmp_path / "x.mcap", said)
+    assert read_log((path,), LogConfig(), robot_joints=NAMES).source.topic == names[1]
+    noisy = {topic.name: topic.effort_noise for topic in describe((path,)).topics}
+    assert noisy == {names[0]: False, names[1]: True}

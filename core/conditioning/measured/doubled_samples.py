@@ -8,12 +8,13 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.conditioning.measured.calm_stretches import CHANCE, Noise
+from collaudit.core.conditioning.measured.calm_stretches import CHANCE
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradicting
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
+from collaudit.core.numeric.channel_noise import Noise
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of

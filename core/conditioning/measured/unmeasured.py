@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.conditioning.measured.calm_stretches import (
-    bend_of,
-    noise_of,
     quiet_rows,
     shortest_stretch,
     straight,
@@ -28,6 +26,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.channel_noise import bend_of, noise_of
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError, did_you_mean
@@ -11,7 +11,7 @@ from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
 from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.logs.topics.log_topics import Topic, decode, described, named
-from collaudit.core.logs.topics.topic_ranking import TopicFacts, foremost, role_of
+from collaudit.core.logs.topics.topic_ranking import TopicFacts, foremost, has_noise, role_of
 
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
@@ -81,12 +81,14 @@ def _foremost(
             expected=listed(robot),
             hint="map the names under [log] joint_names",
         )
+    parts = {one.name: [held[x.name] for x in (one, *_siblings(topics, one)) if x.name in held] for one in candidates}
     facts = [
         TopicFacts(
             topic.name,
             known[topic.name],
             role_of(topic, settings),
-            _has_effort([topic, *_siblings(topics, topic)], held),
+            any(group.holds("effort") for decoded in parts[topic.name] for group in decoded.groups.values()),
+            has_noise(parts[topic.name]),
             len(names[topic.name]),
             held[topic.name].seen,
         )
@@ -102,11 +104,6 @@ def _foremost(
             hint=f'choose one: [log] joint_states = "{chosen[0].name}"',
         )
     return next(topic for topic in candidates if topic.name == chosen[0].name)
-
-
-def _has_effort(topics: Sequence[Topic], held: Mapping[str, Decoded]) -> bool:
-    parts = [held[topic.name] for topic in topics if topic.name in held]
-    return any(group.holds("effort") for decoded in parts for group in decoded.groups.values())
 
 
 def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:

@@ -153,12 +153,13 @@ def prepare(
         CollauditError: any of it cannot be done.
     """
     from collaudit.core.numeric.allocator import settle_within_memory_limit
-    from collaudit.core.prepare.calibration import Calibration
-    from collaudit.core.prepare.preparation import conditioned, modelled
 
     settle_within_memory_limit()
     step = stage(progress, 0.0, 1.0)
     log = open_log(files, settings, stage(progress, 0.0, 0.4))
+    from collaudit.core.prepare.calibration import Calibration  # a log that is refused here needs none of it
+    from collaudit.core.prepare.preparation import conditioned, modelled
+
     robot = load_robot(settings, log.joint_names)
     calibration = None if friction is None else Calibration.of(friction, settings.config)
     step(4, 10)
@@ -239,9 +240,6 @@ def audit(
         CollauditError: the log cannot be judged at all. ConfigError: the settings name a friction file and none is
             given.
     """
-    from collaudit.core.audit import audit_log
-    from collaudit.core.provenance import make_provenance
-
     if friction is None and settings.friction_path is not None:
         raise ConfigError(
             "the settings name a friction file, and none was given",
@@ -250,6 +248,9 @@ def audit(
             hint="pass friction = collaudit.reports.read_friction(settings.friction_path)",
         )
     prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.45))
+    from collaudit.core.audit import audit_log  # a log that is refused while it is read needs none of it
+    from collaudit.core.provenance import make_provenance
+
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)

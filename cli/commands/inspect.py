@@ -100,13 +100,14 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
     Raises:
         CollauditError: the robot cannot be used at all.
     """
-    from collaudit.core.verdict.verdict import asked_findings
-
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
         return None, ()
     try:
         with progress("reading") as report:
-            return None, asked_findings(prepare(files, loaded, progress=report), loaded.config)
+            prepared = prepare(files, loaded, progress=report)
+        from collaudit.core.verdict.verdict import asked_findings  # a log that is refused needs none of it
+
+        return None, asked_findings(prepared, loaded.config)
     except (ConfigError, LogError, NotJudgedError) as error:
         return error, ()
 

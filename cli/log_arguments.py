@@ -15,6 +15,7 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import Signals
 from collaudit.core.errors import ConfigError
+from collaudit.core.policy.contact_states import Precedents
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ def audit_files(
     progress: Progress | None = None,
     truth: Path | None = None,
     on_signals: Callable[[Signals, str], None] | None = None,
+    known: Precedents | None = None,
 ) -> tuple[Audit, FrictionFile | None]:
     """Audit one log with the settings' friction, or with friction fitted on the log itself.
 
@@ -70,6 +72,7 @@ def audit_files(
         progress: of reading.
         truth: file of known events to score the detection against.
         on_signals: takes the signals and the log's hash while the rest is still judged.
+        known: what is known of the robot's contacts beforehand.
 
     Returns:
         The audit, and the friction file it was judged with (None: fitted on the log).
@@ -84,9 +87,15 @@ def audit_files(
     path = loaded.friction_path
     digest = file_sha256(path) if path else None
     friction = _friction(path, digest) if path and digest else None
-    known = read_truth(truth) if truth else None
     audit = api.audit(
-        files, loaded, friction, truth=known, friction_sha256=digest, progress=progress, on_signals=on_signals
+        files,
+        loaded,
+        friction,
+        truth=read_truth(truth) if truth else None,
+        friction_sha256=digest,
+        progress=progress,
+        on_signals=on_signals,
+        known=known,
     )
     return audit, friction
 

@@ -40,7 +40,7 @@ _COMMANDS = {
     "trend": "What changed over the nights of a store of results.",
     "query": "Ask a store of results in SQL.",
     "check": "Check configurations without a log.",
-    "verify": "Compare an audit's folder with its manifest.",
+    "accept": "Take one contact out of verdicts, by name and until a day.",
     "simulate": "Make a log whose truth is known.",
     "selftest": "Prove this installation on logs whose truth is known.",
     "demo": "The whole chain on simulated runs; ends with a report.",

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from collaudit.core.logs.log_summary import LogSummary
+    from collaudit.core.policy.contact_states import Precedents
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
@@ -220,6 +221,7 @@ def audit(
     friction_sha256: str | None = None,
     progress: Progress | None = None,
     on_signals: Callable[[Signals, str], None] | None = None,
+    known: Precedents | None = None,
 ) -> Audit:
     """Judge one log.
 
@@ -232,6 +234,7 @@ def audit(
         friction_sha256: hash of the friction file, for the provenance.
         progress: of reading and judging.
         on_signals: called with the signals and the log's hash while the rest is still judged, to write them meanwhile.
+        known: earlier contacts of the robot, and accepted ones; None for nothing.
 
     Returns:
         The result as it stands in audit.json, and the signals (n, j) behind it.
@@ -254,7 +257,7 @@ def audit(
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)
-    return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals)
+    return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals, known)
 
 
 def audits(

@@ -17,6 +17,7 @@ from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.policy.contact_states import Precedents, with_states
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.preparation import calibrated
@@ -27,10 +28,11 @@ from collaudit.core.recommend.evidence_range import range_findings, ranges_behin
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.verdict.coverage import exclusions, measure_coverage
+from collaudit.core.verdict.further_limits import further_limits
 from collaudit.core.verdict.log_time import log_time
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls, unstated_force
-from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, unjudged
+from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, uncounted_texts, unjudged
 
 
 def audit_log(
@@ -41,6 +43,7 @@ def audit_log(
     truth: TruthFile | None = None,
     progress: Progress | None = None,
     on_signals: OnSignals | None = None,
+    known: Precedents | None = None,
 ) -> Audit:
     """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict.
 
@@ -52,6 +55,7 @@ def audit_log(
         truth: known events to score the detection against, if any.
         progress: called with steps done and in all.
         on_signals: called with the signals and the log's hash while the rest is still judged.
+        known: earlier contacts of the robot, and accepted ones; None for nothing.
 
     Raises:
         LogError: the known events cannot be understood.
@@ -83,6 +87,7 @@ def audit_log(
     scores = score_detection(series, run, inputs, config.detect, truth)
     unlabelled = missing_labels(series, config) if truth is None else []
     log, events = log_facts(series), (detected.collisions, detected.near_misses)
+    contacts = with_states(contacts, known, log.sha256, log.start, config.policy.max_accepted_days)
     rules = recommended_of_log(evidence_of(log, inputs.rule, judged.signals, phases, events), inputs.rule.persistence_s)
     ranges = ranges_behind(config.detect.evidence, judged.thresholds, judged.automatic)
     beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
@@ -109,7 +114,10 @@ def audit_log(
         ),
         sliding,
     )
-    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)
+    limits = further_limits(
+        config.policy, judged.stats, inputs.rule.watch, sensitivity, units, findings, log.start, friction
+    )
+    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings, limits)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
@@ -131,8 +139,9 @@ def audit_log(
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, flags=alarms, scores=scores),
         contacts=contacts,
-        exclusions=exclusions(
-            coverage, sensitivity, findings, units, config.log.effort_kind != "auto", prepared.left_out
+        exclusions=(
+            *uncounted_texts(contacts, config.policy),
+            *exclusions(coverage, sensitivity, findings, units, config.log.effort_kind != "auto", prepared.left_out),
         ),
         sensitivity=sensitivity,
         disturbances=disturbed,

@@ -12,14 +12,15 @@ from collaudit.cli.batch.audit_one import FINISHED, read_note, remove_run
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import read_object
 from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.checksums_file import CHECKSUMS_NAME
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.manifest_file import MANIFEST_NAME, SIGNATURE_NAME
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
 from collaudit.reports.page.scripts import ASSETS_FOLDER, asset_names
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"
-_MANIFEST = (MANIFEST_NAME, SIGNATURE_NAME)
+#: Of earlier versions: they would speak of another audit.
+_FORMER = ("policy.json", "manifest.json", "manifest.json.minisig")
 
 
 @contextmanager
@@ -47,7 +48,7 @@ def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], fo
     owner = {"host": socket.gethostname(), "process": os.getpid()}
     atomic_write(marker, json_text({"note": note, **owner, "runs": sorted(runs)}))
     assets = (f"{ASSETS_FOLDER}/{file.name}" for file in (out / ASSETS_FOLDER).glob("*-*.js"))
-    for name in (*own_files(), *assets, *_MANIFEST):
+    for name in (*own_files(), *assets, CHECKSUMS_NAME, *_FORMER):
         _remove(out / name)
     for folder in sorted(runs.difference(kept)):
         remove_run(out / folder)
@@ -56,11 +57,10 @@ def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], fo
 
 
 def own_files() -> list[str]:
-    """Names of what an audit may write into its folder itself, its manifest aside."""
+    """Names of what an audit may write into its folder itself, its checksums aside."""
     return [
         "index.html",
         "summary.json",
-        "policy.json",
         *(f"summary{FORMATS[name].suffix}" for name in formats_of_many()),
         *asset_names(),
     ]

@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 
@@ -18,10 +19,10 @@ from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.remote_logs import local_copy, remote_stamp
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.api import LogFiles, Progress
-from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.logs.log_hashing import sha256_of
 from collaudit.core.logs.opening import also_files
+from collaudit.core.policy.contact_states import Precedents, day_refusal
 from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
@@ -60,7 +61,7 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     except Exception as error:  # noqa: BLE001 - one log's bug is that log's, said as such
         reason = _bug(error, job.files, name)
     remove_run(run)
-    return Outcome(entry_of_error(name, reason, job.robot), None)
+    return Outcome(entry_of_error(name, reason, job.owner), None)
 
 
 def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
@@ -80,15 +81,15 @@ def _written(
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
-    audit, friction = audit_files(files, job.loaded, progress)
+    audit, friction = audit_files(files, job.loaded, progress, known=job.known)
     audit = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=job.name)))
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
-    note_finished(run, files, audit.result.log.sha256, job.loaded, stamp)
+    note_finished(run, files, audit.result.log.sha256, job, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.robot), audit.result, record)
+    return Outcome(replace(entry, robot=job.owner), audit.result, record)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:
@@ -118,19 +119,19 @@ def remove_run(run: Path) -> None:
 
 
 def note_finished(
-    run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig, origin: Mapping[str, str] | None = None
+    run: Path, files: LogFiles, log_sha256: str, job: LogJob, origin: Mapping[str, str] | None = None
 ) -> None:
     """Write down, after all its other files, the inputs of a run.
 
     Args:
         run: its folder.
-        files, log_sha256, loaded: as of :func:`rests_on`.
+        files, log_sha256, job: as of :func:`rests_on`.
         origin: of a remote log what tells that it was replaced.
 
     Raises:
         CollauditError: it cannot be written.
     """
-    rested = rests_on(files, log_sha256, loaded)
+    rested = rests_on(files, log_sha256, job)
     if origin is not None:
         rested["origin"] = origin
     atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
@@ -145,18 +146,18 @@ def read_note(run: Path) -> object:
     return content.get("rests_on") if content.get("schema") == _SCHEMA else None
 
 
-def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str, object]:
+def rests_on(files: LogFiles, log_sha256: str, job: LogJob) -> dict[str, object]:
     """The inputs of the run of a log, as they are written.
 
     Args:
         files: of the log.
         log_sha256: their hash.
-        loaded: settings; the files that they name count by their content.
+        job: its settings, whose files count by their content, and what is known of its robot's contacts.
 
     Raises:
         OSError: such a file cannot be read. CollauditError: one is missing.
     """
-    config = loaded.config
+    loaded, config = job.loaded, job.loaded.config
     named = [loaded.urdf_path, loaded.friction_path]
     other_files = [path for path in named if path is not None]
     other_files += also_files(files, config.log.csv)
@@ -165,9 +166,18 @@ def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str
     return {
         "log": log_sha256,
         "settings": loaded.sha256,
+        "known": _digest(job.known, config.policy.max_accepted_days),
         "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in other_files],
         "versions": {"collaudit": version("collaudit"), **versions()},
     }
+
+
+def _digest(known: Precedents | None, most_days: float) -> str | None:
+    """Hash of what is known beforehand; of the day only which entries count on it."""
+    if known is None:
+        return None
+    days = [day_refusal(entry, known.today, most_days) for entry in known.accepted]
+    return hashlib.sha256(repr((replace(known, today=date.min), days)).encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
@@ -182,7 +192,7 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
     if job.problem is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
-        if job.url is None and note != rests_on(job.files, sha256_of(job.files), job.loaded):
+        if job.url is None and note != rests_on(job.files, sha256_of(job.files), job):
             return None
         if job.url is not None and not _unchanged(job, note):
             return None
@@ -191,7 +201,7 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
         return None
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.robot), audit.result, record)
+    return Outcome(replace(entry, robot=job.owner), audit.result, record)
 
 
 def _unchanged(job: LogJob, note: object) -> bool:
@@ -199,5 +209,5 @@ def _unchanged(job: LogJob, note: object) -> bool:
     if not isinstance(note, dict) or job.url is None or job.loaded.config.log.csv.also:
         return False
     stamp = remote_stamp(job.url)
-    alike = note == {**rests_on((), str(note.get("log")), job.loaded), "origin": stamp}
+    alike = note == {**rests_on((), str(note.get("log")), job), "origin": stamp}
     return alike and not set(stamp) <= {"size"}

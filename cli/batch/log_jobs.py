@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -16,6 +16,7 @@ from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.log_record import LogRecord, NightFrom
 from collaudit.core.history.record_of_audit import record_of
 from collaudit.core.logs.log_hashing import sha256_of
+from collaudit.core.policy.contact_states import Precedents
 from collaudit.reports.values.entries import IndexEntry
 
 #: In ``--robot``: the name of the folder that a log lies in.
@@ -87,6 +88,7 @@ class LogJob(NamedTuple):
         problem: why it cannot be judged, where that is known beforehand.
         wanted: what is to be recorded of it for a store, if anything.
         url: where a remote log is fetched from.
+        known: what is known of its robot's contacts beforehand.
     """
 
     files: LogFiles
@@ -97,6 +99,17 @@ class LogJob(NamedTuple):
     problem: CollauditError | None = None
     wanted: RecordWanted | None = None
     url: str | None = None
+    known: Precedents | None = None
+
+    @property
+    def owner(self) -> str | None:
+        """Whose log it is, by the fleet or by ``--robot``."""
+        return self.robot if self.wanted is None else self.wanted.robot
+
+    @property
+    def place(self) -> str:
+        """Its path or URL as it was given."""
+        return self.url or self.files[0].as_posix()
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,22 +162,19 @@ def with_records(
     return made
 
 
-def night_records(
-    jobs: Sequence[LogJob], outcomes: Sequence[Outcome], decided: Sequence[IndexEntry]
-) -> dict[str, LogRecord]:
+def night_records(jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> dict[str, LogRecord]:
     """The records of all logs of which one is wanted, by name.
 
     Args:
         jobs, outcomes: of the audit, in one order.
-        decided: in that order, with the verdicts that the policy of the night came to.
     """
     made = {}
-    for job, one, entry in zip(jobs, outcomes, decided, strict=True):
+    for job, one in zip(jobs, outcomes, strict=True):
         record = one.record
         if record is None and job.wanted is not None:
             record = job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
         if record is not None:
-            made[entry.name] = replace(record, decided_verdict=entry.verdict, decided_reasons=entry.reasons)
+            made[one.entry.name] = record
     return made
 
 

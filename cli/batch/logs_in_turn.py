@@ -79,7 +79,7 @@ def _outcomes(
 
 def _left(job: LogJob, last: str) -> Outcome:
     reason = NotJudgedError(f"not judged: --fail-fast ended the audit after {last}", where=job.name)
-    return Outcome(entry_of_error(job.name, reason, job.robot), None)
+    return Outcome(entry_of_error(job.name, reason, job.owner), None)
 
 
 def outcomes_of_processes(
@@ -133,7 +133,7 @@ def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
         "not started": f"no process could be started to judge it (the last one: {cause})",
         "not sent": f"its result could not be received ({lost.text})",
     }[lost.how]
-    return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name), job.robot), None)
+    return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name), job.owner), None)
 
 
 def _cause_of_death(exit_code: int, limits: Limits) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,6 @@ from collaudit.cli.console import (
     Detail,
     detail_options,
     note,
-    print_findings,
     progress,
     say_json,
     say_result,
@@ -25,19 +24,22 @@ from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary
 
 #: Lines of a screen.
 _MOST_LOGS = 20
-#: Files that are left out are named up to so many.
+#: Files that are left out, and entries of accepted.toml, are named up to so many.
 _MOST_NAMED = 5
 _DAY = click.DateTime(["%Y-%m-%d"])
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from datetime import date
 
     from collaudit.cli.batch.log_jobs import LogJob, Outcome
-    from collaudit.cli.fleet.night_policy import Decisions
-    from collaudit.core.data.audit_result import AuditResult
+    from collaudit.core.config.schema_accepted import Acceptance
+    from collaudit.core.data.audit_result import AuditResult, Verdict
+    from collaudit.core.data.left_out import LeftOut
     from collaudit.core.history.log_record import LogRecord
     from collaudit.core.history.robot_trend import RobotTrend
     from collaudit.reports.values.entries import IndexEntry
+    from collaudit.reports.values.night import NightFacts
 
 
 @example_command(
@@ -96,21 +98,11 @@ if TYPE_CHECKING:
 @click.option(
     "--baseline",
     metavar="DIR|FILE|STORE",
-    help="An earlier audit, or a store of nights: what it shows already, within its noise, does not fail.",
+    help="An earlier audit, or a store of nights: contacts that it has are called known, and break the policy all the "
+    "same.",
 )
 @click.option(
-    "--fail-on",
-    "fails",
-    multiple=True,
-    type=click.Choice(["warn", "not-judged"]),
-    help="Exit with 1 also for this; may be given twice.",
-)
-@click.option("--as-of", type=_DAY, metavar="YYYY-MM-DD", help="Day for waivers' expiry; today (UTC) when absent.")
-@click.option(
-    "--sign",
-    type=click.Path(path_type=Path),
-    metavar="KEY",
-    help="Sign manifest.json with this minisign key (extra sign; password in COLLAUDIT_SIGN_PASSWORD).",
+    "--as-of", type=_DAY, metavar="YYYY-MM-DD", help="Day on which acceptances are looked at; today (UTC) when absent."
 )
 @click.option(
     "--log-json",
@@ -149,9 +141,7 @@ def command(
     memory_limit: float | None,
     resume: bool,
     baseline: str | None,
-    fails: tuple[str, ...],
     as_of: datetime | None,
-    sign: Path | None,
     log_json: Path | None,
     fail_fast: bool,
     keep_going: bool,
@@ -172,9 +162,10 @@ def command(
     whose process dies. All results of earlier audits in OUT are removed first; until the new ones are complete, OUT
     holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
 
-    Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
-    audit.json of a log keeps the verdict on that log alone. manifest.json holds the hashes of all that was read and
-    written; collaudit verify compares them.
+    Each log has one verdict, in audit.json, report, index and all formats. A contact that earlier nights had, too, is
+    called known and breaks the policy like a new one; only accepted.toml (collaudit accept) takes one out. Files of a
+    folder that were not judged are named, and count as [policy] other_files says. SHA256SUMS holds the hashes of all
+    that was written: sha256sum -c SHA256SUMS.
 
     With --store, what was found of every log is appended to a store, which collaudit trend and query read.
 
@@ -185,30 +176,30 @@ def command(
     from collaudit.cli.batch.log_jobs import Limits, night_records, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code
-    from collaudit.cli.fleet.baseline_files import is_store, read_baseline
     from collaudit.cli.fleet.log_inputs import night_of
-    from collaudit.cli.fleet.night_policy import NightPolicy, night_manifest
+    from collaudit.cli.fleet.precedents import is_store, read_accepted, read_history, with_precedents
     from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
-    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.checksums_file import write_checksums
     from collaudit.reports.files.json_files import json_text
-    from collaudit.reports.files.manifest_file import MANIFEST_NAME, signing_key, write_signature
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.page.index import summarise
     from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.values.entries import verdict_counts
+    from collaudit.reports.values.entries import night_sentence, nights_before, verdict_counts
+    from collaudit.reports.values.night import left_out_entries
 
-    key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
-    found, of_robots = night_of(logs, loaded, overrides(), keep_going)
-    _say_left_out(logs)
+    accepted = read_accepted(loaded)
+    found, of_robots, others = night_of(logs, loaded, overrides(), keep_going)
+    _say_left_out(others)
     for friction in sorted({path for settings in of_robots if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
-    known = None if baseline is None else read_baseline(baseline)
-    policy = NightPolicy(loaded.config.policy, known, fails, (as_of or datetime.now(UTC)).date())
-    history = baseline if baseline is not None and is_store(baseline) else None
-    work = with_records(found, store or history, robot, day)
+    nights = store or (baseline if baseline is not None and is_store(baseline) else None)
+    jobs_of_night = with_records(found, nights, robot, day)
+    history = [one for place in dict.fromkeys([baseline, nights]) if place is not None for one in read_history(place)]
+    today = (as_of or datetime.now(UTC)).date()
+    work = with_precedents(jobs_of_night, history, accepted, today)
     kept = finished_outcomes(work, output) if resume else {}
     folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
     if resume:
@@ -216,72 +207,88 @@ def command(
     with run_log(log_json) as events, audit_under_way(output, folders, kept_folders, force):
         events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
 
-        def came(job: LogJob, outcome: Outcome) -> bool:
+        def came(_job: LogJob, outcome: Outcome) -> bool:
             events.judged(outcome)
             _say_error(outcome)
-            return fail_fast and policy.verdict_of(job, outcome) == "fail"
+            return fail_fast and outcome.entry.verdict == "fail"
 
         left = len(work) - len(kept)
         with progress(f"auditing {left} log{'s' if left != 1 else ''}") as report:
             limits = Limits(jobs, timeout, memory_limit, scheduler)
             outcomes = audit_logs(work, kept, output, limits, report, came)
-        decisions = policy.decide(work, outcomes)
-        entries = decisions.entries
-        tonight, nights = night_records(work, outcomes, entries), store or history
+        entries = [*(outcome.entry for outcome in outcomes), *left_out_entries(others)]
+        results = [outcome.result for outcome in outcomes if outcome.result is not None]
+        tonight = night_records(work, outcomes)
         stored = [] if nights is None else ResultStore(nights).records()
-        unread = [outcome.entry for outcome in outcomes if not outcome.result]
-        _write_night(output, decisions, tonight, stored, unread, extra)
-        manifest = night_manifest(output, work, outcomes, decisions, (loaded, *of_robots), own_files())
-        atomic_write(output / MANIFEST_NAME, json_text(manifest))
-        if key is not None:
-            write_signature(output, key)
+        night = _night_facts(work, outcomes, others, accepted, today, loaded.config.policy.max_accepted_days)
+        night = replace(night, sentence=night_sentence(entries, _trends(tonight, stored)))
+        _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
+        write_checksums(output, own_files(), folders, others)
         if store is not None:
             ResultStore(store).append(list(tonight.values()))
             note(f"{len(tonight)} logs added to the store {store}")
-        code = exit_code(decisions.verdicts)
+        code = exit_code([night.verdict(entries)])
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
-    _say_copies(decisions.results)
-    print_findings(decisions.file.findings, err=True)
+    _say_copies(results)
+    _say_stale(night)
     if as_json:
-        say_json(json_text(summarise(entries)))
+        say_json(json_text(summarise(entries, night)))
     else:
-        _say(entries, decisions.results, detail)
+        _say(entries, results, night, detail)
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
     return code
 
 
+def _night_facts(
+    jobs: Sequence[LogJob],
+    outcomes: Sequence[Outcome],
+    others: Sequence[LeftOut],
+    accepted: Sequence[Acceptance],
+    today: date,
+    most_days: float,
+) -> NightFacts:
+    """What is said of the night beside its logs; ``others`` are files that were left out."""
+    from collaudit.core.policy.acceptance_use import acceptance_uses
+    from collaudit.core.policy.night_budget import budget_breaches
+    from collaudit.reports.values.night import NightFacts
+
+    judged = [(job, one.result) for job, one in zip(jobs, outcomes, strict=True) if one.result is not None]
+    looked_at = [(job.known, result) for job, result in judged if job.known is not None]
+    return NightFacts(
+        breaches=tuple(budget_breaches([(job.owner, result) for job, result in judged])),
+        left_out=tuple(others),
+        accepted=tuple(acceptance_uses(accepted, looked_at, today, most_days)),
+    )
+
+
 def _write_night(
     output: Path,
-    decisions: Decisions,
-    tonight: Mapping[str, LogRecord],
-    stored: Sequence[LogRecord],
-    unread: Sequence[IndexEntry],
+    entries: Sequence[IndexEntry],
+    results: Sequence[AuditResult],
+    night: NightFacts,
+    before: Mapping[str, Sequence[Verdict]],
     formats: Sequence[str],
 ) -> None:
-    """Write what speaks of all logs together: the index page, policy.json and summaries.
+    """Write what speaks of all logs together: the index page and summaries.
 
     Args:
         output: folder of the audit.
-        decisions: of the policy.
-        tonight, stored: records of these logs, and of earlier nights.
-        unread: logs without a result.
+        entries: a line for every log, and for every file that counts as one.
+        results: of the logs that were audited.
+        night: what is said of all of them.
+        before: by name of log, what became of it in earlier nights.
         formats: of the summaries.
     """
-    from collaudit.cli.fleet.baseline_files import POLICY_NAME
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_files import json_text
     from collaudit.reports.page.index import write_index
     from collaudit.reports.page.scripts import write_assets
-    from collaudit.reports.values.entries import night_sentence, nights_before
 
-    sentence = night_sentence(decisions.entries, _trends(tonight, stored))
-    write_index(output, decisions.entries, sentence, nights_before(tonight, stored))
+    write_index(output, entries, night, before)
     write_assets(output)
-    atomic_write(output / POLICY_NAME, json_text(decisions.file))
+    unread = [entry for entry in entries if entry.error is not None]
     for name in formats:
-        text = summary_text(decisions.results, name, unread, sentence)
-        atomic_write(output / f"summary{FORMATS[name].suffix}", text)
+        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread, night))
 
 
 def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Sequence[RobotTrend]:
@@ -293,17 +300,16 @@ def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Se
     return robot_trends(list(every.values())) if stored else ()
 
 
-def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:
+def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: NightFacts, detail: Detail) -> None:
     """Print as much as was asked for: of one log its screen, of several the worst."""
     from collaudit.reports.terminal.command_texts import summary_table, total_text
     from collaudit.reports.terminal.screen_text import audit_text, screen_text
-    from collaudit.reports.values.entries import worst_verdict
     from collaudit.reports.values.visible_text import visible
     from collaudit.reports.values.words import VERDICT_WORD
 
     width = terminal_width()
     if detail is Detail.VERDICT:
-        text = f"{VERDICT_WORD[worst_verdict(entries)]}  {total_text(entries)}"
+        text = f"{VERDICT_WORD[night.verdict(entries)]}  {total_text(entries)}"
         if len(entries) == 1:
             text = f"{entries[0].word}  {visible(entries[0].name)}\n"
         say_result(text)
@@ -314,16 +320,24 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: 
         say_result(text)
         return
     say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
+    for text in night.breaches:
+        say_result(f"FAIL  {visible(text)}\n")
 
 
-def _say_left_out(logs: Sequence[str]) -> None:
-    from collaudit.core.logs.inputs import other_files
+def _say_left_out(others: Sequence[LeftOut]) -> None:
+    """Name files that were not taken as logs, companions of logs aside."""
+    named = [f"{file.name} ({file.text})" for file in others if file.kind != "companion"]
+    more = [f"{len(named) - _MOST_NAMED} more"] if len(named) > _MOST_NAMED else []
+    if named:
+        note(f"not taken as logs: {'; '.join([*named[:_MOST_NAMED], *more])}")
 
-    others = other_files(logs)
-    more = [f"{len(others) - _MOST_NAMED} more"] if len(others) > _MOST_NAMED else []
-    if others:
-        named = ", ".join([*map(str, others[:_MOST_NAMED]), *more])
-        note(f"not taken as logs; name one as an argument to have it read: {named}")
+
+def _say_stale(night: NightFacts) -> None:
+    """Name entries of accepted.toml that a person should look at."""
+    for use in night.stale[:_MOST_NAMED]:
+        note(f"accepted.toml, entry {use.number}, {use.state}: {use.text}")
+    if night.stale:
+        note(f"{len(night.stale)} of {len(night.accepted)} entries: collaudit accept OUT --prune takes them out")
 
 
 def _say_copies(results: Sequence[AuditResult]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, say, say_object
+from collaudit.cli.console import note, say, say_object
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS, EXIT_USAGE, CollauditError, ConfigError
 
@@ -16,11 +16,11 @@ from collaudit.core.errors import EXIT_PASS, EXIT_USAGE, CollauditError, ConfigE
 @click.argument("configs", nargs=-1, type=click.Path(path_type=Path), metavar="[CONFIG]...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: whether each can be used, and why not.")
 def command(configs: tuple[Path, ...], as_json: bool) -> int:
-    """Check configurations: keys and values, the files they name, the fleet, and waivers that are over.
+    """Check configurations: keys and values, the files they name, the fleet, and accepted contacts that are over.
 
     Without an argument collaudit.toml of this folder is checked. As a hook of pre-commit: collaudit-check.
 
-    Exit codes: 0 all can be used; 2 one cannot. An expired waiver is said, and is no error.
+    Exit codes: 0 all can be used; 2 one cannot. An acceptance that is over is said, and is no error.
     """
 
     problems: dict[str, str | None] = {}
@@ -40,9 +40,10 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 
 
 def _check(path: Path) -> None:
+    from collaudit.cli.fleet.precedents import read_accepted
     from collaudit.cli.fleet.robot_matching import fleet_robots, robot_settings
     from collaudit.core.config import load_config
-    from collaudit.core.policy.decision import WaiverBook
+    from collaudit.core.policy.contact_states import day_refusal
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)
@@ -53,5 +54,8 @@ def _check(path: Path) -> None:
             raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))
         if settings.friction_path is not None:
             read_friction(settings.friction_path)
-    waivers = WaiverBook(loaded.config.policy.waivers, datetime.now(UTC).date()).findings()
-    print_findings([finding for finding in waivers if finding.severity == "warning"], err=True)
+    today, most_days = datetime.now(UTC).date(), loaded.config.policy.max_accepted_days
+    for entry in read_accepted(loaded):
+        why = day_refusal(entry, today, most_days)
+        if why is not None:
+            note(f"accepted contact that does not count, {why}: {entry.words}")

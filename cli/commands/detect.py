@@ -56,6 +56,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
     from collaudit.cli.exit_codes import exit_code
+    from collaudit.cli.fleet.precedents import precedents_of_log
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.run_files import RunFolder, result_json
@@ -66,7 +67,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     if output is not None:
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
     with progress("judging") as report, run or nullcontext():
-        audit, friction = audit_files(files, loaded, report, truth, None if run is None else run.take_signals)
+        on_signals = None if run is None else run.take_signals
+        audit, friction = audit_files(files, loaded, report, truth, on_signals, precedents_of_log(files, loaded))
         if run is not None:
             run.write(audit, friction)
     scores = audit.result.detection.scores if audit.result.detection else ()

@@ -18,15 +18,19 @@ from contextlib import ExitStack
 from functools import cache
 from itertools import takewhile
 from pathlib import Path
+from typing import NamedTuple
 
 from collaudit.cli.batch.log_jobs import LogJob
-from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
-from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, log_settings, robot_settings, robots_of
+from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs, remote_others
+from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_settings, robots_of
 from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot
+from collaudit.core.data.left_out import LeftOut
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
+from collaudit.core.logs.inputs import other_files
 from collaudit.core.logs.log_formats import is_bag_folder
+from collaudit.core.logs.unjudged_files import left_out, left_out_urls
 from collaudit.core.numeric.distinct_names import distinct
 from collaudit.reports.page.scripts import ASSETS_FOLDER
 
@@ -35,10 +39,18 @@ STDIN = "-"
 _LONGEST_FOLDER = 80
 
 
+class Night(NamedTuple):
+    """What is to be audited: the jobs, settings of every robot or the common ones, files that are left out."""
+
+    jobs: list[LogJob]
+    settings: list[LoadedConfig]
+    left_out: list[LeftOut]
+
+
 def night_of(
     arguments: Sequence[str], loaded: LoadedConfig, flags: Mapping[str, object], keep_going: bool = False
-) -> tuple[list[LogJob], list[LoadedConfig]]:
-    """The jobs that arguments stand for, and the settings of every robot, or the common ones.
+) -> Night:
+    """What arguments stand for.
 
     Args:
         arguments: files, folders, patterns, URLs, or ``-`` for a list of them on stdin, one a line.
@@ -72,7 +84,15 @@ def night_of(
     names = log_identities(asked, places, [job.robot for job in jobs])
     named = zip(jobs, names, run_folders(names, places), strict=True)
     jobs = [job._replace(name=name, folder=folder) for job, name, folder in named]
-    return jobs, list(settings.values()) or [loaded]
+    return Night(jobs, list(settings.values()) or [loaded], _left_out(asked, loaded))
+
+
+def _left_out(arguments: Sequence[str], loaded: LoadedConfig) -> list[LeftOut]:
+    """What lies in the audited folders besides logs."""
+    rule = loaded.config.policy.other_files
+    local = [argument for argument in arguments if not is_url(argument)]
+    remote = [url for argument in arguments if is_url(argument) for url in remote_others(argument)]
+    return left_out(other_files(local), rule) + left_out_urls(remote, rule)
 
 
 def with_stdin(arguments: Sequence[str]) -> list[str]:
@@ -124,8 +144,7 @@ def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str |
             problem = NotJudgedError(str(error), where=place)
     own = job._replace(files=() if url else files, problem=problem)
     by_name: dict[str | None, LoadedConfig] = {None: job.loaded, **settings}
-    loaded = [log_settings(job.loaded, by_name[name], place, name) for name in names]
-    return [own._replace(loaded=one, robot=name) for one, name in zip(loaded, names, strict=True)]
+    return [own._replace(loaded=by_name[name], robot=name) for name in names]
 
 
 def log_identities(arguments: Sequence[str], logs: Sequence[LogFiles], robots: Sequence[str | None]) -> list[str]:

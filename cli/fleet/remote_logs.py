@@ -58,6 +58,17 @@ def _is_file(system: Any, path: str) -> bool:
         return False
 
 
+def remote_others(url: str) -> list[str]:
+    """URLs of what a remote folder holds besides logs, sorted; nothing for a log or a pattern."""
+    with _said(url, ConfigError, "cannot be looked up"):
+        system, path = _system(url)
+        if any(sign in path for sign in "*?[") or _is_file(system, path):
+            return []
+        scheme, logs = url.partition("://")[0], set(remote_logs(url))
+        found = (one if "://" in one else f"{scheme}://{one}" for one in map(str, system.find(path)))
+        return sorted(set(found) - logs)
+
+
 @contextmanager
 def local_copy(url: str) -> Iterator[Path]:
     """A remote log as a file of the same name, for as long as the block lasts.

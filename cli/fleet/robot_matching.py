@@ -11,16 +11,14 @@ from pathlib import Path
 
 from collaudit.core.api import LogFiles, describe
 from collaudit.core.config import LoadedConfig, config_sha256, load_config
-from collaudit.core.config.schema import FleetConfig, FleetRobot, PolicyConfig
+from collaudit.core.config.schema import FleetConfig, FleetRobot
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.logs.log_summary import LogSummary
-from collaudit.core.policy.decision import concerns, matches
+from collaudit.core.policy.name_patterns import matches
 from collaudit.core.small_files import read_small
 
 _HEAD_BYTES = 1 << 16
 _WORD = re.compile(r"[^\s,;:=\"'#]+")
-#: Keys of an override that are no limits: which logs it means, and what is merged.
-_OF_OVERRIDE = {"robots", "logs", "levels", "findings"}
 
 
 def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
@@ -187,47 +185,19 @@ def robot_settings(
     return {name: _of_robot(common, flags, name, robot) for name, robot in robots.items()}
 
 
-def log_settings(common: LoadedConfig, own: LoadedConfig, place: str, robot: str | None) -> LoadedConfig:
-    """Settings of one log: those of its robot, with the policy that holds for the log.
-
-    Args:
-        common: the configuration.
-        own: of the robot; the common one without a fleet.
-        place: path or URL of the log.
-        robot: name of the robot, None without a fleet.
-    """
-    policy = policy_of(common.config.policy, place, robot)
-    config = own.config.changed({"policy": policy, "fleet": FleetConfig()})
-    return replace(own, config=config, sha256=config_sha256(config))
-
-
-def policy_of(policy: PolicyConfig, place: str, robot: str | None) -> PolicyConfig:
-    """The policy that holds for one log: limits and levels of every override that means it, the last one winning.
-
-    Overrides and waivers are no part of it.
-    """
-    changes: dict[str, object] = {"overrides": [], "waivers": []}
-    levels, findings = dict(policy.levels), dict(policy.findings)
-    for override in policy.overrides:
-        if concerns(override, place, robot):
-            changes |= {name: getattr(override, name) for name in override.given - _OF_OVERRIDE}
-            levels |= override.levels
-            findings |= override.findings
-    return policy.changed({**changes, "levels": levels, "findings": findings})
-
-
 def _of_robot(common: LoadedConfig, flags: Mapping[str, object], name: str, robot: FleetRobot) -> LoadedConfig:
     """The robot's own configuration, or the common one; then what the fleet states of it; then the flags."""
+    policy = common.config.policy
     if robot.config is not None:
         own = load_config(robot.config).config
-        wrong = [table for table in ("policy", "fleet") if table in own.given]
-        if wrong:
+        if "fleet" in own.given:
             raise ConfigError(
                 f"the configuration of robot {name!r} holds what is common to the fleet",
                 where=str(robot.config),
-                found=", ".join(f"[{table}]" for table in wrong),
-                hint="put it into the configuration that names the fleet; [[policy.overrides]] differ by robot",
+                found="[fleet]",
+                hint="put it into the configuration that names the fleet",
             )
+        policy = policy.changed({key: getattr(own.policy, key) for key in own.policy.given})
     stated = {"robot.urdf": robot.urdf, "friction.file": robot.friction, "detect.gamma_nm": robot.gamma_nm}
     own_keys = {
         key: str(value.absolute()) if hasattr(value, "absolute") else value
@@ -235,4 +205,6 @@ def _of_robot(common: LoadedConfig, flags: Mapping[str, object], name: str, robo
         if value is not None
     }
     of_robot = {key: value for key, value in flags.items() if not key.startswith(("policy.", "fleet."))}
-    return load_config(robot.config or common.path, {**own_keys, **of_robot})
+    made = load_config(robot.config or common.path, {**own_keys, **of_robot})
+    config = made.config.changed({"policy": policy, "fleet": FleetConfig()})
+    return replace(made, config=config, sha256=config_sha256(config))

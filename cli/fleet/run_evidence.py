@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from collaudit.cli.console import progress, say, say_object, terminal_width
-from collaudit.cli.fleet.baseline_files import robots_in
+from collaudit.cli.fleet.precedents import robots_in
 from collaudit.cli.log_arguments import audit_files, known_contact
 from collaudit.cli.settings import load_settings
 from collaudit.core.data.audit_result import Audit

@@ -179,34 +179,46 @@ def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
     )
 
 
-def schema_problem(error: msgspec.ValidationError, data: Mapping[str, object], places: Places) -> ConfigError:
+def schema_problem(
+    error: msgspec.ValidationError,
+    data: Mapping[str, object],
+    places: Places,
+    model: type[msgspec.Struct] = Config,
+) -> ConfigError:
     """The first value that does not fit the schema, with its line.
 
     Args:
         error: what msgspec says.
         data: the decoded TOML.
         places: of its keys.
+        model: the schema.
     """
     said, _, place = str(error).partition(" - at ")
     path: KeyPath = tuple(int(number) if number else name for name, number in _PART.findall(place))
     stated = error.__cause__
     if unknown := _UNKNOWN.match(said):
-        return _unknown_key((*path, unknown[1]), places)
+        return _unknown_key((*path, unknown[1]), places, model)
     if missing := _MISSING.match(said):
         text = f"[{_dotted(path)}] has no {missing[1]}"
-        return ConfigError(text, where=places.text(path), hint="docs/config.md lists what is required")
+        return ConfigError(text, where=places.text(path), hint=f"{_page_of(model)} lists what is required")
     if isinstance(stated, KeyedError):
         path = (*path, stated.key)
         if stated.text:
             return ConfigError(f"{_dotted(path)}: {stated.text}", where=places.text(path))
     elif isinstance(stated, ValueError):
         return ConfigError(f"[{_dotted(path)}] {said}", where=places.text(path))
-    return _wrong_value(said, path, data, places)
+    return _wrong_value(said, path, data, places, model)
 
 
-def _wrong_value(said: str, path: KeyPath, data: Mapping[str, object], places: Places) -> ConfigError:
+def _page_of(model: type[msgspec.Struct]) -> str:
+    return "docs/config.md" if model is Config else "docs/fleet.md"
+
+
+def _wrong_value(
+    said: str, path: KeyPath, data: Mapping[str, object], places: Places, model: type[msgspec.Struct]
+) -> ConfigError:
     names = tuple(part for part in path if isinstance(part, str))
-    key = next((key for key in all_keys() if key.path == names), None)
+    key = next((key for key in all_keys(model) if key.path == names), None)
     value = _value_at(path, data)
     expected = said if key is None else value_text(key)
     hint = _similar_choice(value, expected) if isinstance(value, str) else None
@@ -215,24 +227,19 @@ def _wrong_value(said: str, path: KeyPath, data: Mapping[str, object], places: P
     return ConfigError(text, where=places.text(path), found=found, expected=expected, hint=hint)
 
 
-def _unknown_key(path: KeyPath, places: Places) -> ConfigError:
+def _unknown_key(path: KeyPath, places: Places, model: type[msgspec.Struct]) -> ConfigError:
     *front, last = path
     names = tuple(part for part in front if isinstance(part, str))
-    holder = next((key.table for key in all_keys() if key.path == names and key.table is not None), Config)
+    holder = next((key.table for key in all_keys(model) if key.path == names and key.table is not None), model)
     siblings = [key.path[-1] for key in keys_of(holder)]
     close = difflib.get_close_matches(str(last), siblings, n=1, cutoff=0.6)
-    likely = close or [key.dotted for key in all_keys() if key.path[-1] == last and not _repeats(key.path)]
+    likely = close or [key.dotted for key in all_keys(model) if key.path[-1] == last and key.path[:1] != ("fleet",)]
     return ConfigError(
         f"{f'[{_dotted(tuple(front))}]' if front else 'the file'} has no key {str(last)!r}",
         where=places.text(path),
         expected=", ".join(siblings),
         hint=f"did you mean {' or '.join(likely)}?" if likely else None,
     )
-
-
-def _repeats(path: tuple[str, ...]) -> bool:
-    """Whether a key says for some logs what another one says for all."""
-    return path[:1] == ("fleet",) or path[:2] in (("policy", "overrides"), ("policy", "waivers"))
 
 
 def _similar_choice(value: str, expected: str) -> str | None:

@@ -13,7 +13,6 @@ import msgspec
 
 from collaudit.core.config.config_table import toml_values
 from collaudit.core.config.schema import Config
-from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.small_files import read_small
@@ -67,7 +66,8 @@ def load_config(path: str | Path | None, overrides: Mapping[str, object] | None 
             with its line.
     """
     file = Path(path) if path else None
-    return parse_config(_read(file) if file else "", file, overrides)
+    text = read_text(file, "collaudit init LOG -o collaudit.toml writes one for a log") if file else ""
+    return parse_config(text, file, overrides)
 
 
 def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
@@ -103,21 +103,27 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
 def config_sha256(config: Config) -> str:
     """Hash of a configuration that is the same wherever its files lie.
 
-    Which robots there are besides, what is decided over finished audits, and what motions are planned within, is no
-    part of it.
+    Which robots there are besides, and what motions are planned within, is no part of it.
     """
     values: dict[str, dict[str, object]] = msgspec.to_builtins(config, enc_hook=lambda path: path.name)
     del values["fleet"], values["plan"]
-    values["policy"] = {name: value for name, value in values["policy"].items() if name not in OF_DECISION}
     canonical = json.dumps(values, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
-def _read(path: Path) -> str:
+def read_text(path: Path, hint: str) -> str:
+    """The text of a TOML file.
+
+    Args:
+        path: the file.
+        hint: what makes one, where there is none.
+
+    Raises:
+        ConfigError: it cannot be read, or is not UTF-8.
+    """
     try:
         return read_small(path).decode("utf-8-sig")
     except FileNotFoundError as error:
-        hint = "collaudit init LOG -o collaudit.toml writes one for a log"
         raise ConfigError("there is no such configuration file", where=str(path), hint=hint) from error
     except IsADirectoryError as error:
         raise ConfigError(

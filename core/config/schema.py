@@ -9,7 +9,7 @@ from msgspec import Meta
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, Vec3, Vec6, about
 from collaudit.core.config.schema_detect import DetectConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
-from collaudit.core.config.schema_policy import FleetConfig, FleetRobot, PolicyConfig, PolicyOverride, Waiver
+from collaudit.core.config.schema_policy import FleetConfig, FleetRobot, PolicyConfig
 from collaudit.core.friction_laws.law_registry import LAWS, LawChoice
 
 _ByJoint = dict[str, Positive]
@@ -29,13 +29,11 @@ __all__ = [
     "PhasesConfig",
     "PlanConfig",
     "PolicyConfig",
-    "PolicyOverride",
     "ReportConfig",
     "RobotConfig",
     "SectionsConfig",
     "ToolConfig",
     "UnitsConfig",
-    "Waiver",
 ]
 #: A line that a person writes.
 Stated = Annotated[str, Meta(min_length=1, max_length=200)] | None

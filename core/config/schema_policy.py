@@ -1,104 +1,15 @@
-"""``[policy]``, what makes an audit fail or unable to judge and what is waived; ``[fleet]``, many robots."""
+"""``[policy]``, what makes an audit fail or unable to judge; ``[fleet]``, many robots."""
 
-from datetime import date
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, about
 from collaudit.core.findings import CODES
 
-Level = Literal["off", "warn", "error"]
-#: Rules of the policy that have a level; findings have one by their code.
-RuleName = Literal["contacts", "near_misses", "residual", "friction_change", "observable_time", "fit_age"]
 
-
-class DecisionLimits(ConfigTable, frozen=True, kw_only=True):
-    """Limits and levels of the decision over finished audits, for all logs or for some."""
-
-    max_residual_rms_nm: Annotated[
-        Positive | dict[str, Positive] | None,
-        about("`audit` fails if a joint's judged residual has a larger RMS, N·m; one number, or by joint."),
-    ] = None
-    max_friction_change: Annotated[
-        Positive | None,
-        about(
-            "`audit --baseline` fails if a joint's friction differs from the baseline's by more than this "
-            "share, beyond the uncertainty of both."
-        ),
-    ] = None
-    min_observable_s: Annotated[
-        NonNegative | None,
-        about(
-            "Least time, at rest included, in which the force of `observable_n` would have alarmed at each place, and "
-            "each torque of `observable_nm`, s; `audit` does not judge a log with less."
-        ),
-    ] = None
-    max_fit_age_days: Annotated[
-        Positive | None,
-        about(
-            "`audit` fails if friction was fitted on logs recorded longer than this before the log, days. A "
-            "log or a fit without a date is not judged."
-        ),
-    ] = None
-    levels: Annotated[
-        dict[RuleName, Level],
-        about(
-            'What a breach of a rule does in `audit`: "error" (default) breaks the policy, "warn" is listed '
-            'and breaks nothing, "off" is not looked at.'
-        ),
-    ] = {}
-    findings: Annotated[
-        dict[str, Level],
-        about(
-            "What a finding of a code does in `audit` beside its own effect: the same levels; off when absent. "
-            "No level takes away that a finding forbids judging."
-        ),
-    ] = {}
-
-    def __post_init__(self) -> None:
-        for code in self.findings:
-            if code not in CODES:
-                raise KeyedError("findings", f"{code!r} is no finding's code: docs/findings.md lists them")
-
-
-class PolicyOverride(DecisionLimits, frozen=True, kw_only=True):
-    """Limits and levels that differ for some robots or logs; keys that are absent stay as they are."""
-
-    robots: Annotated[list[str], about("Patterns of robots' names in `[fleet]`; every one when absent.")] = []
-    logs: Annotated[list[str], about("Patterns of logs' paths, as in `[fleet.robots]`; every one when absent.")] = []
-    max_collisions: Annotated[Annotated[int, Meta(ge=0)] | None, about("As in `[policy]`.")] = None
-    max_near_misses_per_hour: Annotated[NonNegative | None, about("As in `[policy]`.")] = None
-
-
-class Waiver(ConfigTable, frozen=True, kw_only=True):
-    """A breach of one rule that somebody answers for until a day."""
-
-    rule: Annotated[str, about("The rule: one of those in `levels`, or a finding's code.")]
-    reason: Annotated[str, Meta(min_length=3), about("Why the breach is accepted.")]
-    owner: Annotated[str, Meta(min_length=1), about("Who answers for it.")]
-    expires: Annotated[date, about("Last day on which it counts; after it, it is a finding.")]
-    up_to: Annotated[
-        NonNegative | None,
-        about(
-            "Largest value that is waived, in the unit of the rule's limit: contacts, near misses an hour, "
-            "N·m, share, days. A greater breach is not waived. `contacts` must have it."
-        ),
-    ] = None
-    robots: Annotated[list[str], about("Patterns of robots' names in `[fleet]`; every one when absent.")] = []
-    logs: Annotated[list[str], about("Patterns of logs' paths, as in `[fleet.robots]`; every one when absent.")] = []
-    joints: Annotated[list[str], about("Joints; every one when absent.")] = []
-
-    def __post_init__(self) -> None:
-        if self.rule not in get_args(RuleName) and self.rule not in CODES:
-            rules = ", ".join(get_args(RuleName))
-            raise KeyedError("rule", f"{self.rule!r} is no rule ({rules}) and no finding's code")
-        if self.rule == "contacts" and self.up_to is None:
-            raise ValueError("a waiver of contacts needs up_to: how many contacts of a log it covers")
-
-
-class PolicyConfig(DecisionLimits, frozen=True, kw_only=True):
+class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     """What makes an audit fail, and what makes it unable to judge."""
 
     max_collisions: Annotated[
@@ -171,20 +82,55 @@ class PolicyConfig(DecisionLimits, frozen=True, kw_only=True):
             "count as motion, unless the joint rested at one place before and after."
         ),
     ] = 0.8
-    overrides: Annotated[
-        list[PolicyOverride],
+    max_residual_rms_nm: Annotated[
+        Positive | dict[str, Positive] | None,
+        about("The audit fails if a joint's judged residual has a larger RMS, N·m; one number, or by joint."),
+    ] = None
+    min_observable_s: Annotated[
+        NonNegative | None,
         about(
-            "Where limits or levels differ in `audit`; later ones win over earlier ones, and levels are merged with "
-            "those of `[policy]`."
+            "Least time, at rest included, in which the force of `observable_n` would have alarmed at each place, and "
+            "each torque of `observable_nm`, s; a log with less is not judged."
         ),
-    ] = []
-    waivers: Annotated[
-        list[Waiver], about("Breaches that `audit` accepts until a day. What was not judged stays not judged.")
-    ] = []
+    ] = None
+    max_fit_age_days: Annotated[
+        Positive | None,
+        about(
+            "The audit fails if friction was fitted on logs recorded longer than this before the log, days. A "
+            "log or a fit without a date is not judged."
+        ),
+    ] = None
+    findings: Annotated[list[str], about("Codes of findings that break the policy, beside their own effect.")] = []
+    accepted: Annotated[
+        Path | None,
+        about(
+            "File of accepted contacts, relative to this configuration; absent: `accepted.toml` beside it, if there is "
+            "one. `collaudit accept` writes it."
+        ),
+    ] = None
+    max_accepted_days: Annotated[
+        Positive, about("Longest time ahead for which an accepted contact counts, days; one with a later day does not.")
+    ] = 90.0
+    known: Annotated[
+        Literal["break", "allow"],
+        about(
+            "break: a contact that earlier nights had, too, breaks the policy like a new one; allow: it does not, and "
+            "the verdict says so. One that is clearly harder, or comes back after a night without it, always breaks it."
+        ),
+    ] = "break"
+    other_files: Annotated[
+        Literal["not_judged", "list", "ignore"],
+        about(
+            "What files in a folder of logs do that are no logs by name: not_judged: each counts as not judged; list: "
+            "they are named only; ignore: not even that. What a recorder left behind, and archives that may hold "
+            "logs, always count as not judged."
+        ),
+    ] = "not_judged"
 
-
-#: Keys that only the decision over finished audits reads: no result of a single log depends on them.
-OF_DECISION = (*DecisionLimits.__struct_fields__, "overrides", "waivers")
+    def __post_init__(self) -> None:
+        for code in self.findings:
+            if code not in CODES:
+                raise KeyedError("findings", f"{code!r} is no finding's code: docs/findings.md lists them")
 
 
 class FleetRobot(ConfigTable, frozen=True, kw_only=True):
@@ -209,8 +155,8 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
     config: Annotated[
         Path | None,
         about(
-            "Configuration of this robot, in place of the common one but for `[policy]` and `[fleet]`; "
-            "relative to the file that names it, as are the next two."
+            "Configuration of this robot, in place of the common one but for `[fleet]`; of `[policy]` what it states "
+            "differs. Relative to the file that names it, as are the next two."
         ),
     ] = None
     urdf: Annotated[Path | None, about("URDF file.")] = None

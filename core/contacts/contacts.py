@@ -81,6 +81,7 @@ def _describe(
         evidence=evidence,
         least_force=least,
         scene=scene_at(prepared, peak, at.stick),
+        peak_nm={name: max(abs(c.peak_nm) for c in group if c.joint == name) for name in names},
     )
 
 

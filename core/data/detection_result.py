@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 ContactKind = Literal["meant", "accidental", "undecided"]
+ContactState = Literal["new", "known", "back", "accepted"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +161,11 @@ class Contact:
         least_force: what it is at least, also where ``force`` is not known, and from what; None where nothing stands
             out.
         scene: pose and speeds at the peak; None without a kinematic model.
+        peak_nm: highest residual, without its sign, of each joint that alarmed, N·m (N if prismatic).
+        id: a short name, by which ``collaudit accept`` knows it.
+        state: ``new``; ``known`` from earlier nights; ``back`` after a night without it; ``accepted`` by a person.
+        state_text: since when, or by whom; and why an acceptance that means it does not cover it.
+        known_since, known_nights: first earlier night that had it (ISO date), and how many had.
     """
 
     onset_s: float
@@ -173,6 +179,12 @@ class Contact:
     evidence: tuple[str, ...]
     least_force: LeastForce | None = None
     scene: ContactScene | None = None
+    peak_nm: dict[str, float] = field(default_factory=dict)
+    id: str = ""
+    state: ContactState = "new"
+    state_text: str = ""
+    known_since: str | None = None
+    known_nights: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,8 @@ type, not a finding to search for.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from collaudit.core.findings.finding_kinds import FACT, KINDS, Effect, Kind, Severity
 
@@ -123,17 +122,9 @@ def without_errors_of(findings: Iterable[Finding], joints: Collection[str]) -> t
     )
 
 
-def findings_with_level(
-    findings: Iterable[Finding], levels: Mapping[str, Literal["off", "warn", "error"]]
-) -> list[tuple[Finding, Literal["warn", "error"]]]:
-    """The findings of codes that a user's policy gives a level to, but for those it switches off.
-
-    Args:
-        findings: of one log.
-        levels: by code, as the user states them.
-    """
-    named = ((finding, levels.get(finding.code, "off")) for finding in findings)
-    return [(finding, level) for finding, level in named if level != "off"]
+def findings_named(findings: Iterable[Finding], codes: Collection[str]) -> list[Finding]:
+    """The findings of codes that a user names, as in ``[policy] findings``."""
+    return [finding for finding in findings if finding.code in codes]
 
 
 #: What is written of turning joints, and in its place of sliding ones; longer ones first.

@@ -568,16 +568,4 @@ KINDS: dict[str, Kind] = {
         "Look at what the tool met; [phases] force_limit_n states what is allowed, contact when it is intended.",
         _WARNING,
     ),
-    "waiver-expired": Kind(
-        "A waiver of the policy has passed its last day, and waives nothing any more.",
-        "Mend what it was for and remove it; or have its owner decide again, with a new day.",
-        _WARNING,
-        setting="policy.waivers",
-    ),
-    "waiver-unused": Kind(
-        "A waiver of the policy was needed by no log of this audit.",
-        "Remove it when no audit needs it any more.",
-        _INFO,
-        setting="policy.waivers",
-    ),
 }

@@ -1,11 +1,11 @@
-"""What a store keeps of one judged log: the types of store schema 2. Fields are added by a new schema only."""
+"""What a store keeps of one judged log: the types of store schema 3. Fields are added by a new schema only."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal
 
-STORE_SCHEMA = 2
+STORE_SCHEMA = 3
 NightFrom = Literal["stated", "log", "audit"]
 
 
@@ -95,7 +95,7 @@ class ParameterRecord:
 
 @dataclass(frozen=True, slots=True)
 class ContactRecord:
-    """One contact."""
+    """One contact: ``peaks_nm`` by joint in their order, ``place_m`` of the tool at the peak, ``state`` that night."""
 
     onset_s: float
     end_s: float
@@ -103,6 +103,9 @@ class ContactRecord:
     link: str
     kind: str
     least_force_n: float | None
+    peaks_nm: tuple[float, ...] = ()
+    place_m: tuple[float, float, float] | None = None
+    state: str = "new"
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +147,6 @@ class LogRecord:
             friction was fitted on the log itself.
         collaudit: version.
         persistence_s: of the rule.
-        decided_verdict, decided_reasons: what the policy of the night, its waivers and baseline made of the verdict;
-            None in records of schema 1.
     """
 
     robot: str
@@ -171,8 +172,6 @@ class LogRecord:
     contacts: tuple[ContactRecord, ...] = ()
     near_misses: tuple[NearMissRecord, ...] = ()
     findings: tuple[FindingRecord, ...] = ()
-    decided_verdict: str | None = None
-    decided_reasons: tuple[str, ...] = ()
 
     @property
     def identity(self) -> tuple[str, str]:

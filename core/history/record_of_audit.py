@@ -73,7 +73,17 @@ def record_of(audit: Audit, robot: str, night: str, night_from: NightFrom, judge
 
 def _contact(contact: Contact) -> ContactRecord:
     least = None if contact.least_force is None else contact.least_force.force_n
-    return ContactRecord(contact.onset_s, contact.end_s, contact.joints, contact.link, contact.kind, least)
+    return ContactRecord(
+        contact.onset_s,
+        contact.end_s,
+        contact.joints,
+        contact.link,
+        contact.kind,
+        least,
+        peaks_nm=tuple(contact.peak_nm.get(joint, 0.0) for joint in contact.joints),
+        place_m=None if contact.scene is None else contact.scene.points_m[-1],
+        state=contact.state,
+    )
 
 
 def _joint(audit: Audit, log: LogEvidence, joint: str) -> JointRecord:

@@ -11,16 +11,11 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, named_format
+from collaudit.core.logs.unjudged_files import hidden_copy
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
     from collaudit.core.logs.column_guess import TablePart
-
-#: What lies beside logs and is none.
-_COMPANIONS = {
-    ".toml", ".json", ".jsonl", ".yaml", ".yml", ".urdf", ".xacro", ".stl", ".dae", ".html", ".js", ".css", ".md",
-    ".rst", ".pdf", ".png", ".jpg", ".svg", ".minisig",
-}  # fmt: skip
 
 
 def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
@@ -70,11 +65,15 @@ def _expand(path: Path, *, strict: bool = True) -> list[Path]:
 
 
 def other_files(args: Sequence[str | Path]) -> list[Path]:
-    """Files in folders that are not taken as logs, and are not what usually lies beside logs either."""
-    folders = [path for arg in args if (path := Path(arg)).is_dir() and not is_bag_folder(path)]
+    """What folders hold that is not taken as a log: files, and folders that cannot be read.
+
+    Args:
+        args: as of :func:`expand_inputs`; of a pattern the folders that it names.
+    """
+    named = [path for arg in args for path in ([Path(arg)] if Path(arg).exists() else matching_paths(str(arg)))]
+    folders = dict.fromkeys(path for path in named if path.is_dir() and not is_bag_folder(path))
     entries = [entry for folder in folders for entry in _entries(folder, set())]
-    others = [path for path, log in entries if not log and not _is_result(path)]
-    return [path for path in others if path.suffix.lower() not in _COMPANIONS]
+    return [path for path, log in entries if not log and not _is_result(path)]
 
 
 def _inside(folder: Path) -> list[Path]:
@@ -85,12 +84,19 @@ def _entries(folder: Path, seen: set[Path]) -> Iterator[tuple[Path, bool]]:
     """What a folder holds, and whether it is taken as a log; of links to a folder, what that holds, unless it is above.
 
     A link that its name calls a log is one, even where it leads nowhere: that it cannot be read is to be said. A pipe
-    is none: it would keep a reader waiting.
+    is none: it would keep a reader waiting. A folder that cannot be read stands for what is in it.
     """
     seen.add(folder.resolve())
     linked = []
-    for path in sorted(folder.iterdir()):
+    try:
+        inside = sorted(folder.iterdir())
+    except OSError:
+        yield folder, False
+        return
+    for path in inside:
         if path.name.startswith("."):
+            if path.is_file() and hidden_copy(path):
+                yield path, False
             continue
         if not path.is_dir():
             log = is_log(path) if path.is_file() else not path.exists() and named_format(path) is not None

@@ -1,5 +1,5 @@
-"""The decision over a finished audit: levels, limits beyond one log, the baseline, waivers.
+"""What is known of a robot's contacts beforehand: earlier nights, and what a person answers for.
 
-In: a log's result, the policy for it, a baseline, the day. Out: what each rule says, and the log's decision.
-Elsewhere: the verdict of a log on its own (verdict), reading baselines and writing decisions (cli, reports).
+In: the contacts of a log, those of earlier nights, accepted.toml. Out: each contact with its state: new, known, back,
+accepted. Elsewhere: the verdict (verdict), reading stores and files (cli, reports).
 """

@@ -5,8 +5,9 @@ Limits on what happened in a log, in words where they are exceeded.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from scipy.special import gammaincinv as gamma_quantile
 
@@ -18,6 +19,7 @@ from collaudit.core.data.signals import reason_text
 from collaudit.core.findings import Finding, without_errors_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import by_joint, seconds_text
+from collaudit.core.verdict.further_limits import LimitReasons
 from collaudit.core.verdict.noticed_words import noticed_sentence
 
 
@@ -32,6 +34,7 @@ class Evidence:
         sensitivity: how little would have alarmed on them, and on the arm.
         shortfalls: where that is less than the policy asks for.
         findings: of the log and its detection; their effects count.
+        limits: what further limits of the policy say.
     """
 
     contacts: Sequence[Contact]
@@ -40,6 +43,7 @@ class Evidence:
     sensitivity: Sensitivity
     shortfalls: Sequence[Finding]
     findings: Sequence[Finding]
+    limits: LimitReasons = field(default_factory=LimitReasons)
 
 
 def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
@@ -58,31 +62,54 @@ def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str
         return "fail", tuple(broken + undecided)
     if undecided:
         return "not_judged", tuple(undecided)
-    return "pass", (_found(evidence),)
+    return "pass", (_found(policy, evidence),)
 
 
-def _found(evidence: Evidence) -> str:
-    """What a pass says: events, and what would have been noticed."""
+def counting(contacts: Sequence[Contact], policy: PolicyConfig) -> list[Contact]:
+    """The contacts that may break the policy: all but accepted ones, and known ones where the policy allows those."""
+    free = ("accepted", "known") if policy.known == "allow" else ("accepted",)
+    return [contact for contact in contacts if contact.state not in free]
+
+
+def uncounted_texts(contacts: Sequence[Contact], policy: PolicyConfig) -> list[str]:
+    """What a verdict leaves out because of a person's word: each contact that does not count, and why."""
+    counted_ids = {contact.id for contact in counting(contacts, policy)}
+    texts = []
+    for contact in contacts:
+        if contact.id not in counted_ids:
+            why = "" if contact.state == "accepted" else '; [policy] known = "allow"'
+            texts.append(f"Contact {contact.id} at {contact.onset_s:.2f} s: {contact.state_text}{why}.")
+    return texts
+
+
+def _found(policy: PolicyConfig, evidence: Evidence) -> str:
+    """What a pass says: events, those that do not count, and what would have been noticed."""
     events = f"{counted(len(evidence.contacts), 'contact')} and " + counted(
         len(evidence.near_misses), "near miss", "near misses"
     )
     said = noticed_sentence(evidence.sensitivity)
-    text = f"{events} in {seconds_text(evidence.coverage.recorded_s)}, within the policy."
+    text = f"{events} in {seconds_text(evidence.coverage.recorded_s)}, within the policy"
+    accepted = sum(contact.state == "accepted" for contact in evidence.contacts)
+    allowed = len(evidence.contacts) - len(counting(evidence.contacts, policy)) - accepted
+    parts = [f"{accepted} accepted"] if accepted else []
+    parts += [f'{allowed} known, which [policy] known = "allow" lets pass'] if allowed else []
+    text += f" ({'; '.join(parts)})." if parts else "."
     return text if said is None else f"{text} {said}"
 
 
 def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     near_misses, recorded_s = len(evidence.near_misses), evidence.coverage.recorded_s
     return [
-        *contact_breach(evidence.contacts, policy.max_collisions, evidence.findings),
+        *contact_breach(counting(evidence.contacts, policy), policy.max_collisions, evidence.findings),
         *near_miss_breach(near_misses, recorded_s, policy.max_near_misses_per_hour),
+        *evidence.limits.broken,
     ]
 
 
 def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     """Why the log cannot pass, whatever happened in it: findings that forbid it, then what the policy lacks."""
     coverage = evidence.coverage
-    reasons = _texts([f for f in evidence.findings if f.forbids_pass])
+    reasons = [*_texts([f for f in evidence.findings if f.forbids_pass]), *evidence.limits.unknown]
     if coverage.lost_s > (1.0 - policy.min_coverage) * coverage.whole_s:
         lack = " or lack a value of a watched joint" if coverage.missing_s > 0 else ""
         reasons.append(
@@ -140,7 +167,7 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
     """Why contacts break the policy; nothing where they do not.
 
     Args:
-        contacts: of the log.
+        contacts: of the log, those that count.
         most: as many are allowed.
         findings: of the log; those that doubt alarms of these joints are said.
     """
@@ -148,6 +175,8 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
         return []
     joints = sorted({joint for contact in contacts for joint in contact.joints})
     reasons = [f"{counted(len(contacts), 'contact')} (policy: at most {most}), on {', '.join(joints)}."]
+    states = Counter(contact.state_text for contact in contacts if contact.state_text)
+    reasons += [f"{counted(count, 'contact')}: {text}." for text, count in states.items()]
     intended = sum(contact.kind == "meant" for contact in contacts)
     if intended:
         reasons.append(

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
+from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
 
 #: A runner shows ten annotations of a kind and step.
@@ -18,21 +19,23 @@ _MOST_CONTACTS = 5
 _LEVEL = {"fail": "error", "not_judged": "warning", "pass": "notice"}
 
 
-def github_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
+def github_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
     """A line a log, worst first, and one for each of its first contacts.
 
     Args:
         results: the audits.
-        unread: logs that could not be audited.
+        unread: logs that could not be audited, and files that count as such.
+        night: limits that are broken over all logs, and files that are only named.
     """
     pairs = [(entry_of(result), result) for result in results]
     audited = {id(entry): result for entry, result in pairs}
-    lines = []
+    lines = [_command("error", "FAIL: night", text) for text in night.breaches]
     for entry in worst_first([*(entry for entry, _ in pairs), *unread]):
         reasons = "; ".join((*entry.reasons, *entry.exclusions)) or "no reason was recorded"
         lines.append(_command(_LEVEL[entry.verdict], f"{entry.word}: {entry.name}", reasons))
         if id(entry) in audited:
             lines += _contacts(audited[id(entry)])
+    lines += [_command("notice", f"Not judged: {file.name}", file.text) for file in night.named]
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -40,9 +43,8 @@ def _contacts(result: AuditResult) -> list[str]:
     found = contact_section(result).records
     lines = []
     for record in found[:_MOST_CONTACTS]:
-        text = "{joints}, for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}, {kind}".format_map(
-            record
-        )
+        said = "{state}, {joints}, for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}, {kind}"
+        text = said.format_map(record)
         lines.append(_command("notice", f"Contact at {record['onset']}: {result.log.name}", text))
     if len(found) > _MOST_CONTACTS:
         title = f"{len(found) - _MOST_CONTACTS} more contacts: {result.log.name}"

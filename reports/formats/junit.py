@@ -15,10 +15,11 @@ from collaudit.reports.sections.judged_sections import force_section, judged_sec
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
+from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
 
 
-def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
+def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
     """JUnit XML of audits.
 
     A broken policy is a failure. What was not judged is an error, with its reasons, and so is a log that could not be
@@ -26,17 +27,34 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
 
     Args:
         results: the audits.
-        unread: logs that could not be audited.
+        unread: logs that could not be audited, and files that count as such.
+        night: a limit that is broken over all logs is a failure; a file that is only named is skipped.
     """
     suites = ElementTree.Element("testsuites", name="collaudit")
     for result in results:
         _suite(suites, entry_of(result), audit_text(result), _sensitivity(result))
     for entry in unread:
         _suite(suites, entry, entry.error or "")
+    _night(suites, night)
     for name in ("tests", "failures", "errors"):
         suites.set(name, str(sum(int(suite.get(name, "0")) for suite in suites)))
     ElementTree.indent(suites)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suites, encoding="unicode") + "\n"
+
+
+def _night(suites: ElementTree.Element, night: NightFacts) -> None:
+    """What is no log's own: a suite where there is anything to say."""
+    if not (night.breaches or night.named):
+        return
+    suite = ElementTree.SubElement(suites, "testsuite", name="night", tests=str(len(night.breaches) + len(night.named)))
+    for name, count in (("failures", len(night.breaches)), ("errors", 0), ("skipped", len(night.named))):
+        suite.set(name, str(count))
+    for text in night.breaches:
+        case = ElementTree.SubElement(suite, "testcase", classname="collaudit.night", name=visible(text))
+        ElementTree.SubElement(case, "failure", type="policy", message=visible(text))
+    for file in night.named:
+        case = ElementTree.SubElement(suite, "testcase", classname="collaudit.left-out", name=visible(file.name))
+        ElementTree.SubElement(case, "skipped", message=visible(f"not judged: {file.text}"))
 
 
 def _suite(

@@ -10,6 +10,7 @@ from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_sentence, worst_first
+from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import NONE, STATEMENT
 
@@ -17,26 +18,42 @@ _MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
 _MOST_ROWS = 50
 #: Logs that a summary names.
 _MOST_LOGS = 12
-_CONTACT = ("onset", "lasted", "joints", "highest residual", "γ", "link or further out", "force (95 %)", "kind")
+_CONTACT = (
+    "onset",
+    "lasted",
+    "state",
+    "joints",
+    "highest residual",
+    "γ",
+    "link or further out",
+    "force (95 %)",
+    "kind",
+)
 _SPECIAL = re.compile(r"([\\`*_{}\[\]|~$])")
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "@": "&#64;", "#": "&#35;"})
 _LINK = re.compile(r"(?i)(https?|ftp|mailto|www)([:.])")
 
 
-def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), sentence: str = "") -> str:
+def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
     """What is said of all logs, and a table of those that do not pass, worst first; of a single log what it shows.
 
     Args:
         results: the audits.
-        unread: logs that could not be audited.
-        sentence: what is said of all logs; empty: made of these.
+        unread: logs that could not be audited, and files that count as such.
+        night: what is said of all of them.
     """
     entries = worst_first([*(entry_of(result) for result in results), *unread])
-    lines = ["# Collision audit", "", escaped(sentence or night_sentence(entries)), ""]
+    lines = ["# Collision audit", "", escaped(night.sentence or night_sentence(entries)), ""]
+    lines += [line for text in night.breaches for line in (f"{_MARKS['fail']} {escaped(text)}", "")]
     if len(entries) == 1:
         lines += _one_log(entries[0]) + [line for result in results for line in _events(result)]
     else:
         lines += _log_table([entry for entry in entries if entry.verdict != "pass"])
+    if night.named:
+        names = ", ".join(escaped(file.name) for file in night.named[:_MOST_LOGS])
+        more = f" and {len(night.named) - _MOST_LOGS} more" if len(night.named) > _MOST_LOGS else ""
+        lines += ["", f"Files that were not judged: {names}{more}."]
+    lines += [line for use in night.stale for line in ("", f"Accepted contact, {use.state}: {escaped(use.text)}.")]
     lines += ["", f"> {STATEMENT}"]
     return "\n".join(lines) + "\n"
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, AuditResult
     from collaudit.reports.files.run_files import StoredRun
     from collaudit.reports.values.entries import IndexEntry
+    from collaudit.reports.values.night import NightFacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +25,12 @@ class ReportFormat:
     Attributes:
         suffix: of its files, with the dot.
         writer: ``module:function``, imported when a report is written, so that help needs none of it. The function
-            returns the text. It takes ``(audits)``; or, of a format for many logs, ``(results, unread)``: audit results
-            without their signals, and lines of logs that could not be audited.
+            returns the text. It takes ``(audits)``; or, of a format for many logs, ``(results, unread, night)``: audit
+            results without their signals, lines of logs that could not be audited, and what is said of all of them.
         of_many: whether ``collaudit audit --format`` offers it, for all logs together.
         files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
         takes: keywords of the function: ``progress``, called with steps done and in all; ``made``, when and where the
-            report is made, or None; ``sentence``, what is said of all logs together.
+            report is made, or None.
     """
 
     suffix: str
@@ -45,9 +46,7 @@ FORMATS: dict[str, ReportFormat] = {
     "json": ReportFormat(".json", "collaudit.reports.files.run_files:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
-    "markdown": ReportFormat(
-        ".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True, takes=("sentence",)
-    ),
+    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
     "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
     "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, takes=("progress",)),
@@ -113,7 +112,7 @@ def report_text(
 
 
 def summary_text(
-    results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = (), sentence: str = ""
+    results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = (), night: NightFacts | None = None
 ) -> str:
     """The report of many logs as text; for it, results do without their signals.
 
@@ -121,7 +120,7 @@ def summary_text(
         results: of the logs that could be audited.
         fmt: one of :func:`formats_of_many`.
         unread: the logs that could not.
-        sentence: what is said of all logs together; empty: how many were judged, and contacts.
+        night: what is said of all logs together; None for nothing beside what they say.
 
     Raises:
         ConfigError: an unknown format, or one that needs signals.
@@ -129,13 +128,14 @@ def summary_text(
     from dataclasses import replace
 
     from collaudit.core.numeric.distinct_names import distinct
+    from collaudit.reports.values.night import QUIET
 
     known = format_named(fmt)
     if not known.of_many:
         raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
     names = distinct([result.log.name for result in results])
     named = [replace(one, log=replace(one.log, name=name)) for one, name in zip(results, names, strict=True)]
-    return cast("str", _called(known, named, unread, sentence=sentence))
+    return cast("str", _called(known, named, unread, night or QUIET))
 
 
 def format_named(name: str) -> ReportFormat:

@@ -14,6 +14,7 @@ from collaudit.reports.files.json_files import Json, json_text, plain
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.finding_sections import worst_first
 from collaudit.reports.values.entries import IndexEntry
+from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
 
 _VERSION = "2.1.0"
@@ -23,11 +24,12 @@ _LEVEL = {"error": "error", "warning": "warning", "info": "note"}
 _EVENT_RULES = {
     "policy-broken": ("error", "The log breaks the policy it was audited against."),
     "not-judged": ("warning", "The log could not be judged."),
+    "left-out": ("note", "A file beside the logs was not judged."),
     "contact": ("error", "Alarms that belong together: the arm was touched."),
 }
 
 
-def sarif_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
+def sarif_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
     """A SARIF log with one run: what breaks the policy, or lets one doubt whether it is kept; a pass is no result.
 
     Whoever keeps results from night to night knows one again by its fingerprint: of rule, log, joints, and how many
@@ -35,10 +37,13 @@ def sarif_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
 
     Args:
         results: the audits.
-        unread: logs that could not be audited.
+        unread: logs that could not be audited, and files that count as such.
+        night: limits that are broken over all logs, and files that are only named.
     """
     found = [item for result in results if result.verdict != "pass" for item in _results(result)]
     found += [_result("not-judged", "warning", entry.error or "", entry.name) for entry in unread]
+    found += [_result("policy-broken", "error", text, "night") for text in night.breaches]
+    found += [_result("left-out", "note", file.text, file.name) for file in night.named]
     _count_fingerprints(found)
     version = results[0].provenance.collaudit if results else None
     driver: dict[str, Any] = {"name": "collaudit", "rules": _rules({one["ruleId"] for one in found})}
@@ -68,7 +73,7 @@ def _results(result: AuditResult) -> Iterator[dict[str, Any]]:
     log = result.log.name
     rule = "policy-broken" if result.verdict == "fail" else "not-judged"
     yield _result(rule, _EVENT_RULES[rule][0], "; ".join(result.reasons), log)
-    said = "{joints}: contact at {onset} for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}"
+    said = "{joints}: {state} contact at {onset} for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}"
     contacts = result.contacts if result.verdict == "fail" else ()
     for contact, record in zip(contacts, contact_section(result).records, strict=False):
         yield _result("contact", "error", said.format_map(record), log, contact.joints, plain(contact))

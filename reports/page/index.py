@@ -10,6 +10,8 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Verdict
+from collaudit.core.data.left_out import LeftOut
+from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.page.environment import environment
@@ -20,8 +22,8 @@ from collaudit.reports.values.entries import (
     night_sentence,
     verdict_counts,
     worst_first,
-    worst_verdict,
 )
+from collaudit.reports.values.night import QUIET, NightFacts
 
 SUMMARY_SCHEMA = "collaudit/summary/1"
 #: Width of a night's bar, height of each verdict's, pixels; and so many nights make a history.
@@ -36,6 +38,9 @@ class Summary:
     Attributes:
         collisions: alarms of single joints in all logs.
         contacts: contacts in all logs.
+        breaches: limits that all logs of a robot break together.
+        left_out: files of the night's folders that were not judged; those that count have a line in ``logs``.
+        accepted: what became of each entry of accepted.toml.
     """
 
     schema: str
@@ -46,12 +51,15 @@ class Summary:
     judged_h: float
     logs: tuple[IndexEntry, ...]
     contacts: int = 0
+    breaches: tuple[str, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    accepted: tuple[AcceptanceUse, ...] = ()
 
 
 def write_index(
     out_dir: Path,
     entries: Sequence[IndexEntry],
-    sentence: str = "",
+    night: NightFacts = QUIET,
     before: Mapping[str, Sequence[Verdict]] | None = None,
 ) -> None:
     """Write ``index.html`` and ``summary.json``; the same entries in any order give the same bytes.
@@ -59,29 +67,32 @@ def write_index(
     Args:
         out_dir: folder, made when missing.
         entries: one per log.
-        sentence: what is said of the night; empty: made of the entries.
+        night: what is said of all of them.
         before: by name of log, what became of it in the nights that a store holds.
 
     Raises:
         CollauditError: a file cannot be written.
     """
-    summary = summarise(entries)
+    summary = summarise(entries, night)
     atomic_write(out_dir / "summary.json", json_text(summary))
-    atomic_write(out_dir / "index.html", _page(summary, sentence or night_sentence(summary.logs), before or {}))
+    atomic_write(out_dir / "index.html", _page(summary, night, before or {}))
 
 
-def summarise(entries: Sequence[IndexEntry]) -> Summary:
-    """Counts over all logs, and the logs worst first."""
+def summarise(entries: Sequence[IndexEntry], night: NightFacts = QUIET) -> Summary:
+    """Counts over all logs, the logs worst first, and what is said of the night."""
     ordered = worst_first(entries)
     return Summary(
         schema=SUMMARY_SCHEMA,
-        verdict=worst_verdict(ordered),
+        verdict=night.verdict(ordered),
         counts=verdict_counts(ordered),
         collisions=sum(entry.collisions for entry in ordered),
         near_misses=sum(entry.near_misses for entry in ordered),
         judged_h=sum(entry.judged_h for entry in ordered),
         logs=tuple(ordered),
         contacts=sum(entry.contacts for entry in ordered),
+        breaches=night.breaches,
+        left_out=night.left_out,
+        accepted=night.accepted,
     )
 
 
@@ -89,17 +100,18 @@ def summarise(entries: Sequence[IndexEntry]) -> Summary:
 _Line = tuple[IndexEntry, str | None, str, tuple[str, ...], Markup | None]
 
 
-def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[Verdict]]) -> str:
+def _page(summary: Summary, night: NightFacts, before: Mapping[str, Sequence[Verdict]]) -> str:
     lines = [_line(entry, before.get(entry.name, ())) for entry in summary.logs]
     return (
         environment()
         .get_template("index.html.j2")
         .render(
             summary=summary,
-            sentence=sentence,
+            night=night,
+            sentence=night.sentence or night_sentence(summary.logs),
             lines=lines,
             with_robots=any(entry.robot for entry in summary.logs),
-            with_new=any(entry.new_contacts is not None for entry in summary.logs),
+            with_states=any(set(entry.contact_states) - {"new"} for entry in summary.logs),
             with_nights=any(nights for *_, nights in lines),
             scripts=(own_script("index_table.js"),),
         )

@@ -51,7 +51,9 @@ _CONTACT = (
     "force (95 %)",
     "tool speed",
     "kind",
+    "state",
     "controller",
+    "id",
 )
 _RESIDUAL = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean")
 _SMALL = ("histogram, ±1.2 γ", "autocorrelation, to 0.5 s", "RMS over the log")

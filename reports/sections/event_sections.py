@@ -55,7 +55,7 @@ def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequenc
     flags = () if result.detection is None else result.detection.flags
     mark = next((mark_text(flag) for flag in flags if flag.detected_s == contact.detected_s), "not compared")
     tool_speed = None if contact.scene is None else contact.scene.tool_speed_m_s
-    evidence = "; ".join((*contact.evidence, *([contact.link_note] if contact.link_note else [])))
+    evidence = "; ".join(part for part in (contact.state_text, *contact.evidence, contact.link_note) if part)
     return {
         "#": str(number),
         "onset": _time(contact.onset_s, result),
@@ -70,7 +70,9 @@ def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequenc
         "force (95 %)": force_text(contact.force, contact.least_force),
         "tool speed": "" if tool_speed is None else speed(tool_speed, "m/s"),
         "kind": KIND_WORDS[contact.kind],
+        "state": contact.state,
         "controller": mark if flags else "",
+        "id": contact.id,
         "evidence": evidence,
     }
 

@@ -66,6 +66,9 @@ CONTACT = pa.struct(
         ("link", _TEXT),
         ("kind", _TEXT),
         ("least_force_n", _NUMBER),
+        ("peaks_nm", pa.list_(_NUMBER)),
+        ("place_m", pa.list_(_NUMBER)),
+        ("state", _TEXT),
     ]
 )
 NEAR_MISS = pa.struct(
@@ -90,8 +93,6 @@ SCHEMA = pa.schema(
         ("contacts", pa.list_(CONTACT)),
         ("near_misses", pa.list_(NEAR_MISS)),
         ("findings", pa.list_(FINDING)),
-        ("decided_verdict", _TEXT),
-        ("decided_reasons", pa.list_(_TEXT)),
     ]
 )
 _HEAVY = ("peaks_nm", "peaks_minute", "minute_hours")

@@ -37,7 +37,18 @@ _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
 _MOST_NEAR = 3
 _MOST_REASONS = 6
-_CONTACT = ("onset", "lasted", "joint", "highest residual", "γ", "link or further out", "force (95 %)", "kind")
+_CONTACT = (
+    "onset",
+    "lasted",
+    "joint",
+    "highest residual",
+    "γ",
+    "link or further out",
+    "force (95 %)",
+    "kind",
+    "state",
+    "id",
+)
 _NEAR_MISS = ("onset", "lasted", "joint", "peak", "γ", "how close")
 _RESIDUAL = ("joint", "mean |r|", "99 % below", "largest", "γ", "alarms, near misses")
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.data.detection_result import ContactState
 from collaudit.core.errors import CollauditError
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.robot_trend import RobotTrend
@@ -39,7 +41,7 @@ class IndexEntry:
         level_nm: RMS of each watched joint's judged residual, N·m; None where nothing was judged.
         units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
         robot: whose log it is; None without a fleet.
-        new_contacts: contacts that the baseline does not have; None without one.
+        contact_states: how many contacts are new, known, back and accepted.
     """
 
     name: str
@@ -58,7 +60,7 @@ class IndexEntry:
     level_nm: dict[str, float | None] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     robot: str | None = None
-    new_contacts: int | None = None
+    contact_states: dict[ContactState, int] = field(default_factory=dict)
 
     @property
     def place(self) -> str:
@@ -105,6 +107,7 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         start=result.log.start,
         level_nm={name: stats.rms_nm for name, stats in result.residual.items() if name in result.rule.watch},
         units=dict(result.log.units),
+        contact_states=dict(Counter(contact.state for contact in result.contacts)),
     )
 
 
@@ -160,13 +163,12 @@ def night_sentence(entries: Sequence[IndexEntry], trends: Sequence[RobotTrend] =
 
 
 def _contacts(robot: str | None, entries: Sequence[IndexEntry]) -> str:
+    """How many contacts, and of which states where not all are new."""
+    states = sum((Counter(entry.contact_states) for entry in entries), Counter[str]())
+    parts = [f"{states[state]} {state}" for state in ("new", "known", "back", "accepted") if states[state]]
+    told = f" ({', '.join(parts)})" if set(states) - {"new"} else ""
     where = "" if robot is None else f" on robot {robot}"
-    total = sum(entry.contacts for entry in entries)
-    compared = [entry.new_contacts for entry in entries if entry.new_contacts is not None]
-    if not compared:
-        return f"{plural(total, 'contact')}{where}"
-    known = total - sum(compared)
-    return f"{plural(sum(compared), 'new contact')}{where}" + (f" ({known} known)" if known else "")
+    return plural(sum(entry.contacts for entry in entries), "contact") + where + told
 
 
 def nights_before(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> dict[str, list[Verdict]]:
@@ -181,7 +183,7 @@ def nights_before(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord])
     for record in [*(record for record in stored if record.identity not in again), *tonight.values()]:
         nights = found.get((record.robot, record.log))
         if nights is not None:
-            verdict = cast("Verdict", record.decided_verdict or record.verdict)
+            verdict = cast("Verdict", record.verdict)
             nights[record.night] = min(verdict, nights.get(record.night, verdict), key=_ORDER.__getitem__)
     verdicts = {identity: [verdict for _, verdict in sorted(nights.items())] for identity, nights in found.items()}
     return {name: verdicts[record.robot, record.log][-_MOST_NIGHTS:] for name, record in tonight.items()}

@@ -162,9 +162,9 @@ def test_the_nightly_job_of_the_page_runs_as_it_is_written(arm, collaudit, tmp_p
     run = subprocess.run(["sh", "-uc", ends], env=env, cwd=tmp_path, capture_output=True, text=True)
     assert re.findall(r"ended with (\d+)", run.stdout) == ["1"], run.stdout + run.stderr
     assert (tmp_path / "trend.html").is_file() and "cell1" in run.stdout
-    assert "ok  collaudit.toml" in run.stdout and "AS WRITTEN" in run.stdout
+    assert "ok  collaudit.toml" in run.stdout and "index.html: OK" in run.stdout
     written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"index.html", "policy.json", "summary.xml", "summary.sarif", "summary.md", "summary.txt"} <= written
+    assert {"index.html", "SHA256SUMS", "summary.xml", "summary.sarif", "summary.md", "summary.txt"} <= written
     assert json.loads((tmp_path / "run.jsonl").read_text().splitlines()[-1])["exit_code"] == 1
 
 
@@ -176,11 +176,12 @@ def test_the_hook_of_pre_commit_checks_configurations(arm, collaudit, tmp_path: 
         assert re.search(hook["files"], path)
     assert not re.search(hook["files"], "pyproject.toml")
     good, bad = tmp_path / "collaudit.toml", tmp_path / "collaudit-bad.toml"
-    waiver = '[[policy.waivers]]\nrule = "contacts"\nreason = "old"\nowner = "me"\nexpires = 2020-01-01\nup_to = 1\n'
-    good.write_text(arm.config.read_text() + waiver)
+    good.write_text(arm.config.read_text())
+    entry = '[[accepted]]\nlog = "a"\npeak_nm = { joint1 = 1 }\nreason = "old"\nowner = "me"\nuntil = 2020-01-01\n'
+    (tmp_path / "accepted.toml").write_text(entry)
     bad.write_text('[friction]\nfile = "gone.json"\n')
     run = collaudit("check", good)
-    assert run.code == 0 and "waiver-expired" in run.err
+    assert run.code == 0 and "it ended after 2020-01-01" in run.err
     run = collaudit("check", good, bad)
     assert run.code == 2 and "gone.json" in run.err and f"ok  {good}" in run.out
 

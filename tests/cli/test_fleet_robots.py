@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from camera_log import write_camera_log
 
-from collaudit.cli.fleet.robot_matching import LogTraits, policy_of, robots_of, stated_serials
-from collaudit.core.config import parse_config
+from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_settings, robots_of, stated_serials
+from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.policy.decision import matches
+from collaudit.core.policy.name_patterns import matches, program_of
 
 FLEET = """
 [fleet.robots.left]
@@ -139,7 +139,7 @@ def test_serials_of_mcap_and_bag_folder(tmp_path: Path) -> None:
 )
 def test_a_fleet_file_that_cannot_be_meant(text: str, said: str, arm, collaudit, tmp_path: Path) -> None:
     config = _fleet(tmp_path, arm, text)
-    (tmp_path / "own.toml").write_text("[policy]\nmax_collisions = 100\n")
+    (tmp_path / "own.toml").write_text("[fleet.robots.b]\npaths = ['y']\n")
     run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out")
     assert run.code == 2 and said in run.err, run.err
 
@@ -168,14 +168,21 @@ def test_patterns_begin_at_a_folder() -> None:
     assert not matches("logs/xcell1/a.mcap", ["cell1/*"]) and not matches("cell1/a.mcap", [])
 
 
-def test_overrides_change_the_policy_of_their_logs_only() -> None:
-    text = (
-        "[policy]\nmax_collisions = 0\nlevels = { residual = 'warn' }\n"
-        "[[policy.overrides]]\nrobots = ['lab*']\nmax_collisions = 3\n"
-        "[[policy.overrides]]\nlogs = ['night/*']\nlevels = { near_misses = 'off' }\n"
-    )
-    policy = parse_config(text, None).config.policy
-    assert policy_of(policy, "day/a.csv", "lab1").max_collisions == 3
-    assert policy_of(policy, "day/a.csv", "hall1").max_collisions == 0
-    assert policy_of(policy, "day/a.csv", None).max_collisions == 0
-    assert policy_of(policy, "night/a.csv", "lab1").levels == {"residual": "warn", "near_misses": "off"}
+def test_a_program_is_a_name_without_dates_and_times() -> None:
+    assert program_of("cell1/pick_2026-11-28_031502.mcap") == "cell1/pick_*.mcap"
+    assert program_of("a/2026-11-28-03-15-02.bag") == program_of("a/2026-12-01-04-00-00.bag") == "a/*.bag"
+    assert program_of("run2.csv") == "run2.csv" != program_of("run3.csv")
+    assert matches("c[1]/x.csv", [program_of("c[1]/x.csv")])
+
+
+def test_a_robots_own_file_states_what_differs_in_its_policy(tmp_path: Path) -> None:
+    (tmp_path / "lab.toml").write_text("[policy]\nmax_collisions = 3\n")
+    text = "[policy]\nmax_near_misses_per_hour = 5\n[fleet.robots.lab]\npaths = ['lab/*']\nconfig = 'lab.toml'\n"
+    (tmp_path / "night.toml").write_text(text + "[fleet.robots.hall]\npaths = ['hall/*']\n")
+    common = load_config(tmp_path / "night.toml")
+    settings = robot_settings(common, {}, fleet_robots(common))
+    policies = {name: one.config.policy for name, one in settings.items()}
+    assert {name: (p.max_collisions, p.max_near_misses_per_hour) for name, p in policies.items()} == {
+        "lab": (3, 5.0),
+        "hall": (0, 5.0),
+    }

@@ -148,7 +148,6 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monk
         ("report", run, "-o", "-", "--format", "github"),
         ("audit", *known, "-o", out, "--store", store, "--robot", evil[0], "--format", "junit,markdown,sarif,github"),
         ("audit", log, tmp_path / "none.csv", "-c", config, "-o", out, "--baseline", out),
-        ("verify", out),
         ("trend", store, "-o", tmp_path / "trend.html"),
         ("query", store, "SELECT robot, joint FROM joints"),
     ]

@@ -14,10 +14,11 @@ import pytest
 from residual_audits import audit_of, coloured
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import write_run
+from collaudit.reports.page.index import summarise
+from collaudit.reports.values.entries import entry_of
 
 
 @pytest.fixture(scope="module")
@@ -156,14 +157,12 @@ def test_a_round_of_recommending_and_judging_keeps_the_persistence(collaudit, tm
 
 def test_a_fleet_gets_one_answer_for_each_robot(collaudit, tmp_path: Path) -> None:
     out, config = tmp_path / "out", tmp_path / "collaudit.toml"
-    decisions = []
+    entries = []
     for robot, level, joints in (("A", 1.0, 1), ("B", 3.0, 2)):
         made = audit_of(level * coloured(1, 600.0, joints=joints), gamma_nm=100.0, name=f"{robot}/cell/run.mcap")
         write_run(out / f"{robot}_run", made, None)
-        verdict = made.result.verdict
-        decisions.append(LogDecision(made.result.log.name, robot, "run.mcap", f"{robot}_run", verdict, (), ()))
-    (out / "policy.json").write_text(json_text(PolicyFile(POLICY_SCHEMA, "2026-01-01", None, (), tuple(decisions), ())))
-    (out / "summary.json").write_text("{}")
+        entries.append(replace(entry_of(made.result, f"{robot}_run/report.html"), robot=robot))
+    (out / "summary.json").write_text(json_text(summarise(entries)))
     found = collaudit("recommend", out)
     assert found.code == 0 and [line for line in found.out.splitlines() if "Robot" in line] == ["Robot A", "Robot B"]
     several = collaudit("recommend", out, "--json")

@@ -52,18 +52,6 @@ def test_friction_that_the_residual_follows_is_recorded_as_friction(collaudit, a
     assert abs(more.friction_excess - 0.06) < 4 * more.friction_excess_se < 0.01
 
 
-def test_the_decision_of_the_night_is_recorded_beside_the_verdict(collaudit, arm, tmp_path: Path) -> None:
-    waived = tmp_path / "waived.toml"
-    waiver = 'rule = "contacts"\nup_to = 1\nreason = "pushed by hand"\nowner = "cell lead"\nexpires = 2999-01-01\n'
-    waived.write_text(f"{arm.config.read_text()}\n[[policy.waivers]]\n{waiver}")
-    done = collaudit("audit", arm.pushed, "-c", waived, "--friction", arm.friction, "-o", tmp_path / "out",
-                     "--store", tmp_path / "store", "--robot", "a")  # fmt: skip
-    assert done.code == 0
-    (record,) = ResultStore(str(tmp_path / "store")).records()
-    assert (record.verdict, record.decided_verdict) == ("fail", "pass")
-    assert record.reasons
-
-
 def test_a_log_audited_again_counts_once(collaudit, arm, tmp_path: Path) -> None:
     store = tmp_path / "store"
     for _ in range(2):

@@ -20,7 +20,6 @@ CASES = {
     "an array of fixed length": ("robot.gravity_m_s2 = [0, 1]", "robot.gravity_m_s2 has a value"),
     "an item of such an array": ('robot.gravity_m_s2 = ["a", 1, 2]', "robot.gravity_m_s2[0] has a value"),
     "a value under a name": ("[detect.gamma_nm]\nbase = 4\nelbow = -1", "detect.gamma_nm has a value"),
-    "a name itself": ('[policy.levels]\ncontact = "warn"', "policy.levels has a value"),
     "below a name": (
         "[detect.evidence.b]\nfastest_rad_s = 1\nhardest_rad_s2 = -1\nload_nm = [0, 1]",
         "detect.evidence.hardest_rad_s2 has a value",

@@ -10,11 +10,13 @@ import pytest
 import samples
 from scipy.stats import poisson
 
-from collaudit.cli.batch.log_jobs import LogJob, Outcome
-from collaudit.cli.fleet.night_policy import Decisions, NightPolicy
-from collaudit.core.config import parse_config
+from collaudit.core.data.audit_result import PolicyLimits
+from collaudit.core.policy.night_budget import budget_breaches
 from collaudit.core.verdict.verdict import least_per_hour, near_miss_breach
+from collaudit.reports.formats.registry import formats_of_many, summary_text
+from collaudit.reports.page.index import summarise, write_index
 from collaudit.reports.values.entries import entry_of
+from collaudit.reports.values.night import NightFacts
 
 LIMIT = 10.0
 
@@ -25,21 +27,12 @@ def quiet():
     return samples.passed(2000).result, samples.failed(2000).result.near_misses[0]
 
 
-def _night(quiet, *logs: tuple[str, int, float], policy: str = "") -> Decisions:
-    """The decision over logs of (robot, near misses, seconds)."""
-    loaded = parse_config(f"[policy]\nmax_near_misses_per_hour = {LIMIT}\n{policy}", None)
+def _log(quiet, count: int, recorded_s: float):
+    """A log of so many near misses in so many seconds."""
     result, near = quiet
-    jobs, outcomes = [], []
-    for k, (robot, count, recorded_s) in enumerate(logs):
-        one = replace(
-            result,
-            near_misses=(near,) * count,
-            coverage=replace(result.coverage, recorded_s=recorded_s),
-            log=replace(result.log, name=f"{robot}/{k}.csv"),
-        )
-        jobs.append(LogJob((Path(f"{robot}/{k}.csv"),), f"{robot}/{k}.csv", f"{robot}_{k}", loaded, robot))
-        outcomes.append(Outcome(entry_of(one), one))
-    return NightPolicy(loaded.config.policy, None).decide(jobs, outcomes)
+    limits = PolicyLimits(0, LIMIT, 0.8)
+    coverage = replace(result.coverage, recorded_s=recorded_s)
+    return replace(result, near_misses=(near,) * count, coverage=coverage, limits=limits)
 
 
 def test_the_bound_is_that_of_poisson_counts() -> None:
@@ -54,39 +47,31 @@ def test_a_robot_that_keeps_the_limit_is_seldom_accused() -> None:
     assert 0.005 < broken < 0.05
 
 
-def test_one_near_miss_in_twenty_seconds_breaks_nothing(quiet) -> None:
-    kept = _night(quiet, ("A", 1, 20.0))
-    assert [entry.verdict for entry in kept.entries] == ["pass"]
-    (rule,) = (rule for rule in kept.file.logs[0].rules if rule.rule == "near_misses")
-    assert (
-        rule.state == "kept"
-        and rule.text == "1 near miss in 20 s: 180 an hour, at least 9.23 (95 %; policy: at most 10)."
-    )
-    broken = _night(quiet, ("A", 4, 20.0))
-    assert broken.verdicts == ("fail",) and "at least 246 (95 %; policy: at most 10)" in broken.entries[0].reasons[0]
+def test_one_near_miss_in_twenty_seconds_breaks_nothing() -> None:
+    assert near_miss_breach(1, 20.0, LIMIT) == []
+    assert "at least 246 (95 %; policy: at most 10)" in near_miss_breach(4, 20.0, LIMIT)[0]
 
 
 def test_the_logs_of_a_robot_count_together(quiet) -> None:
     """Each log by itself tells nothing; of A they break the limit together, of B they keep it."""
-    logs = [*[("A", 1, 60.0)] * 6, ("A", 0, 60.0), *[("B", 1, 3600.0)] * 6]
-    night = _night(quiet, *logs)
-    assert [entry.verdict for entry in night.entries] == 6 * ["fail"] + 7 * ["pass"]
-    assert (
-        night.entries[0].reasons[0].startswith("6 near misses in 7 min, 7 logs of robot A: 51.4 an hour, at least 22.4")
-    )
-    calm = _night(quiet, ("A", 4, 20.0), ("A", 0, 7200.0))
-    assert calm.verdicts == ("pass", "pass")
-    assert any("4 near misses" in reason for reason in calm.entries[0].reasons)
+    a, b = [_log(quiet, 1, 60.0)] * 6, [_log(quiet, 1, 3600.0)] * 6
+    logs = [*(("A", one) for one in a), *(("B", one) for one in b)]
+    (text,) = budget_breaches(logs)
+    assert text.startswith("6 near misses in 6 min, 6 logs of robot A: 60 an hour, at least 26.1")
+    assert budget_breaches(logs[6:]) == budget_breaches(logs[:1]) == []
+    assert budget_breaches([(None, one) for one in a])[0].startswith("6 near misses in 6 min, 6 logs: ")
 
 
-def test_what_is_switched_off_is_still_told(quiet) -> None:
-    night = _night(quiet, *[("A", 1, 60.0)] * 6, policy='levels = { near_misses = "off" }')
-    assert night.verdicts == ("pass",) * 6
-    assert "Switched off by the policy: 6 near misses" in " ".join(night.entries[0].reasons)
-
-
-def test_fail_fast_counts_what_came_so_far(quiet) -> None:
-    loaded = parse_config(f"[policy]\nmax_near_misses_per_hour = {LIMIT}\n", None)
-    one = replace(quiet[0], near_misses=(quiet[1],), coverage=replace(quiet[0].coverage, recorded_s=60.0))
-    policy, job = NightPolicy(loaded.config.policy, None), LogJob((Path("a.csv"),), "a.csv", "a", loaded, "A")
-    assert [policy.verdict_of(job, Outcome(entry_of(one), one)) for _ in range(3)] == ["pass", "fail", "fail"]
+def test_a_budget_that_is_broken_fails_the_night_in_every_format(quiet, tmp_path: Path) -> None:
+    logs = [replace(_log(quiet, 1, 60.0), log=replace(quiet[0].log, name=f"{k}.csv")) for k in range(6)]
+    night = NightFacts(breaches=tuple(budget_breaches([("A", one) for one in logs])))
+    entries = [entry_of(one) for one in logs]
+    assert night.verdict(entries) == "fail" and summarise(entries, night).verdict == "fail"
+    write_index(tmp_path, entries, night)
+    texts = [
+        (tmp_path / "index.html").read_text(),
+        *(summary_text(logs, name, (), night) for name in formats_of_many()),
+    ]
+    assert all("6 near misses in 6 min" in text for text in texts)
+    junit = summary_text(logs, "junit", (), night)
+    assert junit.count("<failure") == 1 and 'tests="7" failures="1"' in junit

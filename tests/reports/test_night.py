@@ -17,6 +17,7 @@ from collaudit.core.history.robot_trend import robot_trends
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.page.index import write_index
 from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, night_sentence, nights_before
+from collaudit.reports.values.night import QUIET, NightFacts
 
 EXCLUSIONS = tuple(
     f"Joint {k} was not judged for {k} s of its motion, since friction is not known there." for k in range(1, 11)
@@ -31,15 +32,23 @@ def night(logs: int) -> list[IndexEntry]:
     for k in range(logs - 1):
         robot = "AB"[k % 2]
         entry = replace(quiet if k not in (3, 5) else touched, robot=robot, name=f"{robot}/cell{k % 3}/run{k}.mcap")
-        out.append(replace(entry, new_contacts=int(k == 3), start=f"2026-11-25T0{k % 5}:10:00Z"))
+        states = {"new": 1, "known": entry.contacts - 1} if k == 3 else {"known": entry.contacts}
+        entry = replace(entry, contact_states=states if entry.contacts else {})
+        out.append(replace(entry, start=f"2026-11-25T0{k % 5}:10:00Z"))
     return [*out, replace(entry_of_error("A/cell1/cut.mcap", LogError("cut short")), robot="A")]
 
 
 def test_a_night_in_a_sentence() -> None:
     said = night_sentence(night(42))
     contacts = sum(entry.contacts for entry in night(42))
-    assert said == f"41 of 42 logs judged; 2 break the policy; 1 new contact on robot B ({contacts - 1} known)."
-    plain = [replace(entry, robot=None, new_contacts=None) for entry in night(42)]
+    assert (
+        said
+        == f"41 of 42 logs judged; 2 break the policy; {contacts} contacts on robot B (1 new, {contacts - 1} known)."
+    )
+    plain = [
+        replace(entry, robot=None, contact_states={"new": entry.contacts} if entry.contacts else {})
+        for entry in night(42)
+    ]
     assert night_sentence(plain) == f"41 of 42 logs judged; 2 break the policy; {contacts} contacts."
     calm = [entry for entry in night(42) if not entry.contacts and not entry.error]
     assert night_sentence(calm) == f"{len(calm)} of {len(calm)} logs judged; no contact."
@@ -50,7 +59,7 @@ def test_a_night_in_a_sentence() -> None:
 
 def test_the_nights_before_are_of_the_log_of_that_name_and_robot() -> None:
     records = history("A", 20)
-    named = [replace(r, log="A/run.mcap", decided_verdict="fail" if k == 18 else None) for k, r in enumerate(records)]
+    named = [replace(r, log="A/run.mcap", verdict="fail" if k == 18 else "pass") for k, r in enumerate(records)]
     others = [replace(r, log="A/other.mcap", log_sha256=f"{k}") for k, r in enumerate(records)]
     before = nights_before({"A/run.mcap": named[-1]}, [*named, *others, *history("B", 20)])
     assert len(before["A/run.mcap"]) == 14 and before["A/run.mcap"][-3:] == ["pass", "fail", "pass"]
@@ -58,9 +67,9 @@ def test_the_nights_before_are_of_the_log_of_that_name_and_robot() -> None:
 
 def test_the_summary_fits_a_ci_servers_page() -> None:
     many = [samples.passed(500).result] * 30 + [samples.failed(500).result] * 12
-    text = summary_text(many, "markdown", [], night_sentence(night(42)))
+    text = summary_text(many, "markdown", [], NightFacts(night_sentence(night(42))))
     assert len(text.split()) <= 400 and text.count("\n| ---") == 1
-    assert text.splitlines()[2].startswith("41 of 42 logs judged; 2 break the policy; 1 new contact on robot B")
+    assert text.splitlines()[2].startswith("41 of 42 logs judged; 2 break the policy; 4 contacts on robot B (1 new, ")
     assert sum(line.startswith("| ❌ FAIL") for line in text.splitlines()) == 12 and "PASS" not in text
     assert len(summary_text([samples.failed(500).result] * 500, "markdown").split()) <= 400
 
@@ -77,8 +86,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
     folder = tmp_path_factory.mktemp("night")
     before = {e.name: ["fail" if k == 20 else "pass" for k in range(12, 26)] for e in night(42)}
-    write_index(folder / "42", night(42), "", before)
-    write_index(folder / "1000", night(1000), "", before)
+    write_index(folder / "42", night(42), QUIET, before)
+    write_index(folder / "1000", night(1000), QUIET, before)
     with sync_playwright() as playwright:
         browser = launched(playwright)
         opened = browser.new_page(viewport={"width": 1280, "height": 900})
@@ -102,13 +111,13 @@ def test_a_log_is_a_line(page: Any) -> None:
     assert unread[:9] == ["NOT", "JUDGED", "A", "cell1/cut.mcap", "–", "–", "–", "–", "–"], "no 0 beside NOT JUDGED"
 
 
-def test_a_pass_with_known_contacts_says_so(tmp_path: Path) -> None:
+def test_a_pass_with_accepted_contacts_says_so(tmp_path: Path) -> None:
     touched = next(entry for entry in night(42) if entry.contacts)
     excused = replace(
-        touched, verdict="pass", reasons=("Known: 2 contacts (policy: at most 0).",), exclusions=EXCLUSIONS
+        touched, verdict="pass", reasons=("2 contacts, within the policy (2 accepted).",), exclusions=EXCLUSIONS
     )
     write_index(tmp_path, [excused])
-    assert "<summary>Known: 2 contacts" in (tmp_path / "index.html").read_text()
+    assert "<summary>2 contacts, within the policy (2 accepted)" in (tmp_path / "index.html").read_text()
 
 
 def test_details_open_with_a_click(page: Any) -> None:

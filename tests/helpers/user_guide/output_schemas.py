@@ -27,7 +27,6 @@ from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.manifest_file import Difference
 from collaudit.reports.files.run_files import AUDITS_SCHEMA
 from collaudit.reports.sections.trend_sections import TREND_SCHEMA
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
@@ -197,17 +196,6 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class Verified:
-    """What ``verify --json`` prints: how a folder differs from its manifest; ``signature`` says why it is not right."""
-
-    schema: Literal["collaudit/verify/1"]
-    same: bool
-    signature: str | None
-    counts: dict[str, int]
-    differences: list[Difference]
-
-
-@dataclass(frozen=True, slots=True)
 class TrendEvent:
     """What happened to a robot, by its likely cause."""
 
@@ -277,7 +265,6 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     SCORE_SCHEMA: (Scores, "score.json of a run"),
     "collaudit/check/1": (Checked, "check --json"),
     "collaudit/query/1": (Answer, "query --json"),
-    "collaudit/verify/1": (Verified, "verify --json"),
     TREND_SCHEMA: (Trends, "trend --json"),
     ERROR_SCHEMA: (Failed, "any command with --json that fails"),
 }

@@ -19,18 +19,16 @@ from collaudit.core.data import (
     friction_result,
     identification_result,
     plan_result,
-    policy_result,
     recommendation_result,
     sensitivity_result,
 )
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
+from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
-from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
 from collaudit.core.findings import Finding
-from collaudit.reports.files import manifest_file
+from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.manifest_file import MANIFEST_SCHEMA, Manifest
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 from collaudit.reports.values.entries import IndexEntry
 
@@ -42,8 +40,6 @@ RESULTS: dict[str, tuple[type, str, str]] = {
     "audit": (AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)"),
     "friction": (FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)"),
     "summary": (Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)"),
-    "policy": (PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)"),
-    "manifest": (Manifest, MANIFEST_SCHEMA, "collaudit manifest of an audit (manifest.json)"),
     "plan": (PlanFile, PLAN_SCHEMA, "collaudit plan of a motion (plan.json)"),
 }
 
@@ -75,16 +71,14 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 
 
 def _dataclass(name: str) -> type:
-    elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
+    elsewhere = {one.__name__: one for one in (Finding, IndexEntry, LeftOut, AcceptanceUse)}
     homes = (
         arm_geometry,
         result_types,
         detection_result,
         friction_result,
         identification_result,
-        manifest_file,
         plan_result,
-        policy_result,
         sensitivity_result,
         recommendation_result,
     )

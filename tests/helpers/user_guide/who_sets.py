@@ -21,8 +21,6 @@ TABLES = {
     "near_miss": "whoever counts near misses differently from the defaults.",
     "phases": "whoever recorded a task in which the tool was meant to touch something.",
     "policy": "whoever decides what fails a night, and what must have been noticed for a pass.",
-    "policy.overrides": "whoever decides that, where robots or tasks differ.",
-    "policy.waivers": "whoever accepts a known breach, and answers for it.",
     "report": "whoever signs the report.",
     "plan": "whoever is responsible for the cell, before a planned motion is run in it.",
     "fleet": "whoever audits logs of several robots in one run.",
@@ -64,8 +62,9 @@ KEYS = {
     "detect.true_events": "whoever scores the detection against labelled contacts.",
     "phases.find": "whoever has a wrist sensor and no log of the task's steps.",
     "phases.contact_force_n": "whoever presses more gently than the default, or has a noisier sensor.",
-    "policy.findings": "whoever wants to be told of a finding, or to fail by it.",
-    "policy.levels": "whoever introduces a rule, and wants it listed before it fails.",
+    "policy.findings": "whoever wants to fail by a finding.",
+    "policy.known": "the owner of the night, who then answers for every contact that earlier nights had.",
+    "policy.max_accepted_days": "the owner of the night.",
     "policy.max_fit_age_days": "whoever knows how fast the gears wear.",
 }
 

@@ -1,0 +1,164 @@
+"""What is known before a night is judged: contacts of a store or of an earlier audit, and accepted.toml."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from pathlib import Path
+
+from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.core.api import LogFiles, log_name
+from collaudit.core.config import LoadedConfig
+from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
+from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
+from collaudit.core.errors import ConfigError
+from collaudit.core.policy.contact_states import EarlierContact, Precedents, tool_place
+from collaudit.core.policy.name_patterns import program_of
+from collaudit.core.small_files import read_object
+from collaudit.reports.files.json_files import read_result
+from collaudit.reports.files.run_files import AUDIT_NAME
+
+#: What makes a folder a store.
+STORE_NAME = "store.json"
+SUMMARY_NAME = "summary.json"
+
+
+@dataclass(frozen=True, slots=True)
+class EarlierLog:
+    """A judged log of before: whose it was (None: not known), its night, its program, its contacts."""
+
+    robot: str | None
+    night: str
+    program: str
+    contacts: tuple[EarlierContact, ...]
+
+
+def accepted_path(loaded: LoadedConfig) -> tuple[Path, bool]:
+    """The file of accepted contacts, and whether the configuration names it; else it lies beside the configuration."""
+    stated = loaded.config.policy.accepted
+    folder = Path() if loaded.path is None else loaded.path.parent
+    return (folder / ACCEPTED_NAME, False) if stated is None else (stated, True)
+
+
+def read_accepted(loaded: LoadedConfig) -> tuple[Acceptance, ...]:
+    """The entries of accepted.toml; none where there is none.
+
+    Raises:
+        ConfigError: it cannot be used.
+    """
+    return load_accepted(*accepted_path(loaded))
+
+
+def precedents_of_log(files: LogFiles, loaded: LoadedConfig) -> Precedents:
+    """What is known of a log that is judged by itself: what is accepted."""
+    path, today = files[0].as_posix(), datetime.now(UTC).date()
+    return Precedents(None, log_name(files), path, today, accepted=read_accepted(loaded))
+
+
+def with_precedents(
+    jobs: Sequence[LogJob], history: Sequence[EarlierLog], accepted: Sequence[Acceptance], today: date
+) -> list[LogJob]:
+    """The jobs, told what is known of each log's robot.
+
+    Args:
+        jobs: the logs of a night.
+        history: judged logs of before.
+        accepted: entries of accepted.toml.
+        today: day on which they are looked at.
+    """
+    made = []
+    for job in jobs:
+        own = [log for log in history if log.robot in (None, job.owner)]
+        program = program_of(job.name)
+        known = Precedents(
+            robot=job.owner,
+            log=job.name,
+            path=job.place,
+            today=today,
+            night=None if job.wanted is None else job.wanted.night,
+            contacts=tuple(contact for log in own for contact in log.contacts),
+            nights=tuple(sorted({log.night for log in own if log.program == program})),
+            accepted=tuple(accepted),
+        )
+        made.append(job._replace(known=known))
+    return made
+
+
+def is_store(place: str) -> bool:
+    """Whether a place is a store of nights: a URL, or a folder that says so."""
+    return "://" in place or (Path(place) / STORE_NAME).is_file()
+
+
+def read_history(place: str) -> list[EarlierLog]:
+    """The judged logs of a store, or of the folder of an audit.
+
+    Args:
+        place: folder or URL of a store, folder of an audit or a run, or an ``audit.json``.
+
+    Raises:
+        ConfigError: there is no audit. CollauditError: a file of it is damaged.
+    """
+    if is_store(place):
+        return list(_of_store(place))
+    found = [_of_result(result, robot) for result, robot in audited_results(Path(place))]
+    if not found:
+        raise ConfigError(
+            "there is no audit to compare with",
+            where=place,
+            expected=f"a store of nights, the folder of an audit or a run, or an {AUDIT_NAME}",
+            hint="collaudit audit LOGS -c collaudit.toml -o BASELINE makes one",
+        )
+    return [one for one in found if one is not None]
+
+
+def audited_results(path: Path) -> list[tuple[AuditResult, str | None]]:
+    """Results in the folder of an audit, of a run, or in an ``audit.json``, each with its robot.
+
+    Raises:
+        CollauditError: a file is damaged.
+    """
+    return [(read_result(file, AuditResult, AUDIT_SCHEMA), robot) for file, robot in _files(path)]
+
+
+def robots_in(out: Path) -> dict[str, str | None]:
+    """Whose each run folder of an audit is, by its name, as the audit's summary says; empty without one."""
+    logs = read_object(out / SUMMARY_NAME, 1 << 30).get("logs")
+    lines = [one for one in logs if isinstance(one, dict)] if isinstance(logs, list) else []
+    return {Path(line["report"]).parent.name: line.get("robot") for line in lines if line.get("report")}
+
+
+def _of_store(place: str) -> Iterator[EarlierLog]:
+    from collaudit.reports.store.result_store import ResultStore, records_of
+
+    for record in records_of(ResultStore(place).table(light=True).to_pylist()):
+        if record.verdict == "not_judged" and not record.contacts:
+            continue
+        program = program_of(record.log)
+        contacts = tuple(
+            EarlierContact(record.night, program, dict(zip(c.joints, c.peaks_nm, strict=False)), c.place_m)
+            for c in record.contacts
+        )
+        yield EarlierLog(record.robot, record.night, program, contacts)
+
+
+def _files(path: Path) -> Iterator[tuple[Path, str | None]]:
+    """Every ``audit.json``, and whose log it is about; run folders of the audit's summary, else all there are."""
+    if path.is_file():
+        yield path, None
+    elif (path / AUDIT_NAME).is_file():
+        yield path / AUDIT_NAME, robots_in(path.parent).get(path.name)
+    else:
+        robots = robots_in(path)
+        for audit in sorted(path.glob(f"*/{AUDIT_NAME}")):
+            if not robots or audit.parent.name in robots:
+                yield audit, robots.get(audit.parent.name)
+
+
+def _of_result(result: AuditResult, robot: str | None) -> EarlierLog | None:
+    if result.verdict == "not_judged" and not result.contacts:
+        return None
+    night, program = (result.log.start or "")[:10], program_of(result.log.name)
+    contacts = tuple(EarlierContact(night, program, c.peak_nm, tool_place(c)) for c in result.contacts)
+    return EarlierLog(robot, night, program, contacts)

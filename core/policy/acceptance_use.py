@@ -1,0 +1,69 @@
+"""What became of the entries of accepted.toml in a night: which counted, and which are to be looked at again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from typing import Literal
+
+from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.policy.contact_states import Precedents, concerns, day_refusal, means, refusal
+
+UseState = Literal["counted", "expired", "too long", "no longer matches", "unused", "not asked"]
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceUse:
+    """One entry of accepted.toml in one night.
+
+    Attributes:
+        number: of the entry, from 1.
+        state: ``counted``; ``expired``; ``too long``: its day is further ahead than the policy allows; ``no longer
+            matches``: what it means came, and is not what was accepted; ``unused``: its logs were judged and nothing
+            like it came; ``not asked``: no log of tonight is one that it means.
+        text: the entry in words, and why.
+    """
+
+    number: int
+    state: UseState
+    text: str
+
+
+def acceptance_uses(
+    entries: Sequence[Acceptance], logs: Sequence[tuple[Precedents, AuditResult]], today: date, most_days: float
+) -> list[AcceptanceUse]:
+    """What became of each entry.
+
+    Args:
+        entries: of accepted.toml.
+        logs: audited ones, each with what was known of it.
+        today: day on which they are looked at.
+        most_days: an acceptance counts for so many days ahead at most.
+    """
+    return [_use(number, entry, logs, today, most_days) for number, entry in enumerate(entries, 1)]
+
+
+def _use(
+    number: int,
+    entry: Acceptance,
+    logs: Sequence[tuple[Precedents, AuditResult]],
+    today: date,
+    most_days: float,
+) -> AcceptanceUse:
+    asked = [(known, result) for known, result in logs if concerns(entry, known, result.log.sha256)]
+    meant = [c for known, result in asked for c in result.contacts if means(entry, c, known, result.log.sha256)]
+    why = [refusal(entry, contact, today, most_days) for contact in meant]
+    day = day_refusal(entry, today, most_days)
+    state: UseState
+    if day is not None:
+        state = "expired" if entry.until < today else "too long"
+    elif None in why:
+        state = "counted"
+    elif meant:
+        state = "no longer matches"
+    else:
+        state = "unused" if asked else "not asked"
+    because = day or (why[0] if state == "no longer matches" else None)
+    return AcceptanceUse(number, state, entry.words + (f" ({because})" if because else ""))

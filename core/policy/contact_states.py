@@ -1,0 +1,202 @@
+"""What each contact of a log is: new, known from earlier nights, back after a night without it, or accepted.
+
+A contact is known again by robot, program or place, joints and size. Being known excuses nothing; only an acceptance,
+by name and until a day, takes a contact out of the verdict.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import date, timedelta
+
+from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.data.detection_result import Contact
+from collaudit.core.policy.name_patterns import matches, program_of
+
+#: A contact is clearly harder where a joint's residual is so many times the other's: peaks of one event that a program
+#: repeats differ by less, with the noise and the phase of the samples.
+HARDER = 1.25
+#: Likewise longer, and by so many seconds more.
+LONGER, _LONGER_S = 2.0, 0.2
+#: Contacts are at one place where the tool was within this distance, m: about its travel during a short contact.
+NEAR_M = 0.2
+#: Room around the times that an entry states, s.
+_ROOM_S = 0.1
+
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class EarlierContact:
+    """A contact of an earlier night, or of an earlier audit of the same log.
+
+    Attributes:
+        night: ISO date; empty where it is not known.
+        program: of its log, as :func:`program_of` gives it.
+        peak_nm: highest residual by joint that alarmed, N·m.
+        place_m: (x, y, z) of the tool at the peak, in the base; None where it is not known.
+    """
+
+    night: str
+    program: str
+    peak_nm: Mapping[str, float]
+    place_m: Place | None
+
+
+@dataclass(frozen=True, slots=True)
+class Precedents:
+    """What is known of a robot's contacts before one log of it is judged.
+
+    Attributes:
+        robot: whose log it is; None where nobody says.
+        log: name of the log in its audit.
+        path: its path or URL.
+        today: day on which acceptances are looked at.
+        night: ISO date that the log counts to; None: that of its first stamp.
+        contacts: of earlier nights, of this robot.
+        nights: earlier nights in which its program was judged.
+        accepted: entries of accepted.toml.
+    """
+
+    robot: str | None
+    log: str
+    path: str
+    today: date
+    night: str | None = None
+    contacts: tuple[EarlierContact, ...] = ()
+    nights: tuple[str, ...] = ()
+    accepted: tuple[Acceptance, ...] = ()
+
+
+def tool_place(contact: Contact) -> Place | None:
+    """Where the tool was when a contact was strongest, in the base, m; None without a kinematic model."""
+    return None if contact.scene is None else contact.scene.points_m[-1]
+
+
+def with_states(
+    contacts: Sequence[Contact], known: Precedents | None, sha256: str, start: str | None, most_days: float
+) -> tuple[Contact, ...]:
+    """The contacts with their names and states.
+
+    Args:
+        contacts: of one log.
+        known: beforehand; None for nothing.
+        sha256: hash of the log.
+        start: when it was recorded, ISO 8601, or None.
+        most_days: an acceptance counts for so many days ahead at most.
+    """
+    named = [replace(one, id=_name(one, sha256)) for one in contacts]
+    if known is None:
+        return tuple(named)
+    tonight = known.night or (start or known.today.isoformat())[:10]
+    return tuple(_accepted(_seen(one, known, tonight), known, sha256, most_days) for one in named)
+
+
+def _name(contact: Contact, sha256: str) -> str:
+    """A short name of a contact: the same wherever the log is judged and finds it at the same time."""
+    text = f"{sha256} {contact.onset_s:.3f} {' '.join(contact.joints)}"
+    return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:8]
+
+
+def _seen(contact: Contact, known: Precedents, tonight: str) -> Contact:
+    """New, known or back."""
+    alike = [one for one in known.contacts if _alike(contact, one, known)]
+    if not alike:
+        return contact
+    nights = sorted({one.night for one in alike})
+    without = [night for night in known.nights if nights[-1] < night < tonight]
+    since = nights[0] or "an earlier audit"
+    count = f"{len(nights)} night{'s' if len(nights) > 1 else ''}"
+    if without:
+        text = f"back: seen in {count}, last {nights[-1]}, and not in {len(without)} since"
+    else:
+        text = f"known since {since}" + (f" ({count})" if nights[0] else "")
+    return replace(
+        contact, state="back" if without else "known", known_since=since, known_nights=len(nights), state_text=text
+    )
+
+
+def _alike(contact: Contact, other: EarlierContact, known: Precedents) -> bool:
+    """Same program or place, the strongest joint of each among those of the other, and not clearly harder."""
+    place = tool_place(contact)
+    at_place = place is not None and other.place_m is not None and math.dist(place, other.place_m) <= NEAR_M
+    if other.program != program_of(known.log) and not at_place:
+        return False
+    mine, theirs = contact.peak_nm, other.peak_nm
+    if not mine or not theirs or max(mine, key=mine.__getitem__) not in theirs:
+        return False
+    return max(theirs, key=theirs.__getitem__) in mine and not _harder(mine, theirs)
+
+
+def _harder(mine: Mapping[str, float], other: Mapping[str, float]) -> list[str]:
+    """Joints whose residual is clearly higher than the other contact's; joints that only one has do not compare."""
+    return [joint for joint, peak in mine.items() if joint in other and peak > HARDER * other[joint]]
+
+
+def _accepted(contact: Contact, known: Precedents, sha256: str, most_days: float) -> Contact:
+    """The contact as an entry leaves it: accepted, or with the words why the entry that means it does not count."""
+    notes = []
+    for entry in known.accepted:
+        if not means(entry, contact, known, sha256):
+            continue
+        why = refusal(entry, contact, known.today, most_days)
+        if why is None:
+            text = f"accepted by {entry.owner} until {entry.until}: {entry.reason}"
+            return replace(contact, state="accepted", state_text=text)
+        notes.append(f"the acceptance by {entry.owner} until {entry.until} does not cover it: {why}")
+    return replace(contact, state_text="; ".join([part for part in (contact.state_text, *notes) if part]))
+
+
+def concerns(entry: Acceptance, known: Precedents, sha256: str) -> bool:
+    """Whether an entry is about contacts of this log."""
+    if entry.robot is not None and entry.robot != known.robot:
+        return False
+    if entry.sha256 is not None and entry.sha256 != sha256:
+        return False
+    return entry.log is None or matches(known.log, [entry.log]) or matches(known.path, [entry.log])
+
+
+def means(entry: Acceptance, contact: Contact, known: Precedents, sha256: str) -> bool:
+    """Whether an entry is about this contact, however hard: robot, log, place, time, joints."""
+    if not concerns(entry, known, sha256):
+        return False
+    place = tool_place(contact)
+    if entry.place_m is not None and (place is None or math.dist(place, entry.place_m) > NEAR_M):
+        return False
+    if entry.time_s is not None:
+        low, high = entry.time_s
+        if not low - _ROOM_S <= contact.onset_s <= contact.end_s <= high + _ROOM_S:
+            return False
+    return not entry.peak_nm or not set(contact.joints).isdisjoint(entry.peak_nm)
+
+
+def refusal(entry: Acceptance, contact: Contact, today: date, most_days: float) -> str | None:
+    """Why an entry that means a contact does not cover it; None where it does."""
+    day = day_refusal(entry, today, most_days)
+    if day is not None or not entry.peak_nm:
+        return day
+    more = sorted(set(contact.joints) - set(entry.peak_nm))
+    if more:
+        return f"{', '.join(more)} alarmed, too"
+    harder = [
+        f"{j} {contact.peak_nm[j]:.3g} N·m, accepted {entry.peak_nm[j]:.3g}"
+        for j in _harder(contact.peak_nm, entry.peak_nm)
+    ]
+    if harder:
+        return f"it is harder ({', '.join(harder)})"
+    lasted = contact.end_s - contact.onset_s
+    if entry.lasted_s is not None and lasted > max(LONGER * entry.lasted_s, entry.lasted_s + _LONGER_S):
+        return f"it is longer ({lasted:.3g} s, accepted {entry.lasted_s:.3g} s)"
+    return None
+
+
+def day_refusal(entry: Acceptance, today: date, most_days: float) -> str | None:
+    """Why an entry does not count on a day; None where it does."""
+    if entry.until < today:
+        return f"it ended after {entry.until}"
+    if entry.until > today + timedelta(days=most_days):
+        return f"{entry.until} is further ahead than the {most_days:g} days that the policy allows"
+    return None

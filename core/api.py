@@ -378,7 +378,7 @@ def near_misses(audit: Audit) -> pd.DataFrame:
 
 
 def contacts(audit: Audit) -> pd.DataFrame:
-    """Contacts, one a row: when, which joints, link, kind, and the force: 95 % interval, N, or its lower end alone."""
+    """Contacts, one a row: when, joints, link, kind, force (95 % interval, N, or its lower end alone), id, state."""
     rows = []
     for c in audit.result.contacts:
         force = {} if c.least_force is None else {"force_low_n": c.least_force.force_n}
@@ -408,7 +408,7 @@ def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
 _COLLISION = ("joint", "onset_s", "detected_s", "duration_s", "peak_nm", "gamma_nm", "phase")
 _NEAR_MISS = ("joint", "onset_s", "duration_s", "peak_nm", "gamma_nm", "ratio", "kind", "phase")
 _FORCE = ("force_n", "force_low_n", "force_high_n")
-_CONTACT = ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE)
+_CONTACT = ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE, "id", "state")
 _DISTURBED = ("onset_s", "end_s", "joint", "torque_step_nm", "deflection_rad")
 _OVERVIEW = ("log", "verdict", "start", "duration_s", "contacts", "near_misses", "why")
 #: Columns that are no text and, by their names, no quantity.

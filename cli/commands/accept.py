@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, say
+from collaudit.cli.console import note, say, say_object
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
@@ -33,9 +33,16 @@ _PRUNED = ("expired", "no longer matches", "unused")
 @click.option("--owner", metavar="NAME", help="Who answers for it.")
 @click.option("--until", type=click.DateTime(["%Y-%m-%d"]), metavar="DATE", help="Last day on which it counts.")
 @click.option("--prune", is_flag=True, help="Take out the entries that OUT found expired, unused or not matching.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: the file, what was added, what was taken out.")
 @config_option
 def command(
-    folder: Path, contact: str | None, reason: str | None, owner: str | None, until: datetime | None, prune: bool
+    folder: Path,
+    contact: str | None,
+    reason: str | None,
+    owner: str | None,
+    until: datetime | None,
+    prune: bool,
+    as_json: bool,
 ) -> int:
     """Write a contact of an audit, by its id, into accepted.toml: it breaks the policy no more, until the day.
 
@@ -60,16 +67,24 @@ def command(
         gone = _stale(folder, entries)
         if gone:
             atomic_write(path, without_entries(text, gone, path))
-        say(f"{len(gone)} of {len(entries)} entries taken out of {path}")
+        taken = [entries[number].words for number in gone]
+        _say(path, [], taken, f"{len(gone)} of {len(entries)} entries taken out of {path}", as_json)
         return EXIT_PASS
     today = datetime.now(UTC).date()
     entry = _entry(folder, contact, reason, owner, until, today, loaded.config.policy.max_accepted_days)
     made = with_entry(text, entry)
     parse_accepted(made, path)
     atomic_write(path, made)
-    say(f"{path}: {entry.words}")
+    _say(path, [entry.words], [], f"{path}: {entry.words}", as_json)
     note("commit the file; the next audit reads it, and says so in its verdict")
     return EXIT_PASS
+
+
+def _say(path: Path, added: list[str], removed: list[str], text: str, as_json: bool) -> None:
+    if as_json:
+        say_object("collaudit/accept/1", {"file": str(path), "added": added, "removed": removed})
+    else:
+        say(text)
 
 
 def _entry(
@@ -96,7 +111,7 @@ def _entry(
     place = tool_place(found)
     entry = Acceptance(
         robot=robot,
-        log=program_of(result.log.name),
+        program=program_of(result.log.name),
         place_m=None if place is None else (round(place[0], 3), round(place[1], 3), round(place[2], 3)),
         peak_nm={joint: float(f"{peak:.3g}") for joint, peak in found.peak_nm.items()},
         lasted_s=round(max(found.end_s - found.onset_s, 1e-3), 3),

@@ -53,7 +53,7 @@ def read_accepted(loaded: LoadedConfig) -> tuple[Acceptance, ...]:
 
 def precedents_of_log(files: LogFiles, loaded: LoadedConfig) -> Precedents:
     """What is known of a log that is judged by itself: what is accepted."""
-    path, today = files[0].as_posix(), datetime.now(UTC).date()
+    path, today = files[0].absolute().as_posix(), datetime.now(UTC).date()
     return Precedents(None, log_name(files), path, today, accepted=read_accepted(loaded))
 
 

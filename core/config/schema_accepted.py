@@ -12,11 +12,14 @@ class Acceptance(ConfigTable, frozen=True, kw_only=True):
     """One contact that does not break the policy: what it is, who answers for it, why, and until when."""
 
     robot: Annotated[str | None, about("Robot of `[fleet]`, or of `--robot`; every one when absent.")] = None
+    program: Annotated[
+        str | None, about("Name of the log, `#` for its dates and times: other runs of the program are meant, too.")
+    ] = None
     log: Annotated[
         str | None,
         about(
-            "Pattern of the log's name or path, with `*`, `?` and `[…]`: the program that ran. One that does not begin "
-            "with `/` or a scheme matches the end of a path from a folder on."
+            "Pattern of the log's name or path, with `*`, `?` and `[…]`. One that does not begin with `/` or a scheme "
+            "matches the end of a path from a folder on."
         ),
     ] = None
     sha256: Annotated[str | None, about("Hash of the one recording that is meant; needed with `time_s`.")] = None
@@ -36,8 +39,8 @@ class Acceptance(ConfigTable, frozen=True, kw_only=True):
     until: Annotated[date, about("Last day on which it counts; at most `[policy] max_accepted_days` ahead.")]
 
     def __post_init__(self) -> None:
-        if self.log is None and self.place_m is None and self.sha256 is None:
-            raise ValueError("nothing tells where: give log, place_m, or sha256")
+        if self.program is self.log is self.place_m is self.sha256 is None:
+            raise ValueError("nothing tells where: give program, log, place_m, or sha256")
         if not self.peak_nm and self.time_s is None:
             raise ValueError("nothing tells which contact: give peak_nm by joint, or sha256 and time_s")
         if self.time_s is not None and self.sha256 is None:
@@ -47,7 +50,7 @@ class Acceptance(ConfigTable, frozen=True, kw_only=True):
     def words(self) -> str:
         """Who accepts what, in words."""
         what = ", ".join(self.peak_nm) if self.time_s is None else "{:g} to {:g} s".format(*self.time_s)
-        where = " ".join(part for part in (self.robot, self.log) if part)
+        where = " ".join(part for part in (self.robot, self.program, self.log) if part)
         meant = f"{what} in {where}" if where else what
         return f"{meant}, accepted by {self.owner} until {self.until}: {self.reason}"
 

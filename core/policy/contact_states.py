@@ -14,7 +14,7 @@ from datetime import date, timedelta
 
 from collaudit.core.config.schema_accepted import Acceptance
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.policy.name_patterns import matches, program_of
+from collaudit.core.policy.name_patterns import matches, program_of, runs_program
 
 #: A contact is clearly harder where a joint's residual is so many times the other's: peaks of one event that a program
 #: repeats differ by less, with the noise and the phase of the samples.
@@ -156,11 +156,13 @@ def concerns(entry: Acceptance, known: Precedents, sha256: str) -> bool:
         return False
     if entry.sha256 is not None and entry.sha256 != sha256:
         return False
+    if entry.program is not None and not runs_program(entry.program, known.log, known.path):
+        return False
     return entry.log is None or matches(known.log, [entry.log]) or matches(known.path, [entry.log])
 
 
 def means(entry: Acceptance, contact: Contact, known: Precedents, sha256: str) -> bool:
-    """Whether an entry is about this contact, however hard: robot, log, place, time, joints."""
+    """Whether an entry is about this contact, however hard: robot, program, log, place, time, joints."""
     if not concerns(entry, known, sha256):
         return False
     place = tool_place(contact)

@@ -23,9 +23,18 @@ def matches(text: str, patterns: Iterable[str]) -> bool:
 
 
 def program_of(name: str) -> str:
-    """The name of a log without dates and times, as a pattern: logs of tomorrow's run of the program match it.
+    """The name of a log with ``#`` in place of dates and times: tomorrow's run of the program has the same.
 
-    ``cell1/pick_2026-11-28_031502.mcap`` becomes ``cell1/pick_*.mcap``; ``run2.csv`` stays.
+    ``cell1/pick_2026-11-28_031502.mcap`` becomes ``cell1/pick_#.mcap``; ``run2.csv`` stays.
     """
-    literal = re.sub(r"([*?\[])", r"[\1]", name)
-    return _STAMP.sub("*", literal)
+    return _STAMP.sub("#", name)
+
+
+def runs_program(program: str, name: str, path: str) -> bool:
+    """Whether a log is a run of a program, by its name in the audit or by the end of its path, whole folders.
+
+    Args:
+        program: as :func:`program_of` gives it.
+        name, path: of the log.
+    """
+    return program == program_of(name) or f"/{program_of(path)}".endswith(f"/{program}")

@@ -14,7 +14,7 @@ from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_se
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.policy.name_patterns import matches, program_of
+from collaudit.core.policy.name_patterns import matches, program_of, runs_program
 
 FLEET = """
 [fleet.robots.left]
@@ -169,10 +169,11 @@ def test_patterns_begin_at_a_folder() -> None:
 
 
 def test_a_program_is_a_name_without_dates_and_times() -> None:
-    assert program_of("cell1/pick_2026-11-28_031502.mcap") == "cell1/pick_*.mcap"
-    assert program_of("a/2026-11-28-03-15-02.bag") == program_of("a/2026-12-01-04-00-00.bag") == "a/*.bag"
+    assert program_of("cell1/pick_2026-11-28_031502.mcap") == "cell1/pick_#.mcap"
+    assert program_of("a/2026-11-28-03-15-02.bag") == program_of("a/2026-12-01-04-00-00.bag") == "a/#.bag"
     assert program_of("run2.csv") == "run2.csv" != program_of("run3.csv")
-    assert matches("c[1]/x.csv", [program_of("c[1]/x.csv")])
+    assert runs_program("a/#.bag", "A/a/20261128.bag", "night/a/20261128.bag")
+    assert not runs_program("#.bag", "A/a/pick_20261128.bag", "a/pick_20261128.bag")
 
 
 def test_a_robots_own_file_states_what_differs_in_its_policy(tmp_path: Path) -> None:

@@ -187,6 +187,16 @@ class Checked:
 
 
 @dataclass(frozen=True, slots=True)
+class Accepted:
+    """What ``accept --json`` prints: the file, and the entries that were added to it or taken out, in words."""
+
+    schema: Literal["collaudit/accept/1"]
+    file: str
+    added: list[str]
+    removed: list[str]
+
+
+@dataclass(frozen=True, slots=True)
 class Answer:
     """What ``query --json`` prints: names of columns, and rows of what SQL gave."""
 
@@ -264,6 +274,7 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     AUDITS_SCHEMA: (Audits, "report --format json of several runs"),
     SCORE_SCHEMA: (Scores, "score.json of a run"),
     "collaudit/check/1": (Checked, "check --json"),
+    "collaudit/accept/1": (Accepted, "accept --json"),
     "collaudit/query/1": (Answer, "query --json"),
     TREND_SCHEMA: (Trends, "trend --json"),
     ERROR_SCHEMA: (Failed, "any command with --json that fails"),

@@ -159,7 +159,10 @@ def add_units(units: Section, topic: TopicInfo | None, stated: Mapping[str, str]
         _add_column_units(units, stated)
     elif topic is not None:
         units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
-        units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
+        if topic.currents:
+            units.add("effort", "A", f"{topic.type} holds currents; needs torque_constant_nm_per_a, or write raw")
+        else:
+            units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
     names = list(topic.joints[:2]) if topic else ["joint1"]
     units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
     units.add("rated_torque_nm", dict.fromkeys(names, 10.0), 'with effort = "percent" or "permille"', active=False)

@@ -174,6 +174,7 @@ def _info(
         role=role,
         readable=readable,
         note=_note(topic, settings),
+        currents=topic.decoded.currents,
         effort_noise=has_noise([topic.decoded]) if joints else None,
         signal=role_of(topic, settings) if joints else "plain",
     )

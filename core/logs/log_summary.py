@@ -29,6 +29,7 @@ class TopicInfo:
         role: what the topic can serve as.
         readable: whether its messages can be decoded.
         note: which profile reads it, or why it is not read.
+        currents: whether their efforts are currents of the drives, A, by the messages themselves.
         effort_noise: of joint states, whether their efforts have a sensor's noise; a model's are smooth.
         signal: of joint states, what its efforts are: measured or plain, desired, commanded, of a model …
     """
@@ -45,6 +46,7 @@ class TopicInfo:
     role: Literal["joint_states", "wrench", "label", "phase", "other"] = "other"
     readable: bool = True
     note: str = ""
+    currents: bool = False
     effort_noise: bool | None = None
     signal: Role = "plain"
 

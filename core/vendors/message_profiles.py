@@ -5,7 +5,8 @@ A path names a field of a message, dotted. Further forms:
 - ``a|b``: the first of several that the type has and the message fills (other versions of a type);
 - ``a,b,c``: several fields side by side;
 - ``joints[*].position``: one field of every item of a sequence;
-- ``items[*]{keys:values=effort}``: of every item, the one of ``values`` that stands where ``keys`` says ``effort``;
+- ``items[*]{keys:values=effort/torque}``: of every item, the one of ``values`` that stands where ``keys`` says
+  ``effort``, or else ``torque``; items with none of motion and effort are no joints;
 - of an annotation only, ``mode==6,7``: it holds while the number is one of these, else while it is not zero.
 """
 
@@ -40,7 +41,7 @@ class Profile:
         position, velocity, effort: paths of (j,) numbers.
         temperature: path of (j,) numbers, °C, where the type has them.
         joint_torque: path of (j,) torques behind the gears, N·m, beside the drives' effort.
-        effort_unit: unit of the effort by the type's definition.
+        current: path of (j,) currents of the drives, A, which are the effort where there is no other.
         wrench: path of the six numbers, force then torque.
         annotations: name to path of numbers that are not zero while it holds (a controller's own alarms).
         family: name of a set of types that each hold one quantity on sibling topics; "" for none.
@@ -55,7 +56,7 @@ class Profile:
     position: str | None = None
     velocity: str | None = None
     effort: str | None = None
-    effort_unit: Literal["Nm", "A"] = "Nm"
+    current: str | None = None
     wrench: str | None = None
     temperature: str | None = None
     joint_torque: str | None = None
@@ -65,8 +66,9 @@ class Profile:
     def quantities(self) -> dict[str, str]:
         """Quantity (annotations with ``ANNOTATION`` in front) to field path, of those the profile has."""
         pairs = (
-            ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
-            ("temperature", self.temperature), ("joint_torque", self.joint_torque),
+            ("position", self.position), ("velocity", self.velocity), ("effort", self.effort),
+            ("current", self.current), ("wrench", self.wrench), ("temperature", self.temperature),
+            ("joint_torque", self.joint_torque),
         )  # fmt: skip
         annotated = {f"{ANNOTATION}{name}": path.split("==")[0] for name, path in self.annotations}
         return {key: path for key, path in pairs if path is not None} | annotated
@@ -143,7 +145,8 @@ PROFILES: tuple[Profile, ...] = (
         names="joint_names",
         position="interface_values[*]{interface_names:values=position}",
         velocity="interface_values[*]{interface_names:values=velocity}",
-        effort="interface_values[*]{interface_names:values=effort}",
+        effort="interface_values[*]{interface_names:values=effort/torque}",
+        current="interface_values[*]{interface_names:values=current}",
         temperature="interface_values[*]{interface_names:values=temperature}",
     ),
     Profile(
@@ -178,8 +181,7 @@ PROFILES: tuple[Profile, ...] = (
         fixed_names=_UR_JOINTS,
         position="q_actual",
         velocity="qd_actual",
-        effort="i_actual",
-        effort_unit="A",
+        current="i_actual",
     ),
     Profile(
         name="lbr-state",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
-from collaudit.core.logs.messages.layout import Chars, Layout, LayoutError, Node, Numbers
+from collaudit.core.logs.messages.layout import MISSING, Chars, Layout, LayoutError, Node, Numbers
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile
@@ -57,7 +57,9 @@ class Plan:
 
 
 def _numbers(rows: ByteArray, part: Numbers) -> np.ndarray[tuple[int, int], np.dtype[np.generic]]:
-    """(n, count) numbers as a view of the bytes: they are copied once, to where they stay."""
+    """(n, count) numbers as a view of the bytes: copied once, to where they stay; NaN for one that is missing."""
+    if part is MISSING:
+        return np.full((rows.shape[0], 1), np.nan)
     view: np.ndarray[tuple[int, int], np.dtype[np.generic]]
     view = rows[:, part.offset : part.stop].view(part.code)
     return view
@@ -74,10 +76,15 @@ def make_plan(layout: Layout, profile: Profile) -> Plan:
     named = finder.names(profile.names) if profile.names is not None and not counted else ()
     paths = {} if named and profile.role == "phase" else profile.quantities()
     found = {name: finder.numbers(path) for name, path in paths.items()}
-    counts = _usable({name: _count(runs) for name, runs in found.items() if _count(runs)})
+    current = found.pop("current", ())
+    currents = bool(_count(current)) and not _count(found.get("effort", ()))
+    found |= {"effort": current} if currents else {}
+    if profile.names is not None and "[*]" in (profile.position or ""):
+        named, found = _joints(named, found)
+    counts = _usable(found)
     names = _checked(profile, named, counts)
     stamp = _stamp(finder, profile.stamp) if profile.stamp is not None else None
-    key = GroupKey(names, tuple(counts.items()), stamp is not None)
+    key = GroupKey(names, tuple(counts.items()), stamp is not None, currents)
     columns = {name: found[name] for name in counts}
     free = np.ones(max((stop for _, stop in finder.bound), default=0), dtype=np.bool_)
     for start, stop in finder.bound:
@@ -112,7 +119,7 @@ class _Finder:
         for alternative in path.split("|"):
             parts = [self._one(single) for single in alternative.split(",")]
             runs = tuple(run for part in parts for run in part or ())
-            if all(part is not None for part in parts) and _count(runs):
+            if all(part is not None for part in parts) and any(run.count for run in runs):
                 return runs
         return ()
 
@@ -122,21 +129,24 @@ class _Finder:
         if not several:
             return None if node is None else (_run(node, path),)
         if tail.startswith("{"):
-            return tuple(run for item in _items(node) for run in self._chosen(item, tail))
+            return tuple(self._chosen(item, tail) for item in _items(node))
         nodes = [_at(item, tail.lstrip(".")) for item in _items(node)]
         if all(node is None for node in nodes):
             return None
-        return tuple(_run(self.layout.missing if node is None else node, path) for node in nodes)
+        return tuple(MISSING if node is None else _run(node, path) for node in nodes)
 
-    def _chosen(self, item: Node | None, choice: str) -> Runs:
-        """Of ``{keys:values=wanted}`` the one of an item's values whose key is as wanted."""
+    def _chosen(self, item: Node | None, choice: str) -> Numbers:
+        """Of ``{keys:values=wanted/…}`` the one of an item's values whose key is the first wanted that it has."""
         fields, wanted = choice.strip("{}").split("=")
         keys, values = fields.split(":")
         texts = [self.text(key) for key in _items(_at(item, keys))]
+        key = next((key for key in wanted.split("/") if key in texts), None)
+        if key is None:
+            return MISSING
         run = _run(_at(item, values), choice)
-        if wanted not in texts or texts.index(wanted) >= run.count:
-            return ()
-        return (Numbers(run.offset + texts.index(wanted) * int(run.code[2:]), run.code, 1),)
+        if texts.index(key) >= run.count:
+            raise LayoutError(f"it has {len(texts)} names and {run.count} numbers in {keys} and {values}")
+        return Numbers(run.offset + texts.index(key) * int(run.code[2:]), run.code, 1)
 
     def text(self, node: Node | None) -> str:
         """A string of the message, which from now on binds the layout."""
@@ -177,14 +187,25 @@ def _run(node: Node | None, path: str) -> Numbers:
 
 
 def _count(runs: Runs) -> int:
-    return sum(run.count for run in runs)
+    return sum(1 if run is MISSING else run.count for run in runs)
 
 
-def _usable(counts: dict[str, int]) -> dict[str, int]:
-    """Without temperatures and second torques that some joints lack: motion is not lost for that."""
+def _joints(named: tuple[str, ...], found: dict[str, Runs]) -> tuple[tuple[str, ...], dict[str, Runs]]:
+    """Of a list of interfaces the joints: items that have a position, a velocity or an effort; the others are none."""
+    motion = [found[name] for name in MOTION if found.get(name)]
+    if any(len(runs) != len(named) for runs in found.values() if runs):
+        return named, found
+    kept = [k for k in range(len(named)) if any(runs[k] is not MISSING for runs in motion)]
+    return tuple(named[k] for k in kept), {name: tuple(runs[k] for k in kept if runs) for name, runs in found.items()}
+
+
+def _usable(found: dict[str, Runs]) -> dict[str, int]:
+    """Numbers of each quantity; none of temperatures and second torques that some joints lack."""
+    counts = {name: _count(runs) for name, runs in found.items() if any(run.count for run in runs)}
     motion = max((counts.get(name, 0) for name in MOTION), default=0)
-    optional = ("temperature", "joint_torque")
-    return {name: count for name, count in counts.items() if name not in optional or count == motion}
+    part = {name for name in ("temperature", "joint_torque") if MISSING in found.get(name, ())}
+    part |= {name for name in ("temperature", "joint_torque") if counts.get(name) != motion}
+    return {name: count for name, count in counts.items() if name not in part}
 
 
 def _checked(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:

@@ -65,11 +65,13 @@ class GroupKey:
         names: joint names in message order; empty for a wrench.
         present: which of the quantities the messages hold, with how many numbers each.
         stamped: whether they carry a header's stamp.
+        currents: whether their efforts are currents of the drives, A.
     """
 
     names: tuple[str, ...]
     present: tuple[tuple[str, int], ...]
     stamped: bool
+    currents: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -139,6 +141,11 @@ class Decoded:
         """Count messages that could not be used."""
         self.skipped += count
         self.problem = self.problem or problem
+
+    @property
+    def currents(self) -> bool:
+        """Whether the efforts are currents by the type's definition or by the names of interfaces."""
+        return any(key.currents for key in self.groups)
 
     def add(self, key: GroupKey, columns: Mapping[str, Column]) -> None:
         """Take in rows of a group, which is made when new.

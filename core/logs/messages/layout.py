@@ -37,6 +37,10 @@ class Numbers:
         return self.offset + self.count * int(self.code[2:])
 
 
+#: Stands for a number that one item of a sequence lacks and others have.
+MISSING = Numbers(0, "<f8", 0)
+
+
 @dataclass(frozen=True, slots=True)
 class Chars:
     """The ``size`` bytes of a string from ``offset``, its NUL not counted."""
@@ -57,13 +61,11 @@ class Layout:
         data: the message.
         root: its fields.
         guards: (start, stop) of the bytes that must agree for a message to share this layout.
-        missing: stands for a number that one item of a sequence lacks and others have.
     """
 
     data: bytes
     root: Node | None
     guards: tuple[tuple[int, int], ...] = ()
-    missing: Numbers | None = None
 
 
 @dataclass(slots=True)

@@ -56,7 +56,6 @@ class _Laid:
 
     def __init__(self) -> None:
         self.data = bytearray()
-        self.missing = self.numbers([np.nan], "<f8")
 
     def node(self, value: Any) -> Node | None:
         """Lay a value and all that is in it; None of what the message leaves out."""
@@ -108,4 +107,4 @@ def lay_out(message: Any) -> Layout:
         raise LayoutError("a number in it is beyond 64 bits") from error
     except RecursionError as error:
         raise LayoutError("it is nested too deeply") from error
-    return Layout(bytes(laid.data), root, missing=laid.missing)
+    return Layout(bytes(laid.data), root)

@@ -89,6 +89,7 @@ def read_message_log(
         judged=judged,
     )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
+    currents = joints.decoded.currents or settings.effort_kind == "motor-current"
     alarms = alarm_series(joints.decoded, joints.profile)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
@@ -111,7 +112,7 @@ def read_message_log(
     series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
     findings += wrench_findings
     units = settings.units
-    if (joints.profile.effort_unit == "A" or settings.effort_kind == "motor-current") and "effort" in columns:
+    if currents and "effort" in columns:
         units = with_currents(units, where)
     unit = to_si(columns, names, units, prismatic, where)
     if "position" not in columns:

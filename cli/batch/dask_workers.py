@@ -8,29 +8,23 @@ gives its task to another.
 from __future__ import annotations
 
 import logging
-import os
-import threading
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from functools import partial
 from importlib import import_module
 from typing import Any
 
-from collaudit.cli.batch.worker_pool import Lost, SteadyProcess
+from collaudit.cli.batch.child_processes import Lost, results_of
 from collaudit.core.errors import CollauditError
-
-#: Prepares a process: given the process that it ends with.
-Prepare = Callable[[int], None]
 
 _CONNECT_S = "10s"
 _SILENT = logging.CRITICAL + 1  # what a reader of the audit's stderr needs is said by the audit
-_own = threading.local()
 
 
 def results_on_dask(
     function: Callable[..., Any],
     items: Sequence[tuple[Any, ...]],
-    prepare: Prepare,
+    prepare: Callable[[], None],
     timeout_s: float | None,
     scheduler: str,
 ) -> Generator[tuple[int, Any], None, None]:
@@ -39,7 +33,7 @@ def results_on_dask(
     Args:
         function: called with the items' arguments in processes of the workers; to be imported by name, also there.
         items: arguments.
-        prepare: called in each new process with the process id of its worker; pickled for the workers.
+        prepare: called in each new process before; pickled for the workers.
         timeout_s: longest time for one item.
         scheduler: address of the cluster's scheduler.
 
@@ -78,22 +72,22 @@ def _client(scheduler: str) -> Any:
         ) from error
 
 
-def _run(function: Callable[..., Any], prepare: Prepare, timeout_s: float | None, arguments: tuple[Any, ...]) -> Any:
+def _run(
+    function: Callable[..., Any],
+    prepare: Callable[[], None],
+    timeout_s: float | None,
+    arguments: tuple[Any, ...],
+) -> Any:
     """One task, in the thread of a Dask worker."""
     worker, key = _dask().get_worker(), import_module("distributed.worker").thread_state.key
-    settings = (function, repr(prepare), timeout_s)
-    if getattr(_own, "settings", None) != settings:
-        if getattr(_own, "process", None) is not None:
-            _own.process.close()
-        _own.process = SteadyProcess(function, partial(prepare, os.getpid()), timeout_s)
-        _own.settings = settings
 
     def cancelled() -> bool:
         task = worker.state.tasks.get(key)
         return task is None or task.state in ("cancelled", "released", "forgotten")
 
     try:
-        return _own.process.run(arguments, cancelled)
+        with closing(results_of(function, [arguments], 1, prepare, timeout_s, cancelled)) as results:
+            return next(results)[1]
     except AssertionError as error:  # of multiprocessing: a daemon may not start processes
         hint = "start workers with --no-nanny, or with DASK_DISTRIBUTED__WORKER__DAEMON=False"
         return Lost("not started", text=f"{error}; {hint}")

@@ -7,27 +7,22 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
-import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from collaudit.cli.batch.audit_one import audit_one, remove_run
+from collaudit.cli.batch.child_processes import Lost, results_of
 from collaudit.cli.batch.log_jobs import Limits, LogJob, Outcome
-from collaudit.cli.batch.worker_pool import Lost, results_of
 from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.numeric.parallel import threads, use_threads
 from collaudit.reports.values.entries import entry_of_error
 
-_PARENT_POLL_S = 1.0
-_NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
 #: Share of the machine's memory that workers may take together, and the least that each may, bytes.
 _MEMORY_SHARE, _LEAST_MEMORY = 0.9, 2e9
 
@@ -112,7 +107,7 @@ def _memory_gb(limits: Limits) -> float | None:
 def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tuple[int, Any], None, None]:
     """Results of :func:`audit_one`: from processes of this program, or from those of a cluster's workers."""
     if limits.scheduler is None:
-        prepare = partial(_begin_worker, _memory_gb(limits), _threads(limits, len(items)), os.getpid())
+        prepare = partial(_begin_worker, _memory_gb(limits), _threads(limits, len(items)))
         return results_of(audit_one, items, limits.workers, prepare, limits.time_s)
     if find_spec("distributed") is None:
         raise CollauditError(
@@ -130,7 +125,7 @@ def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
     reason = {
         "late": f"it took longer than the {limits.time_s or 0:g} s that --timeout allows",
         "died": f"the process that judged it {cause}",
-        "not started": f"no process could be started to judge it (the last one: {cause})",
+        "not started": f"no process could be started to judge it ({cause})",
         "not sent": f"its result could not be received ({lost.text})",
     }[lost.how]
     return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name), job.owner), None)
@@ -155,8 +150,8 @@ def _threads(limits: Limits, logs: int) -> int | None:
     return limits.workers if logs == 1 else 1
 
 
-def _begin_worker(memory_gb: float | None, threads: int | None, parent: int) -> None:
-    """Prepare a worker: its threads, its share of memory, and an end when the audit has ended."""
+def _begin_worker(memory_gb: float | None, threads: int | None) -> None:
+    """Prepare a process: its threads, and its share of memory."""
     if threads is not None:
         use_threads(threads)
     silence_library_warnings()
@@ -166,13 +161,3 @@ def _begin_worker(memory_gb: float | None, threads: int | None, parent: int) -> 
 
         limit = int(memory_gb * 1e9)
         resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
-    for module in _NEEDED:
-        import_module(module)  # so that the first log's time is its own
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: int) -> None:
-    """End this process once its parent is gone, however the parent was killed: no orphan goes on writing."""
-    while os.getppid() == parent:
-        time.sleep(_PARENT_POLL_S)
-    os._exit(1)

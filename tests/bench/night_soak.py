@@ -71,15 +71,16 @@ def start(arguments: list[str], out: Path) -> subprocess.Popen[bytes]:
 
 
 def workers(pid: int) -> list[int]:
-    """Processes that judge logs; any thread of the audit may have started them."""
-    found = []
+    """Processes that judge logs: the audit's server of forks started them."""
     try:
-        for task in Path(f"/proc/{pid}/task").iterdir():
-            children = (task / "children").read_text().split()
-            found += [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+        return [further for child in children(pid) for further in children(child)]
     except OSError:  # one has just ended
         return []
-    return found
+
+
+def children(pid: int) -> list[int]:
+    """Processes that a process started, from any of its threads."""
+    return [int(child) for task in Path(f"/proc/{pid}/task").glob("*/children") for child in task.read_text().split()]
 
 
 def finished(out: Path) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""What worker processes do in tests of their pool; spawned processes import it."""
+"""What worker processes do in tests; forked processes import it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,6 @@ def do(what: str, folder: Path) -> Any:
         Connection._send = half  # type: ignore[attr-defined]
     if what == "cannot be sent":
         return lambda: None
-    if what == "dies after it":  # idle for a moment, then gone
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.setitimer(signal.ITIMER_REAL, 0.05)
     (folder / f"{what}-{time.monotonic_ns()}").touch()
     return LARGE
 
@@ -40,14 +37,10 @@ def half(self: Any, data: Any, write: Any = os.write) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def die_at_first(folder: Path, times: int) -> None:
-    """The first so many processes die before they are ready."""
-    for number in range(times):
-        try:
-            (folder / f"start{number}").touch(exist_ok=False)
-        except FileExistsError:
-            continue
-        os.kill(os.getpid(), signal.SIGKILL)
+def descendants(pid: int) -> list[int]:
+    """Processes that a process started, and theirs."""
+    own = [int(pid) for task in Path(f"/proc/{pid}/task").glob("*/children") for pid in task.read_text().split()]
+    return own + [further for child in own for further in descendants(child)]
 
 
 def refuse() -> None:

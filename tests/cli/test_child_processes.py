@@ -8,14 +8,13 @@ import subprocess
 import sys
 import time
 from contextlib import closing
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from worker_deeds import LARGE, die_at_first, do, nothing, refuse
+from worker_deeds import LARGE, descendants, do, nothing, refuse
 
-from collaudit.cli.batch.worker_pool import Lost, results_of
+from collaudit.cli.batch.child_processes import Lost, results_of
 
 
 def _results(names: list[str], folder: Path, prepare: Any = nothing, timeout_s: float | None = None) -> dict[str, Any]:
@@ -27,14 +26,13 @@ def _results(names: list[str], folder: Path, prepare: Any = nothing, timeout_s: 
 
 
 def test_each_way_to_be_lost_costs_one_item(tmp_path: Path) -> None:
-    names = ["does", "dies", "dies while it speaks", "does", "leaves", "cannot be sent", "dies after it", "does"]
+    names = ["does", "dies", "dies while it speaks", "does", "leaves", "cannot be sent", "does"]
     found = _results(names, tmp_path)
     assert found["1 dies"] == Lost("died", -signal.SIGKILL)
     assert found["2 dies while it speaks"] == Lost("died", -signal.SIGKILL)
     assert found["4 leaves"] == Lost("died", 3)
     assert found["5 cannot be sent"].how == "not sent" and found["5 cannot be sent"].text
-    for name in ("0 does", "3 does", "6 dies after it", "7 does"):
-        assert found[name] == LARGE or (found[name] == Lost("died", -signal.SIGALRM) and name != "0 does"), name
+    assert found["0 does"] == found["3 does"] == found["6 does"] == LARGE
     assert len(list(tmp_path.glob("does-*"))) <= 3, "done once each"
 
 
@@ -46,11 +44,6 @@ def test_a_late_one_is_ended_and_the_others_go_on(tmp_path: Path) -> None:
     assert time.monotonic() - started < 30
 
 
-def test_processes_that_die_before_they_are_ready_cost_nothing(tmp_path: Path) -> None:
-    found = _results(["does", "does"], tmp_path, partial(die_at_first, tmp_path, 3))
-    assert set(found.values()) == {LARGE}
-
-
 def test_where_none_can_be_started_every_item_says_so(tmp_path: Path) -> None:
     found = _results(["does"] * 3, tmp_path, refuse)
     assert {result.how for result in found.values()} == {"not started"}
@@ -60,12 +53,9 @@ def test_where_none_can_be_started_every_item_says_so(tmp_path: Path) -> None:
 def test_all_are_gone_when_the_results_are_closed(tmp_path: Path) -> None:
     results = results_of(do, [("does", tmp_path), ("sleeps", tmp_path)], 2, nothing)
     assert next(results) == (0, LARGE)
-    (mine,) = [Path(f"/proc/{os.getpid()}/task")]
-    before = [child for task in mine.iterdir() for child in (task / "children").read_text().split()]
-    started = time.monotonic()
+    before, started = descendants(os.getpid()), time.monotonic()
     results.close()
-    after = [child for task in mine.iterdir() for child in (task / "children").read_text().split()]
-    assert len(before) > len(after) and time.monotonic() - started < 5
+    assert len(before) > len(descendants(os.getpid())) and time.monotonic() - started < 5
 
 
 @pytest.mark.parametrize("items", [[], ["does"]])
@@ -75,26 +65,25 @@ def test_few_items(items: list[str], tmp_path: Path) -> None:
 
 INTERRUPTED = """
 import os, signal, threading, time
-from collaudit.cli.batch.worker_pool import SteadyProcess
+from collaudit.cli.batch.child_processes import results_of
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, lambda *_: None)  # as the audit's own, which ends it; not handed on to a new process
-    process, results = SteadyProcess(len, int), []
-    thread = threading.Thread(target=lambda: results.append(process.run(([1, 2],), lambda: False)))
+    signal.signal(signal.SIGINT, lambda *_: None)  # as the audit's own, which ends it
+    found = []
+    thread = threading.Thread(target=lambda: found.extend(results_of(len, [([1, 2],)], 1, int)))
     thread.start()
-    until = time.monotonic() + 10
+    until = time.monotonic() + 20
     while thread.is_alive() and time.monotonic() < until:
         os.killpg(0, signal.SIGINT)
         time.sleep(0.01)
-    print(*results, len(process._failed))
-    process.close()
+    print(*found)
 """
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
-def test_a_process_that_starts_does_not_hear_what_the_terminal_sends_to_all(tmp_path: Path) -> None:
+def test_a_process_does_not_hear_what_the_terminal_sends_to_all(tmp_path: Path) -> None:
     script = tmp_path / "interrupted.py"
     script.write_text(INTERRUPTED)
     done = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, timeout=30, check=False, start_new_session=True
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False, start_new_session=True
     )
-    assert (done.stdout.split(), done.stderr) == (["2", "0"], "")
+    assert (done.stdout.strip(), done.stderr) == ("(0, 2)", "")

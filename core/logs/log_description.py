@@ -31,6 +31,7 @@ from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
+from collaudit.core.logs.tables.row_series import rows_with_joints
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
 from collaudit.core.logs.topics.topic_ranking import has_noise, role_of
 from collaudit.core.numeric.arrays import IntArray
@@ -237,13 +238,15 @@ def _describe_tables(paths: Sequence[Path], settings: LogConfig, robot: Sequence
 
 
 def _table_info(name: str, table: JointTable, layout: str) -> TopicInfo:
-    rate, gap = rate_and_gap(np.sort(table.time_s[np.isfinite(table.time_s)]))
+    samples = rows_with_joints(table.columns)
+    stamps = table.time_s if samples is None else table.time_s[samples]
+    rate, gap = rate_and_gap(np.sort(stamps[np.isfinite(stamps)]))
     holds = {q: bool(np.isfinite(values).any()) for q, values in table.columns.items()}
     return TopicInfo(
         name=name,
         type="table",
         encoding=layout,
-        count=int(table.time_s.shape[0]),
+        count=int(stamps.shape[0]),
         rate_hz=rate,
         joints=table.names,
         largest_gap_s=gap,

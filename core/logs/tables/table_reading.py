@@ -21,6 +21,7 @@ from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
 from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.mode_columns import mode_annotations
+from collaudit.core.logs.tables.row_series import held_words, joint_samples
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 #: What a cell says while an annotation does not hold, in lower case; a number says so by being zero or none.
@@ -70,14 +71,19 @@ def read_table_log(
     picked = [names.index(log) for log in kept.log]
     stated = with_currents(settings.units, name) if settings.effort_kind == "motor-current" else settings.units
     units, unit_findings = _units(table, stated, name)
-    time_s = table.time_s
-    annotations, phases, annotations_missing = _annotations(table.texts, time_s, settings.csv, name)
     columns = dict(table.columns)
     table.columns.clear()
     if picked != list(range(len(names))):
         columns = {quantity: np.asfortranarray(values[:, picked]) for quantity, values in columns.items()}
+    time_s, texts, said = table.time_s, table.texts, list[Finding]()
+    if np.isnan(columns["position"][:, 0]).any():
+        samples, said = joint_samples(time_s, columns, name)
+        if samples is not None:
+            texts = {column: held_words(words, samples) for column, words in texts.items()}
+            time_s = time_s[samples]
+    annotations, phases, annotations_missing = _annotations(texts, table.time_s, settings.csv, name)
     unit = to_si(columns, kept, units, prismatic, name)
-    findings = [*table.findings, *unit_findings, *kept.findings]
+    findings = [*table.findings, *said, *unit_findings, *kept.findings]
     findings += [*annotations_missing, *annotation_findings(annotations)]
     if "effort" not in columns:
         findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
@@ -88,7 +94,7 @@ def read_table_log(
         velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
         effort=frozen(columns["effort"]) if "effort" in columns else None,
         effort_unit=unit,
-        wrench=None if table.wrench is None else WrenchSeries(frozen(time_s), frozen(table.wrench), name),
+        wrench=None if table.wrench is None else _wrench(table.time_s, table.wrench, name),
         source=LogSource(
             name=name,
             digest=digest,
@@ -103,6 +109,14 @@ def read_table_log(
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
         joint_torque_nm=frozen(columns["joint_torque"]) if "joint_torque" in columns else None,
     )
+
+
+def _wrench(time_s: FloatArray, wrench: FloatArray, name: str) -> WrenchSeries:
+    """The wrench (n, 6) on the stamps (n,) of the rows that hold one."""
+    held = np.isfinite(wrench).any(axis=1)
+    if not held.all():
+        time_s, wrench = time_s[held], wrench[held]
+    return WrenchSeries(frozen(time_s), frozen(wrench), name)
 
 
 def _check_stated(table: JointTable, settings: CsvConfig, where: str) -> None:

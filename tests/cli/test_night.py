@@ -23,7 +23,7 @@ from collaudit.cli.main import main
 
 judge = log_arguments.audit_files
 
-def audit_files(files, *rest):
+def audit_files(files, *rest, **known):
     name = files[0].name
     if "killed" in name:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -33,7 +33,7 @@ def audit_files(files, *rest):
         np.ones(2 * 10**9)
     if "bug" in name:
         raise np.linalg.LinAlgError("singular")
-    return judge(files, *rest)
+    return judge(files, *rest, **known)
 
 log_arguments.audit_files = audit_files
 if __name__ == "__main__":

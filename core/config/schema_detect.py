@@ -47,11 +47,12 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
         about("Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."),
     ] = 60.0
     gamma_nm: Annotated[
-        Positive | dict[str, Positive] | Literal["auto"],
+        Positive | dict[str, Positive] | Literal["auto", "sharpest"],
         about(
-            "Threshold, N·m (N if prismatic); one number, or by joint; `auto`: of each joint from the held-out "
-            "residual of the fit, as kept in the friction file, growing with the motion as that does (without one "
-            "nothing is judged)."
+            "Threshold, N·m (N if prismatic); one number, or by joint, constant as stated. `auto`: between what motion "
+            "does by itself, as kept in the friction file, and what notices half of the force that the policy asks "
+            "for, at most twice the former; `sharpest`: what motion does by itself (without a friction file nothing is "
+            "judged)."
         ),
     ] = 4.0
     evidence: Annotated[
@@ -125,7 +126,7 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     @property
     def short_persistence(self) -> bool:
         """Whether the persistence is not stated, and that of a causal detector with automatic thresholds."""
-        return self.causal and self.gamma_nm == "auto" and self.persistence_ms is None and self.n is None
+        return self.causal and isinstance(self.gamma_nm, str) and self.persistence_ms is None and self.n is None
 
     @property
     def asked_persistence_ms(self) -> float:
@@ -134,15 +135,12 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
 
 
 class NearMissConfig(ConfigTable, frozen=True, kw_only=True):
-    """What counts as a near miss."""
+    """What counts as a near miss: beyond what motion does and short of an alarm."""
 
-    amplitude: Annotated[float, Meta(gt=0, lt=1), about("Share of gamma.")] = 0.8
+    amplitude: Annotated[
+        float, Meta(gt=0, lt=1), about("Share of gamma where that is stated; else it is what motion does by itself.")
+    ] = 0.8
     persistence: Annotated[float, Meta(gt=0, lt=1), about("Share of n.")] = 0.5
-    impulse: Annotated[
-        float,
-        Meta(gt=0, lt=1),
-        about("Of a knock shorter than n: share of the impulse (torque × time) of gamma for n samples."),
-    ] = 0.4
 
 
 class PhasesConfig(ConfigTable, frozen=True, kw_only=True):

@@ -169,8 +169,8 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         if not (self.paths or self.topics or self.joints or self.serials):
             raise ValueError("no rule tells which logs are this robot's: give paths, topics, joints or serials")
-        if isinstance(self.gamma_nm, str) and self.gamma_nm != "auto":
-            raise ValueError('gamma_nm is a number, a table by joint, or "auto"')
+        if isinstance(self.gamma_nm, str) and self.gamma_nm not in ("auto", "sharpest"):
+            raise ValueError('gamma_nm is a number, a table by joint, "auto" or "sharpest"')
 
 
 class FleetConfig(ConfigTable, frozen=True, kw_only=True):

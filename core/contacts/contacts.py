@@ -117,8 +117,7 @@ def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision
     a, b = (int(k) for k in np.searchsorted(series.time_s, [onset, end]))
     part = slice(a, max(b, a + 1))
     columns = [series.column(c.joint) for c in group]
-    level = np.stack([run.threshold.of(j, part) for j in columns], axis=1)
-    ratio = np.abs(run.residual.torque_nm[part][:, columns]) / level
+    ratio = np.abs(run.residual.torque_nm[part][:, columns]) / run.gamma_nm[part][:, columns]
     together = np.nan_to_num(ratio).sum(axis=1)
     near = together >= _NEARLY * together.max()
     judged = np.where(near, np.count_nonzero(run.detected.state[part] == State.JUDGED, axis=1), -1)

@@ -21,14 +21,14 @@ from collaudit.core.data.identification_result import (
     Identified,
     LeftOut,
 )
-from collaudit.core.data.recommendation_result import FittedThresholds, MotionScale, TailFacts
+from collaudit.core.data.recommendation_result import FittedThresholds, TailFacts
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.findings import Finding
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
-NearMissKind = Literal["amplitude", "persistence", "impulse"]
+NearMissKind = Literal["amplitude", "persistence"]
 FRICTION_SCHEMA = "collaudit/friction/1"
 AUDIT_SCHEMA = "collaudit/audit/1"
 
@@ -120,10 +120,10 @@ class LogFacts:
 class RuleFacts:
     """Rule (6) as applied. ``gamma_nm`` by judged joint; ``persistence_s`` = n · period.
 
-    ``follows`` by joint how the threshold goes with the motion: gamma_nm in usual motion, and in proportion to the
-    scale elsewhere; joints that are absent have a constant one. ``at_rest_nm`` comes on top where friction is known
-    only as a range. ``lasting_nm`` by joint a lower threshold for the mean of the residual over ``lasting_n`` samples,
-    which has less noise in it; ``lasting_follows`` is how it goes with the motion.
+    ``near_miss_nm`` from which level on n samples are a near miss; ``near_miss_persistence`` the share of n from which
+    on fewer samples above gamma are one. ``motion_nm`` what contact-free motion reaches by the friction file, where
+    thresholds follow from it. ``at_rest_nm`` comes on top where friction is known only as a range. What is in force at
+    each sample is in the signals.
     """
 
     detector: str
@@ -132,14 +132,14 @@ class RuleFacts:
     persistence_s: float
     persistence_requested_ms: float | None
     watch: tuple[str, ...]
-    near_miss_amplitude: float
+    near_miss_nm: dict[str, float]
     near_miss_persistence: float
-    near_miss_impulse: float = 0.4
-    follows: dict[str, MotionScale] = field(default_factory=dict)
+    motion_nm: dict[str, float] = field(default_factory=dict)
     at_rest_nm: dict[str, float] = field(default_factory=dict)
-    lasting_nm: dict[str, float] = field(default_factory=dict)
-    lasting_n: int = 0
-    lasting_follows: dict[str, MotionScale] = field(default_factory=dict)
+
+    def below_gamma_nm(self, joint: str) -> float:
+        """How far below the threshold in force a near miss of a joint begins."""
+        return self.gamma_nm[joint] - self.near_miss_nm[joint]
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,17 +168,16 @@ class ResidualStats:
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A run of at least n samples above gamma, or a mean residual above the lower threshold of what lasts.
+    """A run of at least n samples above gamma.
 
     Attributes:
         joint: watched joint.
         onset_s: first sample above it.
-        detected_s: when the rule fires: the n-th sample above it, or the last that the mean is taken over.
+        detected_s: when the rule fires: the n-th sample above it in a row.
         duration_s: time above it.
         peak_nm: largest residual, with its sign.
-        gamma_nm: the threshold that was passed.
+        gamma_nm: the threshold in force at the peak.
         phase: phase at onset.
-        lasting: whether it is the lower one.
     """
 
     joint: str
@@ -188,17 +187,17 @@ class Collision:
     peak_nm: float
     gamma_nm: float
     phase: Phase
-    lasting: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class NearMiss:
-    """Almost a collision.
+    """Beyond what motion does and short of an alarm.
 
-    Kind ``amplitude``: n samples above a share of gamma; ``persistence``: above gamma, but too briefly; ``impulse``: a
-    knock whose torque times time reaches a share of that of the rule, gamma·n·T.
+    Kind ``amplitude``: n samples above the level of a near miss, none of them n times in a row above gamma;
+    ``persistence``: above gamma, but too briefly. ``gamma_nm`` is the threshold in force at the peak.
 
-    ``ratio`` is |peak|/gamma for amplitude, samples above gamma / n for persistence, impulse / (gamma·n·T) for impulse.
+    ``ratio``: for amplitude the largest share of the threshold in force that n samples in a row kept, below 1; for
+    persistence samples above gamma / n.
     """
 
     joint: str

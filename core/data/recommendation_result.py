@@ -147,40 +147,18 @@ class ArmRate:
 
 
 @dataclass(frozen=True, slots=True)
-class MotionScale:
-    """How a joint's contact-free residual scatters with the motion: what of it a contact cannot move.
-
-    sd(t) = base + slow s + speed |v| + arm_speed ||v|| + acceleration a: v the joint's velocity, s how close it is to
-    rest (1 at rest, 0 from 0.1 rad/s on), ||v|| the norm over the joints, a the mean size of the joint's acceleration
-    over the second around t.
-
-    Attributes:
-        base_nm, slow_nm: N·m. speed_nm_s_per_rad, arm_speed_nm_s_per_rad: N·m s/rad. acceleration_nm_s2_per_rad:
-            N·m s²/rad.
-        usual_nm: its median over the motion of the fit.
-    """
-
-    base_nm: float
-    slow_nm: float
-    speed_nm_s_per_rad: float
-    arm_speed_nm_s_per_rad: float
-    acceleration_nm_s2_per_rad: float
-    usual_nm: float
-
-
-@dataclass(frozen=True, slots=True)
 class ThresholdLevel:
-    """Threshold of one joint at one persistence.
+    """What the residual of one joint reaches without contact, at one persistence.
 
     Attributes:
         n: persistence, samples of the fitted logs.
         persistence_s: the same in s.
-        gamma_nm: threshold in usual motion; it follows the motion as :class:`MotionScale` has it.
-        false_alarms_per_hour: expected of this joint in motion like that of the fit, the threshold's margin not
-            counted.
+        gamma_nm: the motion's level: reached so seldom as ``false_alarms_per_hour`` says, times ``margin``.
+        false_alarms_per_hour: expected of this joint in motion like that of the fit, the margin not counted.
         false_alarms_ci95: its interval.
         exceeded: share of the blocks of the evidence that pass the level all the same: contact that the fit did not
             recognise, or motion that the law does not hold for.
+        margin: for what other recordings reach beyond this evidence.
     """
 
     n: int
@@ -189,44 +167,29 @@ class ThresholdLevel:
     false_alarms_per_hour: float
     false_alarms_ci95: tuple[float, float]
     exceeded: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class LastingThreshold:
-    """Threshold of one joint for the mean of its residual over a tenth of a second or so.
-
-    Attributes:
-        level: of that mean; its persistence is the time that the mean is taken over.
-        scale: how the mean scatters with the motion.
-    """
-
-    level: ThresholdLevel
-    scale: MotionScale
+    margin: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class JointThreshold:
-    """Thresholds of one joint, with their evidence.
+    """The motion's level of one joint, with its evidence.
 
     Attributes:
-        levels: by persistence, shortest first; empty when there is no threshold, see ``reason``.
-        scale: how the residual scatters with the motion; None without a threshold.
-        rest_nm: on top of the threshold where friction is an interval (at rest, just after a reversal): what the
-            residual of nine of ten such stretches stayed below.
+        levels: by persistence, shortest first; empty when there is none, see ``reason``.
         noise_nm: robust standard deviation of the held-out residual in motion.
         rms_nm: its root mean square.
-        hours: time in motion that supports the thresholds.
+        hours: time in motion that supports the levels.
         held_out: share of its motion that was judged by a fit without it.
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
-        reason: why there is no threshold.
+        reason: why there is no level.
         evidence: what that time covers.
-        lasting: threshold of what lasts; None where there is too little motion in one piece.
-        covered_nm: what friction may be wrong by (95 %) in the motion that the thresholds were read off, its median:
+        rest_nm: on top of the threshold where friction is an interval (at rest, just after a reversal): what the
+            residual of nine of ten such stretches stayed below.
+        covered_nm: what friction may be wrong by (95 %) in the motion that the levels were read off, its median:
             they hold so much of it.
     """
 
     levels: tuple[ThresholdLevel, ...]
-    scale: MotionScale | None
     noise_nm: float | None
     rms_nm: float | None
     hours: float
@@ -235,8 +198,20 @@ class JointThreshold:
     reason: str | None = None
     evidence: RangeOfEvidence | None = None
     rest_nm: float = 0.0
-    lasting: LastingThreshold | None = None
     covered_nm: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceForce:
+    """A steady force at one place of the arm, in the poses of the fitted motion, from most directions.
+
+    Attributes:
+        level_n: from which on it alarms with thresholds at the motion's levels; None where no joint would feel it.
+        exerted_n: what the joints' limits let the arm exert there; None where a limit is not known.
+    """
+
+    level_n: float | None
+    exerted_n: float | None
 
 
 def detector_key(name: str, causal: bool) -> str:
@@ -246,33 +221,33 @@ def detector_key(name: str, causal: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class FittedThresholds:
-    """Thresholds for ``gamma_nm = "auto"``.
+    """What ``gamma_nm = "auto"`` and ``"sharpest"`` stand on.
 
     Attributes:
-        detector: whose residual they were found on.
+        detector: whose residual it was found on.
         causal: whether it was computed causally.
         joints: by name.
-        others: of the other detectors (:func:`detector_key`) by joint the factor on the thresholds.
+        others: of the other detectors (:func:`detector_key`) by joint the factor on the levels.
+        forces: by place of the arm.
     """
 
     detector: str
     causal: bool
     joints: dict[str, JointThreshold] = field(default_factory=dict)
     others: dict[str, dict[str, float]] = field(default_factory=dict)
+    forces: dict[str, PlaceForce] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
-class FollowedMotion:
-    """How automatic thresholds go with the motion, by joint.
+class MotionLevels:
+    """What motion does by itself, for the rule of one log whose thresholds are automatic, by joint.
 
     Attributes:
-        scales: of the residual.
-        at_rest_nm: on top where friction is an interval.
-        lasting: lower thresholds of what lasts.
-        known: the thresholds as they stand in friction.json.
+        level_nm: reached by contact-free motion at the rule's persistence.
+        at_rest_nm: on top of the threshold where friction is an interval.
+        known: as it stands in friction.json.
     """
 
-    scales: dict[str, MotionScale] = field(default_factory=dict)
+    level_nm: dict[str, float] = field(default_factory=dict)
     at_rest_nm: dict[str, float] = field(default_factory=dict)
-    lasting: dict[str, LastingThreshold] = field(default_factory=dict)
     known: dict[str, JointThreshold] = field(default_factory=dict)

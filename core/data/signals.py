@@ -86,7 +86,8 @@ class Signals(shown.Showing):
         residual_nm: (n, j) estimate of external joint torque, eq. (5); in state FRICTION_INTERVAL only the
             part that no friction within its interval explains. NaN where unknown.
         state: (n, j) codes of :class:`State`.
-        gamma_nm: (j,) threshold, NaN where there is none.
+        gamma_nm: (n, j) float32 threshold in force, NaN of a joint without one.
+        near_below_nm: (j,) how far below it a near miss begins; NaN of a joint without one.
         least_nm, most_nm: (n, j) float32 range of the residual that friction within its interval allows, NaN outside
             state FRICTION_INTERVAL; None where the detector does not tell.
         wrench: (n, 6) force in N and torque in N·m as the wrist sensor reads them; None where there is none.
@@ -100,7 +101,8 @@ class Signals(shown.Showing):
     model_nm: FloatArray
     residual_nm: FloatArray
     state: NDArray[np.int8]
-    gamma_nm: FloatArray
+    gamma_nm: NDArray[np.float32]
+    near_below_nm: FloatArray
     least_nm: NDArray[np.floating] | None = None
     most_nm: NDArray[np.floating] | None = None
     wrench: FloatArray | None = None

@@ -121,7 +121,7 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
 
     Faster than friction was measured, or between unjudged samples, the residual is no evidence, but no clean bill.
     """
-    state, level = run.detected.state[:, j], run.threshold.of(j)
+    state, level = run.detected.state[:, j], run.gamma_nm[:, j].astype(np.float64)
     above = np.abs(run.residual.torque_nm[:, j]) > level
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL

@@ -16,9 +16,9 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts, ShortestPush
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.events import DetectedEvents, detect_events
+from collaudit.core.detection.events import DetectedEvents, JudgedLog, detect_events
 from collaudit.core.detection.rule_settings import Watch
-from collaudit.core.detection.threshold import Threshold
+from collaudit.core.detection.threshold import gamma_in_force
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import lasting
@@ -30,11 +30,11 @@ from collaudit.core.residual.residual import Residual, ResidualInputs
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectorRun:
-    """What one detector made of a log; ``threshold`` is the level its residual had to exceed."""
+    """What one detector made of a log; ``gamma_nm`` (n, j) is the threshold in force, NaN of a joint without one."""
 
     detector: Detector
     residual: Residual
-    threshold: Threshold
+    gamma_nm: NDArray[np.float32]
     detected: DetectedEvents
 
 
@@ -60,9 +60,10 @@ def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, na
     """
     detector = detector_named(name or config.detect.detector)
     residual = detector.residual(prepared, inputs, config.detect)
-    threshold = Threshold(prepared.judged_series, residual, inputs.rule)
-    detected = detect_events(threshold, inputs.watch, prepared.phases)
-    return DetectorRun(detector, residual, threshold, detected)
+    series, rule = prepared.judged_series, inputs.rule
+    gamma = gamma_in_force(series, residual, rule)
+    detected = detect_events(JudgedLog(series, residual, gamma, rule, prepared.phases), inputs.watch)
+    return DetectorRun(detector, residual, gamma, detected)
 
 
 def delay_facts(kernel: Kernel, rule: RuleFacts, period_s: float) -> DelayFacts:
@@ -103,8 +104,8 @@ def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], p
     )
 
 
-def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[str, float]) -> Signals:
-    """The sample-by-sample evidence of a run: measured, modelled, left over, and what was judged; thresholds in N·m."""
+def judged_signals(series: UniformSeries, run: DetectorRun, rule: RuleFacts) -> Signals:
+    """The sample-by-sample evidence of a run: torques, what is left over, the threshold in force, what was judged."""
     measured = np.broadcast_to(np.nan, series.position_rad.shape) if series.effort is None else series.effort
     least, most = _spans(run)
     return Signals(
@@ -116,7 +117,10 @@ def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[st
         model_nm=run.residual.model_nm,
         residual_nm=run.residual.torque_nm,
         state=run.detected.state,
-        gamma_nm=np.array([gamma_nm.get(joint, np.nan) for joint in series.joint_names]),
+        gamma_nm=run.gamma_nm,
+        near_below_nm=np.array(
+            [rule.below_gamma_nm(joint) if joint in rule.gamma_nm else np.nan for joint in series.joint_names]
+        ),
         least_nm=least,
         most_nm=most,
         wrench=series.wrench,

@@ -1,51 +1,53 @@
-"""``gamma_nm = "auto"``: thresholds of the friction file, at the persistence of the log that is judged."""
+"""``gamma_nm = "auto"`` and ``"sharpest"``: where thresholds stand, by the friction file and what must be noticed."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from math import inf, sqrt
 
 import numpy as np
 
-from collaudit.core.config.schema import Config
+from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import Collision, RuleFacts
 from collaudit.core.data.recommendation_result import (
     FittedThresholds,
-    FollowedMotion,
     JointThreshold,
-    LastingThreshold,
+    MotionLevels,
+    PlaceForce,
     ThresholdLevel,
     detector_key,
 )
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.detection.rule_settings import LASTING_S, stated_persistence
+from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.null_tail import MARGIN
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
-from collaudit.core.residual.detector import detector_named
+from collaudit.core.robot.arm_places import required_force
 
 #: A joint that stays within this cannot be judged for want of motion; the others can. rad (m of a prismatic joint)
 _HARDLY = 0.05
 #: Rounding of a persistence that is stated in ms and counted in samples.
 _SLACK = 1e-3
 _HOUR_S = 3600.0
-#: The lower threshold of a mean is at least this share of gamma. Errors of friction in slow motion last, and a short
-#: fit sees few: of eight fits of 20 s, three alarmed falsely in another log without this; of 32 with it, none.
-_LEAST_LASTING = 0.6
 #: A joint's residual above its own threshold in the fitted logs is said from so much time on, s: more than one block.
 _EXCEEDED_S = 0.4
 #: Thresholds of two fits of one robot differ by less than this, unless something changed.
 _RISEN = 2.0
+#: An automatic threshold is at most so many times the motion's level.
+_MOST_TIMES = 2.0
+#: What is asked must be noticed with so much to spare.
+_SPARE = 2.0
+#: Digits of a threshold that a person can type.
+_DIGITS = 3
 
 
 def with_fitted_thresholds(
     config: Config, thresholds: FittedThresholds | None, still: Mapping[str, QuietLevel], series: UniformSeries
-) -> tuple[Config, FollowedMotion, list[Finding]]:
-    """The configuration with numbers in place of "auto", and how they follow the motion; unchanged without "auto".
+) -> tuple[Config, MotionLevels, list[Finding]]:
+    """The configuration with numbers in place of "auto", and what motion does by itself; unchanged without "auto".
 
-    A joint without a threshold on file gets none: it is not judged, and an error says so.
+    A joint without a level on file gets none: it is not judged, and an error says so.
 
     Args:
         config: as given.
@@ -53,46 +55,74 @@ def with_fitted_thresholds(
         still: joints that are judged for changes of their torque: their thresholds come from this log.
         series: the judged joints.
     """
-    if config.detect.gamma_nm != "auto":
-        return config, FollowedMotion(), []
+    if not isinstance(config.detect.gamma_nm, str):
+        return config, MotionLevels(), []
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
     stated = {} if usable is None else usable.joints
     n, _ = stated_persistence(config.detect, series.period_s)
-    averages = n < persistence_samples(LASTING_S, series.period_s) and detector_named(config.detect.detector).by_joint
-    follows = FollowedMotion()
+    motion = MotionLevels()
     used: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
         known = stated.get(joint)
         level = None if known is None else level_at(known, n, n * series.period_s)
         if level is not None and known is not None and joint not in still:
-            gamma[joint], used[joint] = level.gamma_nm, level
-            if known.scale is not None:
-                follows.scales[joint], follows.at_rest_nm[joint] = known.scale, known.rest_nm
-                follows.known[joint] = known
-            if averages and known.lasting is not None and known.lasting.level.gamma_nm < level.gamma_nm:
-                follows.lasting[joint] = _at_least(_LEAST_LASTING * level.gamma_nm, known.lasting)
+            used[joint] = level
+            motion.level_nm[joint], motion.at_rest_nm[joint] = _typed(level.gamma_nm), known.rest_nm
+            motion.known[joint] = known
+    times = 1.0
+    if usable is not None and config.detect.gamma_nm == "auto":
+        times = times_motion(motion.level_nm, usable.forces, config.policy)
+    gamma |= {joint: _typed(times * level) for joint, level in motion.level_nm.items()}
     for joint in series.joint_names:
         if joint not in gamma:
             known = stated.get(joint)
             reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
-            findings.append(_missing(joint, reason, _travel(series, joint), bool(used)))
+            findings.append(_missing(joint, config.detect.gamma_nm, reason, _travel(series, joint), bool(used)))
     if usable is not None and used:
-        findings.append(_source(usable, used, follows.lasting, series.joint_names))
+        findings.append(_source(usable, used, gamma, times))
         findings += exceeded_findings(usable, used)
     changes: dict[str, object] = {"gamma_nm": gamma}
-    if config.detect.short_persistence:  # which goes with "auto"
+    if config.detect.short_persistence:  # which goes with automatic thresholds
         changes["n"] = n
-    return config.changed({"detect": config.detect.changed(changes)}), follows, findings
+    return config.changed({"detect": config.detect.changed(changes)}), motion, findings
 
 
-def _missing(joint: str, reason: str, travel_rad: float, others: bool) -> Finding:
+def times_motion(level_nm: Mapping[str, float], forces: Mapping[str, PlaceForce], policy: PolicyConfig) -> float:
+    """How many times the motion's level an automatic threshold is: the geometric middle of the room there is.
+
+    From the motion's level up to what notices with a factor of ``_SPARE`` to spare what the policy asks for; at most
+    ``_MOST_TIMES``, and 1 where there is no room.
+
+    Args:
+        level_nm: of the motion, by joint.
+        forces: by place, that alarm at these levels.
+        policy: the force or torque that must be noticed.
+    """
+    stated = policy.observable_nm
+    by_joint = stated if isinstance(stated, dict) else dict.fromkeys(level_nm, stated)
+    torques = {joint: torque for joint, torque in by_joint.items() if torque is not None and joint in level_nm}
+    room = [torque / level_nm[joint] for joint, torque in torques.items()]
+    if policy.observable_n or len(torques) < len(level_nm):
+        for place, force in forces.items():
+            needed = required_force(policy, place, force.exerted_n)
+            if needed is not None and force.level_n is not None:
+                room.append(needed.force_n / force.level_n)
+    return float(np.clip(sqrt(min(room, default=inf) / _SPARE), 1.0, _MOST_TIMES))
+
+
+def _typed(torque_nm: float) -> float:
+    """A number that a person can type."""
+    return float(f"{torque_nm:.{_DIGITS}g}")
+
+
+def _missing(joint: str, setting: str, reason: str, travel_rad: float, others: bool) -> Finding:
     """That a joint has no threshold; an error unless it hardly moves and others have one."""
     if others and travel_rad < _HARDLY:
         text = f"Joint '{joint}' is not judged: it hardly moves ({travel_rad:.2g} rad in all), and {reason}."
         return Finding("gamma-missing", "warning", text, joint=joint)
-    text = f"Joint '{joint}' is not judged: gamma_nm = \"auto\", and {reason}."
+    text = f"Joint '{joint}' is not judged: gamma_nm = \"{setting}\", and {reason}."
     return Finding("gamma-missing", "error", text, joint=joint)
 
 
@@ -101,10 +131,6 @@ def _travel(series: UniformSeries, joint: str) -> float:
     position = series.position_rad[:, series.column(joint)]
     known = position[np.isfinite(position)]
     return float(np.ptp(known)) if known.size else 0.0
-
-
-def _at_least(least_nm: float, known: LastingThreshold) -> LastingThreshold:
-    return replace(known, level=replace(known.level, gamma_nm=max(least_nm, known.level.gamma_nm)))
 
 
 def usable_thresholds(
@@ -120,20 +146,18 @@ def usable_thresholds(
     if not factors:
         return None, f"the friction file has no thresholds for {detector_key(name, causal)} (fit again)"
     joints = {joint: _scaled(one, factors[joint]) for joint, one in thresholds.joints.items() if joint in factors}
-    return FittedThresholds(name, causal, joints), None
+    most = max(factors.values())
+    forces = {
+        place: replace(one, level_n=None if one.level_n is None else most * one.level_n)
+        for place, one in thresholds.forces.items()
+    }
+    return FittedThresholds(name, causal, joints, forces=forces), None
 
 
 def _scaled(known: JointThreshold, factor: float) -> JointThreshold:
-    """The thresholds of another detector: a smoother one leaves no less of the mean than the detector of the fit."""
-    levels = tuple(_times(factor, level) for level in known.levels)
-    lasting = known.lasting
-    if lasting is not None:
-        lasting = replace(lasting, level=_times(max(factor, 1.0), lasting.level))
-    return replace(known, levels=levels, rest_nm=factor * known.rest_nm, lasting=lasting)
-
-
-def _times(factor: float, level: ThresholdLevel) -> ThresholdLevel:
-    return replace(level, gamma_nm=factor * level.gamma_nm)
+    """The levels of another detector."""
+    levels = tuple(replace(level, gamma_nm=factor * level.gamma_nm) for level in known.levels)
+    return replace(known, levels=levels, rest_nm=factor * known.rest_nm)
 
 
 def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel | None:
@@ -149,28 +173,19 @@ def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel 
 
 
 def _source(
-    thresholds: FittedThresholds,
-    used: Mapping[str, ThresholdLevel],
-    lasting: Mapping[str, LastingThreshold],
-    order: tuple[str, ...],
+    thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], gamma_nm: Mapping[str, float], times: float
 ) -> Finding:
-    """The evidence for the thresholds, and for the lower ones of what lasts."""
+    """What the thresholds stand on."""
     known = [thresholds.joints[joint] for joint in used]
     held = min(joint.held_out for joint in known)
     in_sample = "" if held > 0.5 else " For a joint or more the fit was not held out, so they may be too low."
-    lower = {joint: one.level for joint, one in lasting.items()}
-    listed, also_listed = (
-        ", ".join(f"{joint} {levels[joint].gamma_nm:.3g}" for joint in order if joint in levels)
-        for levels in (used, lower)
-    )
-    every = [*used.values(), *lower.values()]
-    rate = sum(level.false_alarms_per_hour for level in every)
-    low, high = (sum(level.false_alarms_ci95[k] for level in every) for k in range(2))
-    also = f"; the mean over {1e3 * LASTING_S:g} ms alarms from {also_listed} on" if lower else ""
+    listed = ", ".join(f"{joint} {gamma_nm[joint]:.3g} ({used[joint].gamma_nm:.3g})" for joint in used)
+    rate = sum(level.false_alarms_per_hour for level in used.values())
+    low, high = (sum(level.false_alarms_ci95[k] for level in used.values()) for k in range(2))
     text = (
-        f"Thresholds in usual motion (N·m), the best estimate from {_duration(min(one.hours for one in known))} of "
-        f"motion that the fit had not seen: {listed}{also}. They follow speed and acceleration. False alarms of the "
-        f"arm expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
+        f"Thresholds, {times:.2g} times what motion does by itself (in brackets), N·m: {listed}. It was told from "
+        f"{_duration(min(one.hours for one in known))} of motion that the fit had not seen, and is passed "
+        f"{rate:.2g} times an hour there ({low:.2g} to {high:.2g}, 95 %), its margin not counted.{in_sample}"
     )
     return fact(text)
 
@@ -290,7 +305,7 @@ def tight_threshold_findings(
     for joint, gamma in rule.gamma_nm.items():
         known = usable.joints.get(joint)
         level = None if known is None else level_at(known, rule.n, rule.persistence_s)
-        if known is None or level is None or MARGIN * gamma >= level.gamma_nm:
+        if known is None or level is None or gamma >= level.gamma_nm / level.margin:
             continue
         own = [abs(alarm.peak_nm) for alarm in alarms if alarm.joint == joint]
         text = (

@@ -152,15 +152,15 @@ def judge(
     prepared = _with_smoothing(without_guiding(prepared, friction, config), friction, config)
     series = prepared.judged_series
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
-    automatic = config.detect.gamma_nm == "auto"
-    config, follows, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
-    rule, watch = make_rule(series, prepared.phases, config, follows)
+    automatic = isinstance(config.detect.gamma_nm, str)
+    config, motion, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
+    rule, watch = make_rule(series, prepared.phases, config, motion)
     check_persistence(series, rule.n)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
-    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet, covered=follows.known)
+    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet, covered=motion.known)
     run = run_detector(prepared, inputs, config)
     step(4, 10)
-    signals = judged_signals(series, run, rule.gamma_nm)
+    signals = judged_signals(series, run, rule)
     facts = _facts(prepared, run, inputs, config)
     step(7, 10)
     if on_signals is not None:

@@ -12,6 +12,7 @@ from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import quantile_of
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Contacts as short as this are usual, s: a longer persistence lets them pass.
@@ -142,3 +143,10 @@ def largest_efforts(series: UniformSeries) -> Mapping[str, float]:
     ends = np.stack([np.fmax.reduce(effort, axis=0), -np.fmin.reduce(effort, axis=0)])
     size = np.abs(np.nan_to_num(np.maximum(*ends))).tolist()
     return dict(zip(series.joint_names, size, strict=True))
+
+
+def known_limits(prepared: Prepared) -> FloatArray:
+    """(j,) torque limits of the joints; NaN where none is known, or the log exceeds it: that is none."""
+    largest = largest_efforts(prepared.series) if prepared.series.effort_unit == "Nm" else {}
+    seen = np.array([largest.get(joint, 0.0) for joint in prepared.robot.joint_names])
+    return np.where(prepared.robot.effort_limit_nm >= seen, prepared.robot.effort_limit_nm, np.nan)

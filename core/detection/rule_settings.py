@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.recommendation_result import FollowedMotion
+from collaudit.core.data.recommendation_result import MotionLevels
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.errors import refuse_unknown
@@ -24,9 +24,6 @@ from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import contact_mask
 
-#: The mean of the residual over this time alarms at a lower threshold too, where thresholds are automatic, s: of noise
-#: little is left in it, and a person who is hit or held pushes back for longer.
-LASTING_S = 0.12
 #: A spike of one sample or two does not alarm only to save time.
 _FEWEST_CAUSAL = 3
 
@@ -35,21 +32,21 @@ def make_rule(
     series: UniformSeries,
     phases: NDArray[np.int8],
     config: Config,
-    follows: FollowedMotion | None = None,
+    motion: MotionLevels | None = None,
 ) -> tuple[RuleFacts, dict[str, Watch]]:
     """Thresholds, persistence and watched joints for a log's judged joints.
 
     Args:
         series, phases, config: of the log.
-        follows: how thresholds go with the motion; None: they are constant.
+        motion: what motion does by itself, where thresholds are automatic.
 
     Raises:
         ConfigError: a threshold or a watched name belongs to no judged joint.
     """
-    detect, follows = config.detect, follows or FollowedMotion()
+    detect, motion = config.detect, motion or MotionLevels()
     watch = choose_watched(series, contact_mask(phases), detect)
     gamma: dict[str, float] = {}
-    if detect.gamma_nm != "auto":
+    if not isinstance(detect.gamma_nm, str):
         problem = "a threshold belongs to no judged joint"
         gamma = stated_by_joint(detect.gamma_nm, series.joint_names, problem, "[detect] gamma_nm")
     for joint in series.joint_names:
@@ -63,16 +60,17 @@ def make_rule(
         persistence_s=n * series.period_s,
         persistence_requested_ms=requested,
         watch=tuple(j for j in series.joint_names if watch[j].watched),
-        near_miss_amplitude=config.near_miss.amplitude,
+        near_miss_nm={joint: _near_miss(config, its, motion.level_nm.get(joint)) for joint, its in gamma.items()},
         near_miss_persistence=config.near_miss.persistence,
-        near_miss_impulse=config.near_miss.impulse,
-        follows=follows.scales,
-        at_rest_nm=follows.at_rest_nm,
-        lasting_nm={joint: one.level.gamma_nm for joint, one in follows.lasting.items()},
-        lasting_n=persistence_samples(LASTING_S, series.period_s),
-        lasting_follows={joint: one.scale for joint, one in follows.lasting.items()},
+        motion_nm={joint: level for joint, level in motion.level_nm.items() if joint in gamma},
+        at_rest_nm=motion.at_rest_nm,
     )
     return rule, watch
+
+
+def _near_miss(config: Config, gamma_nm: float, motion_nm: float | None) -> float:
+    """From which level on a joint's residual is nearly an alarm: what motion does where that is known, N·m."""
+    return config.near_miss.amplitude * gamma_nm if motion_nm is None else min(motion_nm, gamma_nm)
 
 
 def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, float | None]:

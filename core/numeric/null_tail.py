@@ -14,6 +14,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 ARM_PER_HOUR = 0.1
 #: On top, for motion that is not quite the evidence's.
 MARGIN = 1.2
+#: ... and so much more where there are hardly enough peaks; it falls with the root of the time.
+_LITTLE = 1.0
 #: Neighbouring samples share their error: one peak is taken of each stretch, s.
 BLOCK_S = 0.25
 #: Peaks without which nothing is told: 3 s.
@@ -23,6 +25,14 @@ _HIGHEST, _BULK = 0.1, 0.5
 #: Peaks are contact where the law would pass their level once in so many such logs.
 _EXCLUDED = 20.0
 _ROUNDS = 6
+
+
+def margin_after(seconds: float) -> float:
+    """What a level is multiplied by, for other recordings of the arm than the evidence of so many seconds of motion.
+
+    By recordings that were fitted and judged apart (docs/thresholds.md, "Doubt of little evidence").
+    """
+    return MARGIN + _LITTLE * sqrt(BLOCK_S * FEWEST_BLOCKS / max(seconds, BLOCK_S * FEWEST_BLOCKS))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Thresholds for ``gamma_nm = "auto"``: from the held-out residual of the logs that friction was fitted on."""
+"""The motion's levels, from the held-out residual of the fitted logs, and what force they notice."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ import numpy as np
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
-from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold, ThresholdLevel, detector_key
+from collaudit.core.data.recommendation_result import (
+    FittedThresholds,
+    JointThreshold,
+    PlaceForce,
+    ThresholdLevel,
+    detector_key,
+)
 from collaudit.core.data.signals import State
-from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.rule_reach import known_limits
 from collaudit.core.detection.rule_settings import stated_persistence
-from collaudit.core.detection.threshold import arm_speed, motion_features
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_models
-from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, null_tail
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual, residual_by
-from collaudit.core.recommend.null_level import (
-    NullEvidence,
-    lasting_threshold,
-    rest_level,
-    scale_of,
-    sustained_ratios,
-    threshold_levels,
-)
+from collaudit.core.recommend.null_level import NullEvidence, motion_levels, rest_level
+from collaudit.core.robot.alarming_force import alarming_forces
+from collaudit.core.robot.arm_places import Place, arm_places, exerted_force
 
-#: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
-_PERSISTENCES_MS = (0.0, 5.0, 12.5, 25.0, 50.0, 100.0, 200.0)
+#: Poses that a force is told from.
+_POSES = 500
 #: Evidence of which a larger share, and more seconds, lie above its own law is no evidence of contact-free
 #: motion: less is a single event, which the law leaves out.
 _EXCEEDED, _EVENT_S = 0.1, 1.0
@@ -45,16 +45,16 @@ _EXCEEDED, _EVENT_S = 0.1, 1.0
 def fitted_thresholds(
     residuals: Sequence[HeldOutResidual], fits: Mapping[str, FrictionFit], config: Config
 ) -> FittedThresholds:
-    """Thresholds of every judged joint.
+    """The level of every judged joint.
 
     Args:
         residuals: of the fitted logs; none where nothing can be compared.
         fits: their friction.
         config: detector, persistence.
     """
-    arm = [arm_speed(one.series.velocity_rad_s) for one in residuals]
-    joints = by_name(lambda joint: _joint(joint, fits[joint], residuals, arm, config, len(fits)), fits)
-    return FittedThresholds(config.detect.detector, config.detect.causal, joints)
+    joints = by_name(lambda joint: _joint(joint, fits[joint], residuals, config, len(fits)), fits)
+    forces = _forces(residuals[0].prepared, residuals, joints, config) if residuals else {}
+    return FittedThresholds(config.detect.detector, config.detect.causal, joints, forces=forces)
 
 
 def corrections_that_help(
@@ -76,16 +76,10 @@ def corrections_that_help(
 
 
 def _joint(
-    joint: str,
-    fit: FrictionFit,
-    residuals: Sequence[HeldOutResidual],
-    arm: Sequence[FloatArray],
-    config: Config,
-    joints: int,
+    joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], config: Config, joints: int
 ) -> JointThreshold:
-    """Thresholds of one of so many joints; ``arm`` holds the speed of the arm, (n,) of each log."""
-    seen = [(r, speed) for r, speed in zip(residuals, arm, strict=True) if joint in r.series.joint_names]
-    columns = [(r, r.series.column(joint)) for r, _ in seen]
+    """The level of one of so many joints."""
+    columns = [(r, r.series.column(joint)) for r in residuals if joint in r.series.joint_names]
     law = FrictionModel.of(fit)
     seconds = sum(float(np.count_nonzero(r.judged[:, j])) * r.series.period_s for r, j in columns)
     if law is None or seconds < FEWEST_BLOCKS * BLOCK_S:
@@ -95,28 +89,22 @@ def _joint(
                 "its effort is in a unit of its own and the motion does not show its gain: state "
                 "[log.units] torque_constant_nm_per_a, or fit motion of this joint under a known load too"
             )
-        return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
-    data = [NullEvidence.of(r.series, r.series.column(joint), r.torque_nm, r.judged, speed) for r, speed in seen]
+        return _none(seconds, why)
+    data = [NullEvidence(r.torque_nm[:, j], r.judged[:, j], r.series.period_s) for r, j in columns]
     x = np.concatenate([one.residual_nm[one.moving] for one in data])
-    speed = np.concatenate([one.features[one.moving, 2] for one in data])
+    speed = np.concatenate([np.abs(np.nan_to_num(r.series.velocity_rad_s[r.judged[:, j], j])) for r, j in columns])
     held = np.concatenate([r.held_out[r.judged[:, j], j] for r, j in columns])
     loose = [r.evidence[:, j] & ~r.judged[:, j] for r, j in columns]
-    scale = scale_of(data)
-    asked = config.detect.persistence_ms
-    kept_ms = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
-    counts = dict.fromkeys(tuple(persistence_samples(ms / 1e3, one.period_s) for one in data) for ms in kept_ms)
-    free = config.fit.contact == "none"
-    levels = [] if scale is None else threshold_levels(data, scale, counts, joints, free)
+    levels = motion_levels(data, _counts(data, config), joints, config.fit.contact == "none")
     over = max((level.exceeded for level in levels), default=0.0)
     if over > _EXCEEDED and over * seconds > _EVENT_S:
         why = (
             f"its residual passes in {100 * over:.0f} % of the motion what the rest of the motion explains: contact, a "
             "stop or a fault in the fitted log that the fit did not recognise"
         )
-        return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
+        return _none(seconds, why)
     return JointThreshold(
         levels=_falling(levels),
-        scale=scale,
         noise_nm=robust_sd(x - median_of(x)),
         rms_nm=float(np.sqrt(np.mean(x**2))),
         hours=seconds / 3600.0,
@@ -128,9 +116,54 @@ def _joint(
         rest_nm=rest_level(
             [r.torque_nm[:, j] for r, j in columns], loose, max([law.hold, *(level.gamma_nm for level in levels)])
         ),
-        lasting=None if scale is None else lasting_threshold(data, scale, joints, free),
         covered_nm=float(np.nanmedian(np.concatenate([r.doubt_nm[:, j] for r, j in columns]))),
     )
+
+
+def _none(seconds: float, why: str) -> JointThreshold:
+    return JointThreshold((), None, None, seconds / 3600.0, 0.0, None, why)
+
+
+def _counts(data: Sequence[NullEvidence], config: Config) -> list[tuple[int, ...]]:
+    """The persistence of the rule in samples of each log, and a single sample: a shorter one needs that level."""
+    asked = [stated_persistence(config.detect, one.period_s)[0] for one in data]
+    return [*dict.fromkeys([(1,) * len(data), tuple(asked)])]
+
+
+def _forces(
+    prepared: Prepared, residuals: Sequence[HeldOutResidual], joints: Mapping[str, JointThreshold], config: Config
+) -> dict[str, PlaceForce]:
+    """By place what steady force alarms at the levels in the poses of the motion, and what the arm exerts."""
+    robot = prepared.robot
+    places = arm_places(robot, prepared.judged, config.robot.tool.frame)
+    every = [
+        one.prepared.series.position_rad[one.evidence.any(axis=1)]
+        for one in residuals
+        if one.prepared.series.joint_names == prepared.series.joint_names
+    ]
+    poses = np.concatenate(every) if every else np.empty((0, 0))
+    poses = poses[np.isfinite(poses).all(axis=1)]
+    poses = poses[:: max(1, len(poses) // _POSES)]
+    if not places or not len(poses):
+        return {}
+    asked = [joint in joints and bool(joints[joint].levels) for joint in robot.joint_names]
+    level = [
+        joints[name].levels[-1].gamma_nm if its else np.inf for name, its in zip(robot.joint_names, asked, strict=True)
+    ]
+    limits = known_limits(prepared)
+
+    def at(place: Place) -> PlaceForce:
+        shape = (len(poses), len(asked))
+        found = alarming_forces(robot, place, poses, np.broadcast_to(level, shape), np.broadcast_to(asked, shape))
+        force = (
+            np.quantile(found.force_n, config.policy.observable_share, method="higher")
+            if found.force_n.size
+            else np.inf
+        )
+        strength = exerted_force(robot, place, poses, limits)
+        return PlaceForce(float(force) if np.isfinite(force) else None, strength)
+
+    return {place.name: at(place) for place in places}
 
 
 def _driven(one: HeldOutResidual, j: int) -> Driven:
@@ -170,27 +203,22 @@ def other_detectors(whole: ArmFit, thresholds: FittedThresholds, config: Config)
         thresholds: of the configured detector.
         config: says that detector.
     """
-    known = {joint: one for joint, one in thresholds.joints.items() if one.levels and one.scale is not None}
+    known = [joint for joint, one in thresholds.joints.items() if one.levels]
     if not known:
         return {}
     log = _most_motion(whole.logs)
     series = log.judged_series
-    arm = arm_speed(series.velocity_rad_s)
-    motion = {
-        joint: motion_features(series.velocity_rad_s, series.column(joint), series.period_s, arm)
-        for joint in known
-        if joint in series.joint_names
-    }
+    joints = [joint for joint in known if joint in series.joint_names]
     out: dict[str, dict[str, float]] = {}
     for causal in (False, True):
         n, _ = stated_persistence(DetectConfig(causal=causal, gamma_nm="auto"), series.period_s)
-        own = _levels(log, whole, thresholds, motion, config.detect, n)
+        own = _levels(log, whole, joints, config.detect, n)
         for name in DETECTOR_NAMES:
             if (name, causal) == (thresholds.detector, thresholds.causal):
                 continue
             asked = config.detect.changed({"detector": name, "causal": causal})
             try:
-                found = _levels(log, whole, thresholds, motion, asked, n)
+                found = _levels(log, whole, joints, asked, n)
             except ConfigError:  # a detector that has no causal form
                 continue
             factors = {joint: level / own[joint] for joint, level in found.items() if own.get(joint)}
@@ -214,20 +242,13 @@ def _most_motion(logs: tuple[Prepared, ...]) -> Prepared:
     return best[1].part(best[2])
 
 
-def _levels(
-    log: Prepared,
-    whole: ArmFit,
-    thresholds: FittedThresholds,
-    motion: Mapping[str, FloatArray],
-    detect: DetectConfig,
-    n: int,
-) -> dict[str, float]:
-    """By joint the level, in units of the scale, that the residual of a detector reaches as seldom as is accepted.
+def _levels(log: Prepared, whole: ArmFit, joints: Sequence[str], detect: DetectConfig, n: int) -> dict[str, float]:
+    """By joint the level, N·m, that the residual of a detector reaches as seldom as is accepted.
 
     Args:
         log: some of the motion.
-        whole, thresholds: as of :func:`other_detectors`.
-        motion: by joint (n, 5) what its scale follows.
+        whole: the fit.
+        joints: to be told of.
         detect: the detector.
         n: persistence in samples.
     """
@@ -237,11 +258,9 @@ def _levels(
     worst_state = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
     judged = np.isfinite(residual.torque_nm) & (residual.state <= worst_state)
     out = {}
-    for joint, features in motion.items():
-        j, scale = series.column(joint), thresholds.joints[joint].scale
-        assert scale is not None
-        data = NullEvidence(residual.torque_nm[:, j], judged[:, j], features, series.period_s)
-        tail = null_tail(sustained_ratios(data, scale, n))
+    for joint in joints:
+        j = series.column(joint)
+        tail = null_tail(NullEvidence(residual.torque_nm[:, j], judged[:, j], series.period_s).peaks(n))
         if tail is not None:
-            out[joint] = tail.level(ARM_PER_HOUR / len(thresholds.joints))
+            out[joint] = tail.level(ARM_PER_HOUR / len(joints))
     return out

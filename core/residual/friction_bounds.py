@@ -1,8 +1,8 @@
 """What friction can be: a value while a joint slides, an interval while it rests or its bristles still turn over.
 
 After a reversal friction runs from one breakaway value towards its steady one as the joint travels. How far that
-takes differs between arms and is not in a log, so the friction after a travel d is only known to lie between a
-stiff joint's (steady at once) and a soft one's (eq. (7) integrated over the travel: an exponential in d).
+takes differs between arms and is not in a log, so friction is known to lie between the two until the joint has
+travelled ``reversal_travel_rad``: a gear's hysteresis does not fade before it is through.
 
 What the residual takes off besides friction over speed: the load on the gear, and ripple over position.
 """
@@ -27,8 +27,6 @@ from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
-#: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
-_TRAVEL_CONSTANTS = 5.0
 #: Friction is trusted this far below the slowest speed it was measured at: what a section's speed may vary by.
 _BELOW_RANGE = 0.95
 
@@ -113,8 +111,8 @@ def loose_bounds(
     slow, at_slowest = np.abs(velocity) < slowest, np.abs(law.torque(np.where(forward, slowest, -slowest)))
     least = np.where(slow, np.minimum(size, at_slowest / UNKNOWN_BREAKAWAY), size)
     most = np.where(slow, hold, size)
-    left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.where(travel > 0, 0.0, 1.0)
-    along_low, along_high = least - (least + hold) * left, most + (hold - most) * left
+    turning = travel <= travel_rad
+    along_low, along_high = np.where(turning, -hold, least), np.where(turning, hold, most)
     return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
 
 

@@ -38,7 +38,7 @@ def score_detection(
     watched = inputs.rule.watch
     joints = watched or series.joint_names  # of no watched joint: they happened, and none could be observed
     events = true_events(truth, joints) if truth is not None else _labelled_events(labels, joints)
-    ratio = run.residual.torque_nm / run.threshold.all_joints()
+    ratio = run.residual.torque_nm / run.gamma_nm
     judged = JudgedResidual(series.time_s, ratio, run.detected.state, series.joint_names, inputs.rule.n)
     return tuple(s for s in score(events, run.detected.collisions, judged) if s.joint is None or s.joint in watched)
 

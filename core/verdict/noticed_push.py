@@ -1,14 +1,13 @@
 """The smallest torque on one joint, and force along the arm, that would have alarmed at a moment of a log.
 
-A push of stated duration comes on top of the log. A pure force f·d at a place gives the joints the torques J_v^T f·d.
-It alarms when one of them exceeds what that joint would have noticed: from direction d at f = min_j s_j / |J_v,j · d|.
-Whatever is beyond a place does not feel it.
+A push of stated duration comes on top of the log. What force it takes follows from what each joint would have noticed
+(:mod:`collaudit.core.robot.alarming_force`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,8 +18,9 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, block
 from collaudit.core.numeric.filters import gaussian_smoothed, window_reach
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.runs import lowest_in_row, run_bounds
+from collaudit.core.robot.alarming_force import alarming_forces
+from collaudit.core.robot.arm_places import Place, RequiredForce
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import Place, RequiredForce, directions
 
 #: Of a push less than this share of its height is not waited for in the detector's filter.
 _LEAST_RESPONSE = 0.05
@@ -97,33 +97,16 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
         push: the push.
         moments: of :meth:`Push.moments`.
     """
-    found = _exceeding(run, j, run.threshold.of(j), push, moments, _height)
-    lower = run.threshold.lasting(j)
-    if lower is None:
-        return found
-    mean = replace(push, n=run.threshold.rule.lasting_n)
-    return np.minimum(found, _exceeding(run, j, lower, mean, moments, _height_of_mean))
-
-
-def _exceeding(
-    run: DetectorRun,
-    j: int,
-    threshold: FloatArray,
-    push: Push,
-    moments: IntArray,
-    height: Callable[[FloatArray, Push], FloatArray],
-) -> FloatArray:
-    """(k,) the same of one threshold (n,) and the push's persistence; ``height`` says what must exceed it."""
-    residual = run.residual.torque_nm[:, j]
+    residual, gamma = run.residual.torque_nm[:, j], run.gamma_nm[:, j]
     out = np.empty(moments.size)
     for part in blocks(moments.size, max(1, _AT_ONCE // max(1, push.response.size))):
         rows = moments[part, None] + np.arange(-push.lead, push.response.size - push.lead)
-        level, state = threshold[rows], run.detected.state[rows, j]
+        level, state = gamma[rows].astype(np.float64), run.detected.state[rows, j]
         if run.residual.hidden_nm is not None:
             level += run.residual.hidden_nm[rows, j]
         own = np.where(state == State.JUDGED, residual[rows], 0.0)
         unknown = (state > State.FRICTION_INTERVAL) | np.isnan(level)
-        out[part] = np.maximum(*(height(np.where(unknown, np.inf, level - r), push) for r in (own, -own)))
+        out[part] = np.maximum(*(_height(np.where(unknown, np.inf, level - r), push) for r in (own, -own)))
     return out
 
 
@@ -133,19 +116,6 @@ def _height(needed_nm: FloatArray, push: Push) -> FloatArray:
     return peaks.min(axis=1) if peaks.shape[1] else np.full(len(needed_nm), np.inf)
 
 
-def _height_of_mean(needed_nm: FloatArray, push: Push) -> FloatArray:
-    """(k,) smallest height of a push whose mean over ``n`` samples exceeds the mean of what is needed (k, w)."""
-    if push.response.size < push.n:
-        return np.full(len(needed_nm), np.inf)
-    needed, shown = (np.lib.stride_tricks.sliding_window_view(x, push.n, axis=-1) for x in (needed_nm, push.response))
-    return np.asarray((np.maximum(needed.mean(axis=-1), 0.0) / shown.mean(axis=-1)).min(axis=1))
-
-
-#: A force is noticed when it alarms from so many of the directions that load a watched joint. All of them would ask for
-#: an infinite force: in any pose some direction nearly crosses every axis.
-DIRECTIONS = 0.8
-#: A direction loads a joint where a newton gives it at least this share of the arm's longest lever there.
-_LOADED = 0.05
 #: Shares of the time at which the distribution is given, besides that which the policy asks for.
 _TIME_SHARES = (0.5, 0.95)
 
@@ -210,7 +180,7 @@ def _at(
     asked: RequiredForce | None,
     share: float,
 ) -> NoticedForce:
-    here = _forces(robot, place, counted)
+    here = alarming_forces(robot, place, counted.position_rad, counted.noticed_nm, counted.watched)
     count = here.force_n.size * (1.0 + (counted.lost_s / counted.spans_s if counted.spans_s > 0 else 0.0))
     shares = sorted({*_TIME_SHARES, share})
     known = here.force_n[np.isfinite(here.force_n)]
@@ -218,7 +188,7 @@ def _at(
     found = None
     if asked is not None and here.force_n.size:
         missed = here.force_n > asked.force_n
-        always = _forces(robot, place, whole)
+        always = alarming_forces(robot, place, whole.position_rad, whole.noticed_nm, whole.watched)
         seen = always.force_n <= asked.force_n
         each_s = whole.spans_s / max(1, whole.time_s.size)
         found = AskedForce(
@@ -231,44 +201,6 @@ def _at(
             limited_by=_most(here.first[missed & np.isfinite(here.force_n)], robot.joint_names),
         )
     return NoticedForce(place.name, place.link, place.frame, joints, levels, here.unfelt, found)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Forces:
-    """At one place.
-
-    Attributes:
-        felt: (k,) moments at which some direction loads a watched joint.
-        force_n: (m,) at those the smallest force that alarms from :data:`DIRECTIONS` of such directions.
-        first: (m,) joint that alarms first from the last of them.
-        unfelt: share of all directions over all moments that load no watched joint.
-    """
-
-    felt: BoolArray
-    force_n: FloatArray
-    first: IntArray
-    unfelt: float
-
-
-def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
-    felt = list(place.columns)
-    lever = robot.torque_per_newton(at.position_rad, place.frame)[:, felt]
-    arm = np.abs(lever @ directions())  # (k, j, d)
-    slides = np.array([kind == "prismatic" for kind in (robot.joint_types[k] for k in felt)])
-    longest = np.linalg.norm(np.where(slides[:, None], 0.0, lever), axis=2).max(axis=1, initial=0.0)
-    least = _LOADED * np.where(slides, 1.0, longest[:, None])  # a sliding joint takes up to a newton a newton
-    loads = (arm > least[:, :, None]) & at.watched[:, felt, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        force = np.where(loads, at.noticed_nm[:, felt, None] / arm, np.inf)
-    any_joint: BoolArray = np.asarray(loads.any(axis=1))
-    smallest = np.where(any_joint, force.min(axis=1), np.inf)
-    here: BoolArray = np.asarray(any_joint.any(axis=1))
-    order = np.argsort(smallest, axis=1)
-    place_in = np.maximum(np.ceil(DIRECTIONS * any_joint.sum(axis=1) - 1e-9).astype(int), 1) - 1
-    column = np.take_along_axis(order, place_in[:, None], axis=1)
-    value = np.take_along_axis(smallest, column, axis=1)[:, 0]
-    first = np.array(felt)[np.take_along_axis(force.argmin(axis=1), column, axis=1)[:, 0]]
-    return _Forces(here, value[here], first[here], float(1.0 - any_joint.mean()) if any_joint.size else 1.0)
 
 
 def _most(joints: IntArray, names: Sequence[str]) -> str | None:

@@ -18,12 +18,12 @@ from collaudit.core.data.sensitivity_result import (
 )
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
-from collaudit.core.detection.rule_reach import largest_efforts
+from collaudit.core.detection.rule_reach import known_limits
 from collaudit.core.detection.rule_settings import stated_by_joint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.arm_places import RequiredForce, arm_places, asked_forces
+from collaudit.core.robot.arm_places import RequiredForce, arm_places, asked_forces
 from collaudit.core.verdict.log_time import LogTime
 from collaudit.core.verdict.noticed_push import Moments, Push, level_at, longest_unseen, noticed_forces, noticed_torque
 
@@ -86,7 +86,7 @@ def measure_sensitivity(
     counted = log.moments(moved) if moves else whole
     asked: dict[str, RequiredForce] = {}
     if config.policy.observable_n or not observable.keys() >= set(log.joints):
-        asked = asked_forces(config.policy, prepared.robot, places, counted.position_rad, _limits(prepared))
+        asked = asked_forces(config.policy, prepared.robot, places, counted.position_rad, known_limits(prepared))
     share = config.policy.observable_share
     forces = noticed_forces(prepared.robot, places, counted, whole, asked, share)
     if prepared.contact_nm is not None:
@@ -155,13 +155,6 @@ class _PushedLog:
             level[:, column], watched[:, column] = found, self.watched(joint)[samples]
         spans_s = float(np.count_nonzero(mask)) * self.period_s
         return Moments(series.time_s[samples], position, level, watched, spans_s, self.time.off_grid_s)
-
-
-def _limits(prepared: Prepared) -> FloatArray:
-    """(j,) torque limits of the joints; NaN where none is known, or the log exceeds it: that is none."""
-    largest = largest_efforts(prepared.series) if prepared.series.effort_unit == "Nm" else {}
-    seen = np.array([largest.get(joint, 0.0) for joint in prepared.robot.joint_names])
-    return np.where(prepared.robot.effort_limit_nm >= seen, prepared.robot.effort_limit_nm, np.nan)
 
 
 def _of_joint(log: _PushedLog, joint: str, asked_nm: float | None) -> JointSensitivity:

@@ -109,11 +109,15 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
 
 
 def _thresholds(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
+    """At every change, and from time to time between."""
     period = float(np.median(np.diff(signals.time_s))) if len(stamps) > 1 else _CONSTANT_S
     step = max(1, round(_CONSTANT_S / period))
-    at = stamps[np.unique([*range(0, len(stamps), step), len(stamps) - 1])] if len(stamps) else stamps
-    gamma = np.broadcast_to(signals.gamma_nm, (len(at), len(signals.joint_names)))
-    return Channel(f"{_TOPIC}gamma", JOINT_STATE, at, joint_states(at, signals.joint_names, gamma))
+    gamma = signals.gamma_nm
+    changed = (np.nan_to_num(gamma[1:]) != np.nan_to_num(gamma[:-1])).any(axis=1)
+    rows = np.unique([*range(0, len(stamps), step), *(np.flatnonzero(changed) + 1), *range(len(stamps))[-1:]])
+    at = stamps[rows.astype(np.int64)]
+    shown = gamma[rows.astype(np.int64)].astype(np.float64)
+    return Channel(f"{_TOPIC}gamma", JOINT_STATE, at, joint_states(at, signals.joint_names, shown))
 
 
 def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:

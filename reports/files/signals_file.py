@@ -1,10 +1,12 @@
 """``signals.parquet``: the sample-by-sample evidence of an audit.
 
 One row a sample, ``time_s`` first, as float64, then for each joint ``QUANTITY:JOINT`` as float32, and the wrist sensor
-(``wrench:fx`` …). The range of the residual where friction is an interval (``least_nm``, ``most_nm``) and the wrench
-are absent where there are none. Numbers are multiples of steps (:mod:`joint_trace`), which the metadata state: a
-torque's is below a thousandth of gamma and a sixteenth of the residual's own spread, and no residual is rounded across
-gamma. They are there to be looked at and cross-checked; to differentiate or to audit again, take the log itself.
+(``wrench:fx`` …). The range of the residual where friction is an interval (``least_nm``, ``most_nm``) and the
+wrench are absent where there are none. ``gamma_nm`` is the threshold in force, NaN of a joint without one: rule (6)
+applied to ``residual_nm`` and it, where ``state`` says that a sample counts, gives every alarm again (docs/python.md).
+Numbers are multiples of steps (:mod:`joint_trace`), which the metadata state: a torque's is below a thousandth of gamma
+and a sixteenth of the residual's own spread, and no residual is rounded across gamma. They are there to be looked at
+and cross-checked; to differentiate or to audit again, take the log itself.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from collaudit.reports.plots.joint_trace import (
     VELOCITY_STEP,
     JointTrace,
     in_steps,
+    limits_nm,
     size,
     stored,
     torque_step_nm,
@@ -42,6 +45,7 @@ _WIDE = {
     "measured_nm": pa.float32(),
     "model_nm": pa.float32(),
     "residual_nm": pa.float32(),
+    "gamma_nm": pa.float32(),
     "state": pa.int8(),
 }
 _RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
@@ -57,7 +61,8 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
         signals: n samples of j joints.
         log_sha256: hash of the log they are from, which ties the file to its ``audit.json``.
     """
-    steps = [torque_step_nm(signals.residual_nm[:, k], float(g)) for k, g in enumerate(signals.gamma_nm)]
+    joints = range(len(signals.joint_names))
+    steps = [torque_step_nm(signals.residual_nm[:, k], signals.gamma_nm[:, k]) for k in joints]
     schema = _schema(signals, steps, log_sha256)
     floats = [name for name in schema.names if not name.startswith("state:")]
     states = [name for name in schema.names if name.startswith("state:")]
@@ -88,12 +93,13 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
     """
     file = StoredSignals(path, log_sha256)
     joints = file.joint_names
-    wide = {name: file.of_joints(name).astype(np.float64) for name in _WIDE if name != "state"}
+    wide = {name: file.of_joints(name).astype(np.float64) for name in _WIDE if name not in ("state", "gamma_nm")}
     least, most = (file.of_joints(name) if file.has(f"{name}:{joints[0]}") else None for name in _RANGE)
     return Signals(
         time_s=file.time_s,
         joint_names=joints,
-        gamma_nm=np.array([file.gamma_nm(k) for k in range(len(joints))]),
+        gamma_nm=file.of_joints("gamma_nm"),
+        near_below_nm=np.array([file.near_below_nm(k) for k in range(len(joints))]),
         state=np.stack([file.states(joint) for joint in joints], axis=1),
         least_nm=least,
         most_nm=most,
@@ -111,8 +117,8 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
         "schema": SIGNALS_SCHEMA,
         "log_sha256": log_sha256,
         "joints": list(signals.joint_names),
-        "gamma_nm": [float(g) if math.isfinite(g) else None for g in signals.gamma_nm],
         "torque_step_nm": steps,
+        "near_below_nm": [float(x) if math.isfinite(x) else None for x in signals.near_below_nm],
         "position_step": POSITION_STEP,
         "velocity_step": VELOCITY_STEP,
         "states": {str(int(state)): state.code for state in State},
@@ -125,7 +131,7 @@ def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) 
     columns: list[Values] = [signals.time_s[rows]]
     for k, step in enumerate(steps):
         for name in _kinds(signals):
-            columns.append(stored(name, getattr(signals, name)[rows, k], step, signals.gamma_nm[k]))
+            columns.append(stored(name, getattr(signals, name)[rows, k], step, limits_nm(signals, k, rows)))
     if signals.wrench is not None:
         finest = (FORCE_STEP_N,) * 3 + (MOMENT_STEP_NM,) * 3
         columns += [in_steps(x, step) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]
@@ -144,7 +150,7 @@ def column_of(values: Values) -> pa.Array:
 
 
 #: What a trace takes as it stands.
-_TRACED = ("position_rad", "velocity_rad_s", "measured_nm", "least_nm", "most_nm")
+_TRACED = ("position_rad", "velocity_rad_s", "measured_nm", "gamma_nm", "least_nm", "most_nm")
 
 
 class StoredSignals:
@@ -189,10 +195,10 @@ class StoredSignals:
         """Whether there is such a column."""
         return name in self._file.schema_arrow.names
 
-    def gamma_nm(self, column: int) -> float:
-        """Threshold of one joint; NaN where there is none."""
-        gamma = self._meta["gamma_nm"][column]
-        return math.nan if gamma is None else float(gamma)
+    def near_below_nm(self, column: int) -> float:
+        """How far below the threshold in force a near miss of one joint begins; NaN where there is none."""
+        below = self._meta["near_below_nm"][column]
+        return math.nan if below is None else float(below)
 
     def read(self, name: str) -> Values:
         """One column by itself, so that little else is in memory meanwhile.
@@ -231,7 +237,7 @@ class StoredSignals:
             joint=joint,
             time_s=self.time_s,
             state=self.states(joint),
-            gamma_nm=self.gamma_nm(column),
+            near_below_nm=self.near_below_nm(column),
             residual_nm=self.read(f"residual_nm:{joint}").astype(np.float64),
             **{name: cast(Any, read.get(name)) for name in _TRACED},
         )

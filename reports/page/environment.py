@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from collaudit.core.findings import CODES
-from collaudit.reports.sections.event_sections import delay_text, shortest_push_text
+from collaudit.reports.sections.event_sections import delay_text, near_levels, shortest_push_text
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import (
@@ -46,6 +46,7 @@ def environment() -> Environment:
     made.filters.update(
         noticed=noticed_line,
         rule=rule_text,
+        near_levels=near_levels,
         law=law_text,
         clock=clock_text,
         delay=delay_text,

@@ -8,6 +8,7 @@ numbers stay ordinary 32-bit floats for whoever reads the file.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +27,8 @@ class JointTrace:
     """One joint's signals over the log; fields as in :class:`Signals`, arrays (n,).
 
     Attributes:
-        gamma_nm: threshold, NaN where there is none.
+        gamma_nm: threshold in force, NaN where there is none.
+        near_below_nm: how far below it a near miss begins.
         least_nm, most_nm: range of the residual where friction is an interval; None where that is not told.
     """
 
@@ -37,7 +39,8 @@ class JointTrace:
     measured_nm: Series
     residual_nm: FloatArray
     state: NDArray[np.int8]
-    gamma_nm: float
+    gamma_nm: NDArray[np.float32]
+    near_below_nm: float
     least_nm: Series | None = None
     most_nm: Series | None = None
 
@@ -76,11 +79,11 @@ class TracesInMemory:
 
     def trace(self, column: int) -> JointTrace:
         """One joint's signals; numbers have the steps that a run's file keeps them in."""
-        s, gamma_nm = self.signals, float(self.signals.gamma_nm[column])
-        step = torque_step_nm(s.residual_nm[:, column], gamma_nm)
+        s, limits = self.signals, limits_nm(self.signals, column)
+        step = torque_step_nm(s.residual_nm[:, column], limits[0])
 
         def kept(name: str) -> np.ndarray[Any, Any]:
-            return stored(name, getattr(s, name)[:, column], step, gamma_nm)
+            return stored(name, getattr(s, name)[:, column], step, limits)
 
         return JointTrace(
             s.joint_names[column],
@@ -90,7 +93,8 @@ class TracesInMemory:
             kept("measured_nm"),
             kept("residual_nm").astype(np.float64),
             s.state[:, column],
-            gamma_nm,
+            limits[0],
+            float(s.near_below_nm[column]),
             None if s.least_nm is None else kept("least_nm"),
             None if s.most_nm is None else kept("most_nm"),
         )
@@ -118,19 +122,20 @@ MOMENT_STEP_NM = 2.0**-9
 _SAMPLED = 4096
 
 
-def torque_step_nm(residual_nm: FloatArray, gamma_nm: float) -> float:
+def torque_step_nm(residual_nm: FloatArray, gamma_nm: NDArray[np.float32]) -> float:
     """The step of a joint's torques, N·m; 0 where there is no threshold: as fine as 32 bits are.
 
     Args:
         residual_nm: (n,), whose spread (half of what holds 68 %, of some thousand samples spread over time) bounds it.
-        gamma_nm: threshold, NaN where there is none.
+        gamma_nm: (n,) threshold in force, NaN where there is none.
     """
+    least = float(np.fmin.reduce(gamma_nm, initial=np.inf))
     seen = residual_nm[:: max(1, residual_nm.size // _SAMPLED)]
     seen = seen[np.isfinite(seen)]
-    if not gamma_nm > 0.0 or seen.size == 0:
+    if not 0.0 < least < np.inf or seen.size == 0:
         return 0.0
     low, high = quantile_of(seen, 0.16), quantile_of(seen, 0.84)
-    largest = min(GAMMA_SHARE * gamma_nm, SPREAD_SHARE * 0.5 * (high - low))
+    largest = min(GAMMA_SHARE * least, SPREAD_SHARE * 0.5 * (high - low))
     return 2.0 ** math.floor(math.log2(largest)) if largest > 1e-12 else 0.0
 
 
@@ -144,38 +149,42 @@ def in_steps(x: FloatArray, step: float) -> np.ndarray[tuple[int], np.dtype[np.f
     return out.astype(np.float32)
 
 
-def in_steps_within(x: FloatArray, step: float, limit: float) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
-    """(n,) as of :func:`in_steps`, but a size above a limit stays above it, and one up to it does not pass it."""
+def limits_nm(signals: Signals, column: int, rows: slice = slice(None)) -> tuple[NDArray[np.float32], ...]:
+    """(n,) the levels of one joint that no residual may be rounded across: of an alarm and of a near miss."""
+    gamma = signals.gamma_nm[rows, column]
+    return gamma, gamma - np.float32(signals.near_below_nm[column])
+
+
+def in_steps_within(
+    x: FloatArray, step: float, limits: Sequence[NDArray[np.float32]]
+) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+    """(n,) as of :func:`in_steps`, but a size above a limit (n,) stays above, and one up to it does not pass it.
+
+    What a step would carry across a limit keeps all of its 32 bits.
+    """
     out = in_steps(x, step)
-    if not limit > 0.0:
-        return out
-    above = np.abs(x) > limit
-    crossed = np.flatnonzero((np.abs(out.astype(np.float64)) > limit) != above)
-    for k in crossed.tolist():
-        out[k] = math.copysign(_next_to(limit, step, above=bool(above[k])), x[k])
+    above = [np.abs(x) > limit for limit in limits]
+    crossed = np.logical_or.reduce([(np.abs(out) > limit) != its for limit, its in zip(limits, above, strict=True)])
+    out[crossed] = x[crossed].astype(np.float32)
+    for limit, its in zip(limits, above, strict=True):
+        level = its & (np.abs(out) <= limit)
+        out[level] = np.copysign(np.nextafter(limit[level], np.float32(np.inf)), x[level])
     return out
 
 
-def _next_to(limit: float, step: float, *, above: bool) -> np.float32:
-    """The smallest 32-bit multiple of the step above a limit, or the largest up to it."""
-    near = np.float32(limit if step == 0.0 else math.floor(limit / step) * step)
-    if (float(near) > limit) == above:
-        return near
-    further = np.nextafter(near, np.float32(np.inf if above else -np.inf))
-    return max(np.float32(near + step), further) if above else min(np.float32(near - step), further)
-
-
-def stored(name: str, values: np.ndarray[Any, Any], step: float, gamma_nm: float) -> np.ndarray[Any, Any]:
+def stored(
+    name: str, values: np.ndarray[Any, Any], step: float, limits: Sequence[NDArray[np.float32]]
+) -> np.ndarray[Any, Any]:
     """(n,) a quantity of one joint as the file of signals holds it.
 
     Args:
-        name: of the quantity: position_rad, velocity_rad_s, state, or one of the torques.
+        name: of the quantity: position_rad, velocity_rad_s, state, gamma_nm, or one of the torques.
         values: (n,).
         step: of the joint's torques, N·m.
-        gamma_nm: the joint's threshold.
+        limits: of :func:`limits_nm`, of these samples.
     """
-    if name == "state":
+    if name in ("state", "gamma_nm"):
         return values
     if name == "residual_nm":
-        return in_steps_within(values, step, gamma_nm)
+        return in_steps_within(values, step, limits)
     return in_steps(values, {"position_rad": POSITION_STEP, "velocity_rad_s": VELOCITY_STEP}.get(name, step))

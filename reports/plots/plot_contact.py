@@ -54,7 +54,7 @@ def contact_window(trace: JointTrace, contact: Contact) -> ContactWindow | None:
     judged = (state == State.JUDGED) | (state == State.FRICTION_INTERVAL)
     reacted = trace.joint in contact.joints
     points = _POINTS if reacted else _OTHER_POINTS
-    time_s, ratio = thin(trace.time_s[part], np.where(judged, residual / trace.gamma_nm, np.nan), points)
+    time_s, ratio = thin(trace.time_s[part], np.where(judged, residual / trace.gamma_nm[part], np.nan), points)
     step = max(1, len(residual) // _POINTS)
     least, most = model_range(trace, part)
     measured = trace.measured_nm[part][::step].astype(np.float64)
@@ -81,7 +81,6 @@ def draw_contact(
     force: tuple[FloatArray, FloatArray] | None,
     name: str,
     label: str,
-    least: float = 1.0,
 ) -> Markup:
     """Residual over γ of every joint, measured and modelled torque of one, and the tool's force.
 
@@ -93,11 +92,10 @@ def draw_contact(
         force: time and size (k,) of the force at the wrist sensor; None without one.
         name: id of the drawing, unique in the page.
         label: text for those who cannot see it.
-        least: share of γ that an alarm of the contact had to pass.
     """
     wide = _WIDTH - _LEFT - _RIGHT
     x = (float(min(w.torque_time_s[0] for w in windows)), float(max(w.torque_time_s[-1] for w in windows)))
-    panels = [_ratios(windows, contact, least, (_LEFT, 20, wide, 70), x)]
+    panels = [_ratios(windows, contact, (_LEFT, 20, wide, 70), x)]
     torque = next((w for w in windows if w.joint == worst), None)
     if torque is not None:
         panels.append(_torques(torque, unit, (_LEFT, 112, wide, 46), x))
@@ -109,13 +107,13 @@ def draw_contact(
 
 
 def _ratios(
-    windows: Sequence[ContactWindow], contact: Contact, least: float, box: tuple[float, ...], x: tuple[float, float]
+    windows: Sequence[ContactWindow], contact: Contact, box: tuple[float, ...], x: tuple[float, float]
 ) -> Panel:
     peak = max((float(np.nanmax(np.abs(w.ratio))) for w in windows if np.isfinite(w.ratio).any()), default=1.0)
     panel = Panel((box[0], box[1], box[2], box[3]), x, (-1.08 * max(peak, 1.3), 1.08 * max(peak, 1.3)))
     panel.y_axis("residual ÷ γ, all joints")
     panel.shade(np.array([contact.onset_s]), np.array([contact.end_s]), "shade-contact")
-    for level in sorted({1.0, -1.0, least, -least}):
+    for level in (-1.0, 1.0):
         panel.level(level, "gamma")
     for window in sorted(windows, key=lambda w: w.reacted):
         panel.line(window.time_s, window.ratio, "curve" if window.reacted else "curve-other")

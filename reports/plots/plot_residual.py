@@ -50,9 +50,9 @@ def draw_overview(
     middle = trace.time_s[(edges[:-1] + edges[1:]) // 2]
     for (low, high), (_, kind) in zip(extremes, kinds, strict=True):
         panel.columns(middle, low, high, kind)
-    if np.isfinite(trace.gamma_nm):
-        for sign in (-1, 1):
-            panel.level(sign * trace.gamma_nm, "gamma")
+    _, gamma = column_extremes(trace.gamma_nm.astype(np.float64), np.ones(len(trace.time_s), np.bool_), edges)
+    for sign in (-1, 1):
+        panel.line(middle, sign * gamma, "gamma")
     for events, kind in ((near_misses, "mark-near"), (alarms, "mark-alarm")):
         panel.moments([event.onset_s for event in events], kind)
     return drawing(_LONG_WIDTH, _LONG_HEIGHT, label, [panel], name, "plot stretch"), height, beyond
@@ -67,7 +67,7 @@ def _height(trace: JointTrace, peaks_nm: Sequence[float], judged: float, largest
         judged, largest: the largest residual that was judged, and that was not.
     """
     wanted = [1.12 * abs(peak) for peak in peaks_nm] + [1.12 * judged]
-    wanted += [1.3 * trace.gamma_nm] if np.isfinite(trace.gamma_nm) else []
+    wanted += [1.3 * float(np.fmax.reduce(trace.gamma_nm, initial=0.0))]
     height = max(wanted) or 1.12 * largest or 1.0
     if 1.12 * largest <= 2 * height:
         return max(height, 1.12 * largest), None
@@ -188,16 +188,17 @@ def draw_histogram(trace: JointTrace, name: str, label: str) -> Markup | None:
     known = _known(trace)
     if np.count_nonzero(known) < _LEAST:
         return None
-    reach = 1.2 * trace.gamma_nm
+    gamma = float(np.fmin.reduce(trace.gamma_nm, initial=np.inf))
+    reach = 1.2 * gamma
     if not np.isfinite(reach):
         reach = float(np.abs(trace.residual_nm[known]).max()) or 1.0
     counts, edges = np.histogram(np.clip(trace.residual_nm[known], -reach, reach), _BINS, (-reach, reach))
     panel = Panel(_SMALL_BOX, (-reach, reach), (0.0, float(counts.max())))
     across, up = np.repeat(edges, 2)[1:-1], np.repeat(counts, 2).astype(np.float64)
     panel.area(across, np.zeros(up.size), up, "bar-fill")
-    if np.isfinite(trace.gamma_nm):
+    if np.isfinite(gamma):
         for sign in (-1, 1):
-            panel.moments([sign * trace.gamma_nm], "gamma")
+            panel.moments([sign * gamma], "gamma")
     return drawing(_SMALL_WIDTH, _SMALL_HEIGHT, label, [panel], name)
 
 

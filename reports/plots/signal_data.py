@@ -69,8 +69,9 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     """The curves at some samples: ``data``, base64 of a deflated run of arrays, and what they mean.
 
     In order, each of ``kept`` numbers, of uint16 all low bytes before all high ones: uint16 steps to the next sample;
-    uint16 ``residual``, ``measured``, ``least`` and ``most`` (of the modelled torque), each a value of ``from`` plus so
-    many ``step``, 65535 where not known; uint8 state: 0 alarms above γ, 1 friction known only as a range, 2 not judged.
+    uint16 ``residual``, ``measured``, ``least`` and ``most`` (of the modelled torque), ``gamma`` in force, each a value
+    of ``from`` plus so many ``step``, 65535 where not known; uint8 state: 0 alarms above γ, 1 friction known only as a
+    range, 2 not judged.
     """
     kept = _with_steps(kept)
     codes = trace.state[kept]
@@ -78,12 +79,15 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     least, most = model_range(trace, kept)
     measured = trace.measured_nm[kept].astype(np.float64)
     residual = trace.residual_nm[kept]
+    gamma = trace.gamma_nm[kept].astype(np.float64)
     low, step = _scale_of(residual, _FINE)
+    level, level_step = _scale_of(gamma, _FINE)
     torque_low, torque_step = _scale_of(np.concatenate([measured, least, most]), _COARSE)
     arrays = [
         np.diff(kept, prepend=0).astype("<u2"),
-        _same_side_of_gamma(_to_steps(residual, low, step), residual, low, step, trace.gamma_nm),
+        _same_side_of_gamma(_to_steps(residual, low, step), residual, low, step, gamma),
         *(_to_steps(x, torque_low, torque_step) for x in (measured, least, most)),
+        _to_steps(gamma, level, level_step),
         state,
     ]
     data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
@@ -92,6 +96,7 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
         "data": b64encode(data).decode("ascii"),
         "residual": [low, step],
         "torque": [torque_low, torque_step],
+        "gamma": [level, level_step],
     }
 
 
@@ -114,7 +119,9 @@ def _scale_of(values: FloatArray, steps: int) -> tuple[float, float]:
     return low, (high - low) / steps or 1.0
 
 
-def _same_side_of_gamma(steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: float) -> np.ndarray:
+def _same_side_of_gamma(
+    steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: FloatArray
+) -> np.ndarray:
     """Steps moved by one where rounding has carried a residual over its threshold, in or out."""
     shown = low + step * steps
     over = (np.abs(values) > gamma_nm) & (np.abs(shown) <= gamma_nm)

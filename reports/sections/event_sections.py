@@ -42,8 +42,7 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
     head = tuple(records[0]) if records else ("#",)
     windows = tuple(contact_limits(one, result.log.sample_period_s) for one in listed.values())
     rows = tuple(tuple(record.values()) for record in records)
-    lower = f", or its mean over {result.rule.lasting_n} samples above the lower γ" if result.rule.lasting_nm else ""
-    note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more{lower}."
+    note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more."
     return Section("Contacts in order of time", head, rows, (note,) if rows else (), windows=windows)
 
 
@@ -83,9 +82,10 @@ def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
     fit = result.friction.get(alarm.joint)
     moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(fit) if fit is not None else 'rad/s')}"
     margin = apart([height(alarm), 1.0])[0]
-    gamma = "lower γ" if alarm.lasting else "γ"
+    delay = fixed(1e3 * (alarm.detected_s - alarm.onset_s), 0)
     return (
-        f"{alarm.joint} {_peak_and_gamma(alarm, result)[0]} (× {margin} {gamma}), {duration(alarm.duration_s)}{moved}"
+        f"{alarm.joint} {_peak_and_gamma(alarm, result)[0]} (× {margin} γ), alarm after {delay} ms, "
+        f"{duration(alarm.duration_s)}{moved}"
     )
 
 
@@ -126,25 +126,30 @@ def near_miss_section(result: AuditResult) -> Section:
     head = ("#", "joint", "how close", "peak", "γ", "lasted", "kind", "onset", "wall clock", "phase")
     windows = tuple((near.onset_s - _AROUND_S, near.onset_s + near.duration_s + _AROUND_S) for _, near in numbered)
     note = (
-        f"Amplitude: n samples over {100 * rule.near_miss_amplitude:g} % of γ. Persistence: above γ for "
-        f"{100 * rule.near_miss_persistence:g} % of n or more. Impulse: a shorter knock with "
-        f"{100 * rule.near_miss_impulse:g} % of the impulse of γ."
+        f"Amplitude: n samples beyond {near_levels(result)}; how close is the share of γ in force that n samples in a "
+        f"row kept. Persistence: above γ for {100 * rule.near_miss_persistence:g} % of n or more."
     )
     return Section(
         "Near misses, closest to an alarm first", head, tuple(rows), (note,) if rows else (), windows=windows
     )
 
 
+def near_levels(result: AuditResult) -> str:
+    """From where on a near miss counts."""
+    rule = result.rule
+    if rule.motion_nm:
+        return "what motion does by itself"
+    shares = {f"{rule.near_miss_nm[joint] / gamma:.3g}" for joint, gamma in rule.gamma_nm.items() if gamma > 0}
+    return f"{100 * float(shares.pop()):g} % of γ" if len(shares) == 1 else "a share of γ"
+
+
 def closeness(near: NearMiss, rule: RuleFacts) -> str:
     """How close to an alarm a near miss came, in what its kind is told by."""
     match near.kind:
         case "amplitude":
-            return f"{apart([100 * near.ratio, 100 * rule.near_miss_amplitude, 100.0])[0]} % of γ"
+            return f"{apart([100 * near.ratio, 100.0])[0]} % of γ"
         case "persistence":
             return f"{round(near.ratio * rule.n)} of {rule.n} samples above γ"
-        case "impulse":
-            share, _ = apart([100 * near.ratio, 100 * rule.near_miss_impulse])
-            return f"{share} % of the impulse of γ for {rule.n} samples"
         case _:
             assert_never(near.kind)
 

@@ -169,11 +169,19 @@ def rule_text(result: AuditResult) -> str:
     """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
     rule = result.rule
     asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
-    lower = f"; the mean of {plural(rule.lasting_n, 'sample')} from: {_thresholds(result, rule.lasting_nm)}"
     return (
         f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
-        f"gamma: {_thresholds(result, rule.gamma_nm)}{lower if rule.lasting_nm else ''}"
+        f"γ: {_thresholds(result, rule.gamma_nm)}{_room(result)}"
     )
+
+
+def _room(result: AuditResult) -> str:
+    """Both distances of a threshold: from what motion does, and from what force alarms; empty where neither is told."""
+    rule, noticed = result.rule, noticed_brief(result)
+    times = {f"{rule.gamma_nm[joint] / level:.1f}" for joint, level in rule.motion_nm.items() if joint in rule.watch}
+    known = [f"{' to '.join(sorted({min(times), max(times)}))} × what motion does"] if times else []
+    known += [f"alarms from {noticed}"] if noticed else []
+    return f": {', '.join(known)}" if known else ""
 
 
 def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:

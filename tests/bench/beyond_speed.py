@@ -45,7 +45,7 @@ def outcomes(made: Bench, cut_rad_s: float) -> Iterator[str]:
     """What became of each push on each joint that was too fast."""
     run = made.judged("direct", False)
     series, rule = made.prepared.judged_series, made.inputs.rule
-    limit = run.threshold.all_joints() + run.residual.uncertainty_nm
+    limit = run.gamma_nm + run.residual.uncertainty_nm
     for event in true_events(read_truth(made.truth), series.joint_names):
         a, b = np.searchsorted(series.time_s, [event.onset_s, event.end_s])
         for joint in event.required:

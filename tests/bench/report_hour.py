@@ -45,7 +45,8 @@ def write(folder: Path, minutes: float) -> None:
     model = 20 * np.cos(velocity)
     wrench = np.zeros((n, 6))
     signals = Signals(
-        time_s, names, velocity, velocity, model + residual, model, residual, state, np.full(JOINTS, 4.0),
+        time_s, names, velocity, velocity, model + residual, model, residual, state,
+        np.full(state.shape, 4.0, np.float32), np.full(JOINTS, 0.8),
         least_nm=least, most_nm=least + 6.0, wrench=wrench,
     )  # fmt: skip
     result = samples.many_events(60).result

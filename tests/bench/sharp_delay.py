@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from changed_logs import fitted, judged, named, of_rows, prepared
-from sharp_levels import in_force
 from simulated_arm import ARMS, settings_of, simulated
 
 from collaudit.core import api
@@ -67,7 +66,7 @@ def _thinned(log: JointLog, every: int) -> JointLog:
 
 def with_steps(log: JointLog, audit: Audit, rng: np.random.Generator) -> tuple[JointLog, list[float]]:
     """Steps of torque on one judged joint after the other, and when each begins."""
-    signals, level = audit.signals, in_force(audit)
+    signals, level = audit.signals, audit.signals.gamma_nm
     assert log.effort is not None
     effort, starts, at = log.effort.copy(), [], 1.0
     while at < signals.time_s[-1] - LASTS_S - 1.0:

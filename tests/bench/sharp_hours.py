@@ -47,7 +47,7 @@ def measure(asked: Any, known: frozenset[str]) -> Iterator[tuple[str, dict[str, 
 def claimed(friction: FrictionFile, persistence_s: float) -> float | None:
     """False alarms of the whole arm an hour that the fit's thresholds claim; None for no claim.
 
-    Those of the persistence that is set, and of the lower thresholds of what lasts.
+    Those of the persistence that is set.
     """
     if friction.thresholds is None:
         return None
@@ -58,7 +58,6 @@ def claimed(friction: FrictionFile, persistence_s: float) -> float | None:
     for known in friction.thresholds.joints.values():
         near = min(known.levels, key=lambda one: abs(one.persistence_s - persistence_s), default=None)
         rates += [near.false_alarms_per_hour] if near is not None else []
-        rates += [known.lasting.level.false_alarms_per_hour] if known.lasting is not None else []
     told = [rate for rate in rates if rate is not None]
     return sum(told) if told and len(told) == len(rates) else None
 

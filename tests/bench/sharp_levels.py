@@ -79,7 +79,7 @@ def compared(audit: Audit, rest: Samples, script_nm: np.ndarray) -> dict[str, An
     signals, result, joints = audit.signals, audit.result, {}
     residual, state = np.asarray(signals.residual_nm)[rest.rows], np.asarray(signals.state)[rest.rows]
     slow = low_passed(np.asarray(signals.residual_nm), result.log.sample_period_s)[rest.rows]
-    gamma = in_force(audit)[rest.rows]
+    gamma = audit.signals.gamma_nm[rest.rows]
     for j, name in enumerate(signals.joint_names):
         moving, script, ours = rest.moving[:, j], np.abs(script_nm[:, j]), np.abs(residual[:, j])
         facts: Joint = {"moving": int(np.count_nonzero(moving)), "audit_rms": result.residual[name].rms_nm}
@@ -87,7 +87,6 @@ def compared(audit: Audit, rest: Samples, script_nm: np.ndarray) -> dict[str, An
             common = moving & (state[:, j] == State.JUDGED) & np.isfinite(ours)
             facts |= {"judged": float(np.mean(common[moving])), **_level("script", script[moving])}
             facts["gamma"] = float(np.median(gamma[common if common.any() else moving, j]))
-            facts["lower"] = getattr(result.rule, "lasting_nm", {}).get(name, facts["gamma"])
             if np.count_nonzero(common) > _LEAST_COMMON:
                 facts |= {**_level("common", script[common]), **_level("ours", ours[common])}
                 facts["ours_10hz_rms"] = float(np.sqrt(np.mean(slow[common, j] ** 2)))
@@ -113,18 +112,8 @@ def _level(of: str, size_nm: np.ndarray) -> Joint:
     return {f"{of}_rms": float(np.sqrt(np.mean(size_nm**2))), f"{of}_p999": float(np.quantile(size_nm, 0.999))}
 
 
-def in_force(audit: Audit) -> np.ndarray:
-    """(n, j) threshold at every sample; the rule's where it does not follow the motion, NaN where there is none."""
-    rule, signals = audit.result.rule.gamma_nm, audit.signals
-    followed = getattr(signals, "level_nm", None)
-    if followed is not None:
-        return np.asarray(followed, dtype=float)
-    gamma = np.array([rule.get(name, np.nan) for name in signals.joint_names], dtype=float)
-    return np.broadcast_to(gamma, (signals.time_s.size, gamma.size))
-
-
 def ratios(joint: Mapping[str, float | None], setting: str) -> tuple[float | None, ...]:
-    """Ours over the script's: RMS, and gamma and the lower gamma of the mean over its 99.9 % quantile.
+    """Ours over the script's: RMS, and gamma over its 99.9 % quantile.
 
     Of the whole log as anyone would compare them: RMS as audit.json has it, the script's over all its motion. Of the
     split, both over the same samples.
@@ -132,10 +121,9 @@ def ratios(joint: Mapping[str, float | None], setting: str) -> tuple[float | Non
     mine, its = ("audit_rms", "script") if setting == "whole" else ("ours_rms", "common")
     rms, other, p999 = (joint.get(key) for key in (mine, f"{its}_rms", f"{its}_p999"))
     over = None if rms is None or not other else rms / other
-    levels = (joint.get(key) for key in ("gamma", "lower"))
-    known = over is not None and bool(p999)
-    sharp = (x / p999 if known and x is not None and np.isfinite(x) and p999 else None for x in levels)
-    return over, *sharp
+    gamma = joint.get("gamma")
+    known = over is not None and p999 and gamma is not None and np.isfinite(gamma)
+    return over, gamma / p999 if known else None
 
 
 def summary(found: Mapping[str, Any], setting: str, left_out: bool, title: str) -> str:
@@ -148,7 +136,7 @@ def summary(found: Mapping[str, Any], setting: str, left_out: bool, title: str) 
         if facts["moving"] > _LEAST
     ]
     cells = [f"{sum(row[1] is not None for row in rows)} of {len(rows)}"]
-    for place, most in ((1, MOST_RMS), (2, MOST_GAMMA), (3, MOST_GAMMA)):
+    for place, most in ((1, MOST_RMS), (2, MOST_GAMMA)):
         known = sorted((row[place], row[0]) for row in rows if row[place] is not None)
         over = sum(value > most for value, _ in known)
         middle, worst = (np.median([value for value, _ in known]), known[-1]) if known else (np.nan, (np.nan, ""))
@@ -159,9 +147,8 @@ def summary(found: Mapping[str, Any], setting: str, left_out: bool, title: str) 
 def tables(found: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[tuple[str, list[str]]]:
     """Tables of the page: the summary, then joint by joint."""
     head = [f"| | joints judged | ours/script RMS: median | worst | above {MOST_RMS:g} "
-            f"| γ/99.9 %: median | worst | above {MOST_GAMMA:g} "
-            f"| lower γ/99.9 %: median | worst | above {MOST_GAMMA:g} |",
-            "|---|---|---|---|---|---|---|---|---|---|---|"]  # fmt: skip
+            f"| γ/99.9 %: median | worst | above {MOST_GAMMA:g} |",
+            "|---|---|---|---|---|---|---|---|"]  # fmt: skip
     lines = []
     for setting, words in (("whole", "whole log"), ("split", "fitted on one part, judged on the rest")):
         for left_out, arms in ((False, ""), (True, ", arms left out")):
@@ -174,29 +161,28 @@ def tables(found: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[tupl
 
 def _by_joint(found: Mapping[str, Any], before: Mapping[str, Any], setting: str) -> Iterator[str]:
     yield (
-        "| log, joint | script RMS / 99.9 % | RMS | γ | lower γ | RMS ratio | γ/99.9 % | lower/99.9 % | judged "
-        "| γ before | γ/99.9 % before |"
+        "| log, joint | script RMS / 99.9 % | RMS | γ | RMS ratio | γ/99.9 % | judged | γ before | γ/99.9 % before |"
     )
-    yield "|---|---|---|---|---|---|---|---|---|---|---|"
+    yield "|---|---|---|---|---|---|---|---|---|"
     for log, both in found.items():
         its, old = both[setting], before.get(log, {}).get(setting, {}).get("joints", {})
         if "refused" in its:
-            yield f"| {log} | refused: {its['refused']} | | | | | | | | | |"
+            yield f"| {log} | refused: {its['refused']} | | | | | | | |"
             continue
         for joint, facts in its["joints"].items():
             if facts["moving"] <= _LEAST:
                 continue
-            over, sharp, lower = ratios(facts, setting)
+            over, sharp = ratios(facts, setting)
             was = old.get(joint, {})
             mine, key = ("audit_rms", "script") if setting == "whole" else ("ours_rms", "common")
             slow = f" ({_n(facts.get('ours_10hz_rms'))})" if mine == "ours_rms" and "ours_10hz_rms" in facts else ""
-            bars = ((over, MOST_RMS), (sharp, MOST_GAMMA), (lower, MOST_GAMMA))
+            bars = ((over, MOST_RMS), (sharp, MOST_GAMMA))
             marks = ["**" if x is not None and x > most else "" for x, most in bars]
             yield (
                 f"| {log}, {joint} | {_n(facts.get(key + '_rms'))} / {_n(facts.get(key + '_p999'))} "
-                f"| {_n(facts.get(mine))}{slow} | {_n(facts.get('gamma'))} | {_n(facts.get('lower'))} "
+                f"| {_n(facts.get(mine))}{slow} | {_n(facts.get('gamma'))} "
                 f"| {marks[0]}{_n(over)}{marks[0]} | {marks[1]}{_n(sharp)}{marks[1]} "
-                f"| {marks[2]}{_n(lower)}{marks[2]} | {_percent(facts.get('judged'))} "
+                f"| {_percent(facts.get('judged'))} "
                 f"| {_n(was.get('gamma'))} | {_n(ratios(was, setting)[1])} |"
             )
 

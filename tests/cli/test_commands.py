@@ -122,7 +122,7 @@ def test_flags_override_the_configuration(arm, collaudit) -> None:
     assert rule("--n", "11")["n"] == 11
     assert rule("--persistence-ms", "41")["n"] == 11
     assert rule("--watch", "joint2")["watch"] == ["joint2"]
-    assert rule("--set", "near_miss.amplitude=0.5")["near_miss_amplitude"] == 0.5
+    assert rule("--gamma", "30", "--set", "near_miss.amplitude=0.5")["near_miss_nm"]["joint1"] == 15.0
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,18 @@ def signals(residual: np.ndarray, state: State = State.JUDGED) -> Signals:
     zero = np.zeros_like(both)
     states = np.full(both.shape, state, dtype=np.int8)
     time_s = np.arange(residual.size) * 0.002
-    return Signals(time_s, ("a", "unwatched"), zero, zero, zero, zero, both, states, np.full(2, 4.0))
+    return Signals(
+        time_s,
+        ("a", "unwatched"),
+        zero,
+        zero,
+        zero,
+        zero,
+        both,
+        states,
+        np.full(both.shape, 4.0, np.float32),
+        np.full(2, 0.8),
+    )
 
 
 @pytest.mark.parametrize(("mean_nm", "said"), [(1.9, False), (2.1, True), (None, False)])

@@ -19,8 +19,8 @@ Fitted = Callable[[str], FrictionFile]
 def asking(friction: FrictionFile, gamma_nm: float) -> FrictionFile:
     """The friction file, with this threshold on every joint."""
     assert friction.thresholds is not None
-    level = ThresholdLevel(1, 0.002, gamma_nm, 0.01, (0.0, 1.0))
-    known = {joint: JointThreshold((level,), None, 1.0, 2.5, 1.0, 1.0, 1.0) for joint in friction.joints}
+    level = ThresholdLevel(1, 0.002, gamma_nm, 0.01, (0.0, 1.0), margin=1.2)
+    known = {joint: JointThreshold((level,), 1.0, 2.5, 1.0, 1.0, 1.0) for joint in friction.joints}
     return replace(friction, thresholds=replace(friction.thresholds, joints=known))
 
 

@@ -8,4 +8,4 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, merge_samples: int = 0) -> list[Event]:
     """Runs of at least n samples above gamma; arguments as of :func:`rule_events`."""
-    return rule_events(residual, evidence, gamma, n, 0.7, 0.5, merge_samples)[0]
+    return rule_events(residual, evidence, gamma, n, gamma, 0.5, merge_samples)[0]

@@ -36,11 +36,13 @@ def audit_of(
     gamma = np.broadcast_to(np.asarray(gamma_nm, dtype=float), (len(joints),)).copy()
     state = np.full(residual_nm.shape, State.JUDGED, dtype=np.int8)
     time_s = np.arange(residual_nm.shape[0]) * period_s
-    signals = Signals(time_s, joints, zeros, speed, residual_nm, zeros, residual_nm, state, gamma)
+    in_force = np.broadcast_to(gamma.astype(np.float32), state.shape)
+    signals = Signals(time_s, joints, zeros, speed, residual_nm, zeros, residual_nm, state, in_force, 0.2 * gamma)
     result = failed(5000).result
     rule = replace(
         result.rule,
         gamma_nm=dict(zip(joints, gamma.tolist(), strict=True)),
+        near_miss_nm=dict(zip(joints, (0.8 * gamma).tolist(), strict=True)),
         n=n,
         persistence_s=n * period_s,
         persistence_requested_ms=None,

@@ -68,6 +68,7 @@ def rename(audit: Audit, names: tuple[str, ...]) -> Audit:
             rule=replace(
                 result.rule,
                 gamma_nm={new[k]: v for k, v in result.rule.gamma_nm.items()},
+                near_miss_nm={new[k]: v for k, v in result.rule.near_miss_nm.items()},
                 watch=tuple(new[k] for k in result.rule.watch),
             ),
             residual={new[k]: v for k, v in result.residual.items()},
@@ -131,8 +132,11 @@ def failed(n: int = 100_000) -> Audit:
     for array in (position, velocity, residual, model):
         array[gap] = np.nan
     residual[:, 5] = np.nan
-    gamma = np.array([4.0, 4.0, 4.0, 2.5, 2.5, np.nan])
-    signals = Signals(time_s, JOINTS, position, velocity, model + residual, model, residual, state, gamma)
+    gamma = np.array([4.0, 4.0, 4.0, 2.5, 2.5, np.nan], np.float32)
+    in_force = np.broadcast_to(gamma, state.shape)
+    signals = Signals(
+        time_s, JOINTS, position, velocity, model + residual, model, residual, state, in_force, 0.2 * gamma
+    )
     return Audit(_result(signals), signals)
 
 
@@ -159,7 +163,8 @@ def not_judged(n: int = 5_000) -> Audit:
         residual_nm=np.full_like(audit.signals.residual_nm, np.nan),
         model_nm=np.full_like(audit.signals.model_nm, np.nan),
         state=np.full_like(audit.signals.state, State.NO_MODEL),
-        gamma_nm=np.full(len(JOINTS), np.nan),
+        gamma_nm=np.full(audit.signals.state.shape, np.nan, np.float32),
+        near_below_nm=np.full(len(JOINTS), np.nan),
     )
     nothing = ResidualStats(None, None, None, None, 0.0)
     finding = Finding("effort-unit-raw", "warning", "the effort of all 6 joints is in an unknown unit")
@@ -339,7 +344,7 @@ def _result(signals: Signals) -> AuditResult:
             persistence_s=0.026,
             persistence_requested_ms=25.0,
             watch=JOINTS[:5],
-            near_miss_amplitude=0.8,
+            near_miss_nm={"shoulder_pan": 3.2, "shoulder_lift": 3.2, "elbow": 3.2, "wrist_1": 2.0, "wrist_2": 2.0},
             near_miss_persistence=0.5,
         ),
         phases=(

@@ -255,7 +255,7 @@ def test_an_empty_log_does_not_break_the_page(failed: Audit) -> None:
     wide = np.empty((0, len(s.joint_names)))
     empty = replace(
         s, time_s=np.empty(0), position_rad=wide, velocity_rad_s=wide, measured_nm=wide, model_nm=wide,
-        residual_nm=wide, state=wide.astype(np.int8),
+        residual_nm=wide, state=wide.astype(np.int8), gamma_nm=wide.astype(np.float32),
     )  # fmt: skip
     result = replace(samples.not_judged().result, coverage=replace(failed.result.coverage, joints={}), phases=())
     assert "NOT JUDGED" in Page(html_text([Audit(result, empty)])).text

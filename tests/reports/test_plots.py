@@ -181,7 +181,7 @@ def test_contacts_at_the_ends_of_a_log_are_drawn(onset: float) -> None:
 def test_a_few_samples_are_enough(count: int) -> None:
     audit = samples.failed(2000)
     s = audit.signals
-    names = ("time_s", "position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "state")
+    names = ("time_s", "position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "state", "gamma_nm")
     short = replace(audit, signals=replace(s, **{name: getattr(s, name)[:count] for name in names}))
     assert "FAIL" in html_text([short])
     if count:
@@ -222,11 +222,11 @@ def test_paths_are_steps_between_rounded_points() -> None:
 def unpacked(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sample numbers, residual and state as the page's script reads them."""
     raw, n = zlib.decompress(b64decode(data["data"])), data["kept"]
-    planes = np.frombuffer(raw[: 10 * n], np.uint8).reshape(5, 2, n).astype(float)
+    planes = np.frombuffer(raw[: 12 * n], np.uint8).reshape(6, 2, n).astype(float)
     columns = planes[:, 0] + 256 * planes[:, 1]
     low, step = data["residual"]
     residual = np.where(columns[1] == UNKNOWN, np.nan, low + step * columns[1])
-    return np.cumsum(columns[0]).astype(int), residual, np.frombuffer(raw[10 * n :], np.uint8)
+    return np.cumsum(columns[0]).astype(int), residual, np.frombuffer(raw[12 * n :], np.uint8)
 
 
 def test_the_pages_own_data_are_the_signals_and_never_cross_gamma() -> None:

@@ -18,6 +18,7 @@ from collaudit.reports.files.run_files import open_run, read_run, write_run
 from collaudit.reports.plots.joint_trace import in_steps, in_steps_within, torque_step_nm
 
 GAMMA = 4.0
+LIMIT = np.full(9, GAMMA, np.float32)
 
 
 @pytest.fixture
@@ -28,11 +29,11 @@ def noise() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
 def test_a_step_is_below_a_thousandth_of_gamma_and_far_below_the_noise(
     noise: np.ndarray[tuple[int], np.dtype[np.float64]],
 ) -> None:
-    assert torque_step_nm(noise, GAMMA) == 2.0**-8
-    quiet = torque_step_nm(0.001 * noise, GAMMA)
+    assert torque_step_nm(noise, LIMIT) == 2.0**-8
+    quiet = torque_step_nm(0.001 * noise, LIMIT)
     assert 0.0 < quiet <= 0.0001 / 16 < 4.1 * quiet
-    assert torque_step_nm(noise, np.nan) == torque_step_nm(np.zeros(9), GAMMA) == 0.0
-    assert torque_step_nm(np.full(9, np.nan), GAMMA) == torque_step_nm(np.empty(0), GAMMA) == 0.0
+    assert torque_step_nm(noise, np.nan * LIMIT) == torque_step_nm(np.zeros(9), LIMIT) == 0.0
+    assert torque_step_nm(np.full(9, np.nan), LIMIT) == torque_step_nm(np.empty(0), LIMIT) == 0.0
 
 
 @given(
@@ -43,8 +44,10 @@ def test_a_step_is_below_a_thousandth_of_gamma_and_far_below_the_noise(
 def test_no_value_crosses_the_threshold(values: list[float], gamma: float, step: float) -> None:
     around = [gamma, np.nextafter(gamma, 0.0), np.nextafter(gamma, np.inf), gamma + step / 2, gamma - step / 2]
     x = np.array([*values, *around, *(-np.array(around)), np.nan])
-    stored = in_steps_within(x, step, gamma).astype(np.float64)
-    np.testing.assert_array_equal(np.abs(stored) > gamma, np.abs(x) > gamma)
+    limits = [np.full(x.size, level, np.float32) for level in (gamma, 0.8 * gamma)]
+    stored = in_steps_within(x, step, limits).astype(np.float64)
+    for limit in limits:
+        np.testing.assert_array_equal(np.abs(stored) > limit, np.abs(x) > limit)
     np.testing.assert_allclose(stored, x, rtol=2e-7, atol=step + 1e-30)
     plain = in_steps(x, step)
     if step:
@@ -74,7 +77,7 @@ def test_the_file_states_its_steps_and_keeps_to_them(
     shape = audit.signals.residual_nm.shape
     residual = np.array(np.broadcast_to(noise[:, None], shape))
     residual[7] = GAMMA + 1e-9
-    gamma = np.full(shape[1], GAMMA)
+    gamma = np.full(shape, GAMMA, np.float32)
     signals = replace(audit.signals, residual_nm=residual, gamma_nm=gamma, wrench=np.full((5000, 6), 0.12345))
     write_run(tmp_path, replace(audit, signals=signals), None)
     meta = json.loads(pq.read_schema(tmp_path / "signals.parquet").metadata[b"collaudit"])

@@ -10,9 +10,9 @@ from arms import LEVEL, dh_robot, dh_row
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.sensitivity_result import NoticedForce
+from collaudit.core.robot.arm_places import RequiredForce, arm_places, directions
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import RequiredForce, arm_places, directions
 from collaudit.core.verdict.noticed_push import Moments, level_at, longest_unseen, noticed_forces
 
 K = 100

@@ -30,7 +30,8 @@
     const n = joint.kept, [column, scaled, all] = await columns(joint);
     let at = 0;
     const x = column(0).map((step) => joint.start + (at += step) * joint.period);
-    const residual = scaled(1, joint.residual), of = (kind) => residual.map((v, i) => all.getUint8(10 * n + i) === kind ? v : null);
+    const residual = scaled(1, joint.residual), of = (kind) => residual.map((v, i) => all.getUint8(12 * n + i) === kind ? v : null);
+    joint.level = scaled(5, joint.gamma);
     return { residual: [x, of(0), of(1), of(2)], torque: [x, scaled(2, joint.torque), scaled(3, joint.torque), scaled(4, joint.torque)] };
   }
 
@@ -50,7 +51,7 @@
       : [line("measured", "--ink", 1.2), line("model, least", "--model", 1.2, [5, 3]), line("model, most", "--model", 1.2, [5, 3])];
     const axis = { stroke: () => css("--ink"), grid: { stroke: () => css("--grid"), width: 1 }, ticks: { stroke: () => css("--edge"), width: 1 } };
     const bands = mode === "torque" ? [{ series: [3, 2], fill: () => css("--model-range") }] : [];
-    const reach = mode === "residual" && joint.gamma !== null ? 1.15 * joint.gamma : 0;
+    const reach = mode === "residual" ? 1.15 * Math.max(0, ...joint.level.filter((v) => v !== null)) : 0;
     const range = (u, low, high) => low === null ? [-1, 1] : [Math.min(low, -reach), Math.max(high, reach)];
     return {
       width, height: last ? 76 : 54, bands, legend: { show: false },
@@ -60,13 +61,14 @@
       series: [{ label: "s", value: (u, v) => v == null ? "–" : v.toFixed(4) }, ...series],
       hooks: {
         setCursor: [(u) => log.tell(u, joint)],
-        draw: [(u) => { if (mode === "residual" && joint.gamma !== null) threshold(u, joint.gamma); }],
+        draw: [(u) => { if (mode === "residual") threshold(u, joint.level); }],
         setScale: [(u, key) => { if (key === "x" && !log.busy) log.show(u.scales.x.min, u.scales.x.max); }],
       },
     };
   }
 
-  function threshold(u, gamma) {
+  // Both sides of the threshold in force.
+  function threshold(u, level) {
     const ctx = u.ctx;
     ctx.save();
     ctx.beginPath();
@@ -74,11 +76,10 @@
     ctx.clip();
     ctx.strokeStyle = css("--fail");
     ctx.setLineDash([7, 4]);
-    for (const level of [gamma, -gamma]) {
-      const y = u.valToPos(level, "y", true);
+    const [x, at] = [u.data[0], (sign, i) => u.valToPos(sign * level[i], "y", true)];
+    for (const sign of [1, -1]) {
       ctx.beginPath();
-      ctx.moveTo(u.bbox.left, y);
-      ctx.lineTo(u.bbox.left + u.bbox.width, y);
+      x.forEach((time, i) => { if (level[i] !== null) ctx.lineTo(u.valToPos(time, "x", true), at(sign, i)); });
       ctx.stroke();
     }
     ctx.restore();

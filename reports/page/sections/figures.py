@@ -117,7 +117,6 @@ def _of_joint(
             "unit": unit,
             "count": len(trace.time_s),
             **packed(trace, kept),
-            "gamma": trace.gamma_nm if np.isfinite(trace.gamma_nm) else None,
             "start": float(trace.time_s[0]),
             "period": trace.period_s,
         }
@@ -243,12 +242,7 @@ def _drawn_contact(
     highest = max(alarms, key=height, default=None)
     worst = "" if highest is None else highest.joint
     label = visible(f"Contact {number}: residual of all joints over γ, measured and modelled torque of {worst}")
-    rule = result.rule
-    lower = [
-        rule.lasting_nm[a.joint] / rule.gamma_nm[a.joint] for a in alarms if a.lasting and a.joint in rule.lasting_nm
-    ]
-    least = min(lower, default=1.0)
-    return draw_contact(windows, contact, worst, torque_unit(result, worst), force, name, label, least)
+    return draw_contact(windows, contact, worst, torque_unit(result, worst), force, name, label)
 
 
 def _drawn_pose(contact: Contact, result: AuditResult, name: str) -> Markup | None:

@@ -162,20 +162,31 @@ def asked_forces(
         refuse_unknown(policy.observable_n, names, problem, "[policy] observable_n")
     out = {}
     for place in places:
-        stated = policy.observable_n.get(place.name, policy.observable_n.get(place.kind))
-        if stated is not None:
-            out[place.name] = RequiredForce(stated, "stated")
-        elif place.kind in DEFAULT_N:
-            out[place.name] = _default(robot, place, position_rad, limit_nm)
+        strength = exerted_force(robot, place, position_rad, limit_nm) if place.kind in DEFAULT_N else None
+        needed = required_force(policy, place.name, strength)
+        if needed is not None:
+            out[place.name] = needed
     return out
 
 
-def _default(robot: RobotModel, place: Place, position_rad: FloatArray, limit_nm: FloatArray) -> RequiredForce:
-    usual = DEFAULT_N[place.kind]
-    strength = exerted_force(robot, place, position_rad, limit_nm)
-    if strength is None or _OF_STRENGTH * strength >= usual:
+def required_force(policy: PolicyConfig, place: str, exerted_n: float | None) -> RequiredForce | None:
+    """The force asked for at one place; None where none is.
+
+    Args:
+        policy: what is stated.
+        place: its name.
+        exerted_n: of :func:`exerted_force`.
+    """
+    kind = kind_of_place(place)
+    stated = policy.observable_n.get(place, policy.observable_n.get(kind))
+    if stated is not None:
+        return RequiredForce(stated, "stated")
+    usual = DEFAULT_N.get(kind)
+    if usual is None:
+        return None
+    if exerted_n is None or _OF_STRENGTH * exerted_n >= usual:
         return RequiredForce(usual, "default")
-    return RequiredForce(_rounded_down(_OF_STRENGTH * strength), "arm-limits")
+    return RequiredForce(_rounded_down(_OF_STRENGTH * exerted_n), "arm-limits")
 
 
 def exerted_force(robot: RobotModel, place: Place, position_rad: FloatArray, limit_nm: FloatArray) -> float | None:

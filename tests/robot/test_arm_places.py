@@ -12,9 +12,9 @@ from arms import LEVEL, dh_robot, dh_row
 
 from collaudit.core.config.schema import Config, PolicyConfig, RobotConfig
 from collaudit.core.errors import ConfigError
+from collaudit.core.robot.arm_places import Place, arm_places, asked_forces, exerted_force
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.arm_places import Place, arm_places, asked_forces, exerted_force
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 

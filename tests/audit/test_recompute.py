@@ -1,0 +1,56 @@
+"""What is printed is what was applied: every event of a run follows again from its files, by the code of the page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from origins import NOBODY
+
+from collaudit.core.api import prepare
+from collaudit.core.audit import audit_log
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.fixtures.simulation import SimulatedFiles
+from collaudit.reports.files.run_files import write_run
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
+Made = Callable[..., SimulatedFiles]
+
+
+def of_the_page() -> Callable[[Path], tuple[Any, list[tuple[float, str]], Any]]:
+    """``recomputed`` as docs/python.md has it."""
+    (block,) = re.findall(r"```python\n(import json\n.*?)\n\nfound,", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(block, str(PAGE), "exec"), names)
+    return names["recomputed"]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "gamma_nm"),
+    [("free-hits", "auto"), ("free-hits", "sharpest"), ("free-hits", 4.0), ("polish-const", 4.0), ("stop-go", "auto")],
+)
+def test_every_event_follows_from_the_files_of_its_run(
+    made: Made, friction_of: Callable[[str], FrictionFile], tmp_path: Path, scenario: str, gamma_nm: str | float
+) -> None:
+    files = made(scenario, "paper6")
+    settings = load_config(files.config, {"detect.gamma_nm": gamma_nm, "near_miss.amplitude": 0.5})
+    friction = friction_of("paper6")
+    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY)
+    write_run(tmp_path, audit, friction)
+    alarms, near_misses, contacts = of_the_page()(tmp_path)
+    result, period = audit.result, audit.result.log.sample_period_s
+    again = sorted(alarms.itertuples(index=False, name=None))
+    ours = sorted((c.onset_s, c.onset_s + c.duration_s, c.joint) for c in result.collisions)
+    assert [(onset, joint) for onset, _, joint in again] == [(onset, joint) for onset, _, joint in ours]
+    assert [end for _, end, _ in again] == pytest.approx([end for _, end, _ in ours], abs=1e-3 * period)
+    assert sorted(near_misses) == sorted((m.onset_s, m.joint) for m in result.near_misses)
+    assert contacts.onset_s.tolist() == [c.onset_s for c in result.contacts]
+    assert [set(c.joints) for c in result.contacts] == contacts.joint.tolist()
+    assert result.collisions or scenario == "stop-go"
+    assert all(m.ratio < 1.0 for m in result.near_misses)
+    for event in result.collisions:
+        assert abs(event.peak_nm) > event.gamma_nm >= result.rule.gamma_nm[event.joint] * (1 - 1e-6)

@@ -47,6 +47,11 @@ def measure_coverage(
     return Coverage(recorded * series.period_s, gaps_s, joints, missing * series.period_s)
 
 
+def too_much_lost(coverage: Coverage, min_coverage: float) -> bool:
+    """Whether more of the log is lost than a policy allows; it asks for this share, 0 to 1."""
+    return coverage.lost_s > (1.0 - min_coverage) * coverage.whole_s
+
+
 def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, watch: Watch) -> JointCoverage:
     period = series.period_s
     starts, stops = equal_runs(state)

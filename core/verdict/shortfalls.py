@@ -15,7 +15,7 @@ from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
 from collaudit.core.numeric.runs import lowest_in_row
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.coverage import seconds_text
+from collaudit.core.verdict.coverage import seconds_text, too_much_lost
 from collaudit.core.verdict.noticed_words import asked_places, force_text, place_text, time_text, too_insensitive
 from collaudit.core.verdict.sensitivity import BRIEF_S
 
@@ -49,17 +49,20 @@ def shortfalls(
     if not sensitivity.push_alarms:
         return (_finding(_too_short(policy, inputs.rule)),)
     out = []
-    lost = _lost_s(coverage)
+    lost, too_much = _lost_s(coverage), too_much_lost(coverage, policy.min_coverage)  # which says it for every joint
     for joint, s in sensitivity.joints.items():
         if joint in inputs.not_judged:
             continue
         not_judged_s = coverage.joints[joint].not_judged_s | lost
-        text = _undetermined(policy, joint, s, not_judged_s) or _unnoticed(policy, joint, s, not_judged_s)
+        text = None if too_much else _undetermined(policy, joint, s, not_judged_s)
+        text = text or _unnoticed(policy, joint, s, not_judged_s)
         if text is not None:
             out.append(_finding(text_in_joint_units(text, joint, sliding), joint))
     if inputs.not_judged:
         return tuple(out)
-    arm = _of_arm(policy, sensitivity, inputs.rule, sliding, choice) or (None if out else _lost(sensitivity, coverage))
+    arm = _of_arm(policy, sensitivity, inputs.rule, sliding, choice) or (
+        None if out or too_much else _lost(sensitivity, coverage)
+    )
     return (*out,) if arm is None else (_finding(arm), *out)
 
 

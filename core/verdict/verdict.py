@@ -18,7 +18,7 @@ from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import reason_text
 from collaudit.core.findings import Finding, without_errors_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.coverage import by_joint, seconds_text
+from collaudit.core.verdict.coverage import by_joint, seconds_text, too_much_lost
 from collaudit.core.verdict.further_limits import LimitReasons
 from collaudit.core.verdict.noticed_words import noticed_sentence
 
@@ -110,7 +110,7 @@ def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     """Why the log cannot pass, whatever happened in it: findings that forbid it, then what the policy lacks."""
     coverage = evidence.coverage
     reasons = [*_texts([f for f in evidence.findings if f.forbids_pass]), *evidence.limits.unknown]
-    if coverage.lost_s > (1.0 - policy.min_coverage) * coverage.whole_s:
+    if too_much_lost(coverage, policy.min_coverage):
         lack = " or lack a value of a watched joint" if coverage.missing_s > 0 else ""
         reasons.append(
             f"{seconds_text(coverage.lost_s)} of {seconds_text(coverage.whole_s)} lie in gaps of the log{lack} "

@@ -143,10 +143,16 @@ def missing() -> Iterator[LogFault]:
             value[np.ix_(rows, columns_of(log, who))] = np.nan
         return with_values(log, **values)
 
-    signals = {"positions": ("position_rad",), "velocities": ("velocity_rad_s",), "efforts": ("effort",)}
-    for words, fields in (*signals.items(), ("cells", _FIELDS)):
-        for who in ("one", "all"):
-            for where in ("1 s over the push", "88 % of the log", "every other row"):
-                change = partial(lost, fields=fields, who=who, where=where)
-                blinds = "effort" in fields and who == "all" and where != "every other row"
-                yield LogFault("missing values", f"{words} of {who}, {where}", change, blinds=blinds)
+    push, most, other = "1 s over the push", "88 % of the log", "every other row"
+    for words, fields, who, places in (
+        ("positions", ("position_rad",), "one", (push, most)),
+        ("positions", ("position_rad",), "all", (most, other)),
+        ("velocities", ("velocity_rad_s",), "one", (most,)),
+        ("velocities", ("velocity_rad_s",), "all", (most, other)),
+        ("efforts", ("effort",), "one", (push, most, other)),
+        ("efforts", ("effort",), "all", (most, other)),
+    ):
+        for where in places:
+            change = partial(lost, fields=fields, who=who, where=where)
+            blinds = words == "efforts" and who == "all" and where == most
+            yield LogFault("missing values", f"{words} of {who}, {where}", change, blinds=blinds)

@@ -12,10 +12,9 @@ from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, FrictionFile, PolicyLimits, Provenance
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
-from collaudit.core.detection.judgement import CHECKS, OnSignals, judge
+from collaudit.core.detection.judgement import OnSignals, judge
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction
-from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.policy.contact_states import Precedents, with_states
 from collaudit.core.prepare.calibration import Calibration
@@ -54,7 +53,7 @@ def audit_log(
         provenance: versions and hashes.
         truth: known events to score the detection against, if any.
         progress: called with steps done and in all.
-        on_signals: called with the signals and the log's hash while the rest is still judged.
+        on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
 
     Raises:
@@ -77,7 +76,6 @@ def audit_log(
     )
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
-    checked = [finding for found in ordered_map(lambda check: list(check(judged)), CHECKS) for finding in found]
     step(6, 10)
     contacts = find_contacts(prepared, run, config)
     arm = arm_geometry(prepared, config.robot.tool.frame)
@@ -106,7 +104,7 @@ def audit_log(
             *asked_findings(prepared, config, applied.findings),
             *about_axes,
             *judged.choices,
-            *checked,
+            *judged.checked,
             *at_rest,
             *short,
             *beyond,

@@ -18,6 +18,8 @@ from collaudit.core.numeric.filters import SETTLED_PERIODS
 #: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
 #: friction is not that of sliding, and the same position twice is no surprise.
 MOVING_RAD_S = 0.02
+#: Less than any channel resolves, in any unit of an effort: values that differ by less are memory that nobody filled.
+LEAST_EFFORT_CHANGE = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)

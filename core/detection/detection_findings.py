@@ -32,6 +32,9 @@ _LISTED_CUTS = 50
 _FAR_AT_EDGE, _FEWEST_AT_EDGE = 2.0, 3
 #: A model that leaves this share of the torque's spread in so much motion, s, explains nothing.
 _NO_GAIN, _NO_GAIN_S = 0.9, 5.0
+#: A residual that spreads this many times as far as the measured torque is that of an effort that shows neither model
+#: nor friction.
+_SHOWS_NEITHER = 3.0
 #: A residual so many times that of the fitted logs is that of another arm, tool or sensor. Between real recordings of
 #: one arm it grew by up to 1.9 times, and 2.8 times on an axis with a counterbalance; simulated, 2.6 times with
 #: friction of another temperature, 2 to 4 times with another filter of the effort, and 16 times with another arm.
@@ -233,7 +236,10 @@ def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, flo
 
 
 def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
-    """Watched joints whose residual in motion spreads as much as their measured torque does.
+    """Watched joints whose residual in motion spreads as much as their measured torque does, or several times as much.
+
+    Contact adds to both alike. A residual of three times the measured torque is one of which model and friction alone
+    make at least twice the torque that was measured.
 
     Args:
         prepared: the log and its model.
@@ -261,7 +267,10 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
             f"Subtracting model and friction does not reduce the torque of joint '{joint}': in motion the "
             f"residual spreads by {after:.3g} N·m (standard deviation), the measured torque by {before:.3g} N·m."
         )
-        return Finding("model-no-gain", "warning", text, joint=joint)
+        if after <= _SHOWS_NEITHER * before:
+            return Finding("model-no-gain", "warning", text, joint=joint)
+        text += " Its effort shows neither: nothing is judged by it."
+        return Finding("model-no-gain", "error", text, joint=joint)
 
     found = by_name(of_joint, [joint for joint in inputs.rule.watch if joint in inputs.laws])
     return [finding for finding in found.values() if finding is not None]

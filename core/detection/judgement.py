@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,7 +44,7 @@ from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
 from collaudit.core.identification.contact_mask import find_contact
-from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.parallel import by_name, ordered_map
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
@@ -72,6 +72,7 @@ class Judged:
         stats: level of the residual by joint.
         facts: of the detection; contacts, controller alarms and scores come later.
         rest_steps: steps of standing joints.
+        checked: what the checks say of it.
     """
 
     prepared: Prepared
@@ -87,6 +88,7 @@ class Judged:
     stats: dict[str, ResidualStats]
     facts: DetectionFacts
     rest_steps: tuple[RestStep, ...]
+    checked: tuple[Finding, ...] = ()
 
 
 #: Every check of a judged log, in the order in which it is said.
@@ -135,14 +137,17 @@ def judge(
     on_signals: OnSignals | None,
     step: Progress,
 ) -> Judged:
-    """Rule, residual and alarms of one log.
+    """Rule, residual and alarms of one log, and what the checks say of it.
+
+    Of a joint that a finding excludes nothing is judged, neither pass nor fail: where a check of what was judged finds
+    such a joint, the log is judged without it.
 
     Args:
         prepared: the log.
         applied: its friction laws, which tell what its drives supply.
         config: thresholds, persistence, watched joints.
         thresholds: of the friction file, for "auto".
-        on_signals: called with the signals and the log's hash while the rest is still judged.
+        on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         step: called with steps done and in all.
 
     Raises:
@@ -156,33 +161,43 @@ def judge(
     config, motion, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
     rule, watch = make_rule(series, prepared.phases, config, motion)
     check_persistence(series, rule.n)
-    forbidden = joints_not_judged(prepared.findings, prepared.judged)
+    forbidden = joints_not_judged((*prepared.findings, *choices), prepared.judged)
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet, covered=motion.known)
-    run = run_detector(prepared, inputs, config)
-    step(4, 10)
-    signals = judged_signals(series, run, rule)
-    facts = _facts(prepared, run, inputs, config)
+
+    def run_with(inputs: DetectionInputs) -> Judged:
+        run = run_detector(prepared, inputs, config)
+        signals = judged_signals(series, run, rule)
+        judged = Judged(
+            prepared=prepared,
+            series=series,
+            config=config,
+            applied=applied,
+            thresholds=thresholds,
+            automatic=automatic,
+            choices=tuple(choices),
+            inputs=inputs,
+            run=run,
+            signals=signals,
+            stats=by_name(
+                lambda joint: _residual_stats(series, signals, run.detected.collisions, joint),
+                series.joint_names,
+            ),
+            facts=_facts(prepared, run, inputs, config),
+            rest_steps=rest_steps(prepared, run, inputs),
+        )
+        found = ordered_map(lambda check: list(check(judged)), CHECKS)
+        return replace(judged, checked=tuple(finding for its in found for finding in its))
+
+    judged = run_with(inputs)
     step(7, 10)
+    excluded = joints_not_judged(judged.checked, prepared.judged) - forbidden
+    if excluded:
+        why = [finding for finding in judged.checked if joints_not_judged([finding], excluded)]
+        judged = run_with(replace(inputs, not_judged=forbidden | excluded))
+        judged = replace(judged, checked=tuple(dict.fromkeys((*why, *judged.checked))))
     if on_signals is not None:
-        on_signals(signals, series.source.sha256)
-    return Judged(
-        prepared=prepared,
-        series=series,
-        config=config,
-        applied=applied,
-        thresholds=thresholds,
-        automatic=automatic,
-        choices=tuple(choices),
-        inputs=inputs,
-        run=run,
-        signals=signals,
-        stats=by_name(
-            lambda joint: _residual_stats(series, signals, run.detected.collisions, joint),
-            series.joint_names,
-        ),
-        facts=facts,
-        rest_steps=rest_steps(prepared, run, inputs),
-    )
+        on_signals(judged.signals, series.source.sha256)
+    return judged
 
 
 def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> DetectionFacts:

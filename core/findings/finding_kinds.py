@@ -300,14 +300,14 @@ KINDS: dict[str, Kind] = {
         "A joint's effort and the model's torque differ in scale by more than a measured torque may be wrong: contact "
         "torques are not as large as they appear, or the model's masses are wrong.",
         'Check the unit in [log.units] and the payload in [robot.tool], or fit with [fit] estimate = ["gain"].',
-        {"warning": "excludes-and-doubts"},
+        {"warning": "excludes-and-doubts", "error": "not-judged-joint"},
         setting="log.units",
     ),
     "effort-scale": Kind(
         "Effort and the model's torque differ in scale on several joints: the effort is no torque in N·m, or the model "
         "is wrong.",
         "State what the effort is in [log.units], with torque constants; or check model, tool and mounting in [robot].",
-        _SPAN,
+        _LOG,
         setting="log.units",
     ),
     "effort-kind": Kind(
@@ -376,9 +376,11 @@ KINDS: dict[str, Kind] = {
         _LOG,
     ),
     "model-approximate": Kind(
-        "A property of the model was left out or simplified.",
-        "Complete the robot's description if the torque matters.",
-        _EITHER,
+        "A property of the model was left out or simplified. Of joints that carry a link without mass (error) no "
+        "torque is known.",
+        "Complete the robot's description if the torque matters. State 1e-9 kg of a link that has no mass in truth; or "
+        'fit it: [fit] estimate = ["friction", "inertials"].',
+        {"info": "none", "warning": "none", "error": "not-judged-joint"},
     ),
     "identified-doubtful": Kind(
         "What was identified does not hold: held-out data are explained worse than by the robot's description, no body "
@@ -393,9 +395,10 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "model-no-gain": Kind(
-        "Subtracting model and friction does not make a joint's torque smaller.",
+        "Subtracting model and friction does not make a joint's torque smaller (warning), or makes it several times as "
+        "large (error): the effort shows neither.",
         "Check sign and gain of the effort, its delay and smoothing, inertials and tool, and the filter's bandwidth.",
-        _DOUBTS,
+        {"warning": "doubts-alarms", "error": "not-judged-joint"},
     ),
     "gamma-missing": Kind(
         'gamma_nm = "auto", and the friction file has no threshold for a joint.',

@@ -10,7 +10,7 @@ the effort, so that what remains is a joint's own, whatever detector or fit foll
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from collaudit.core.data.identification_result import ChannelFacts, CoupledFrict
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
+from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
@@ -125,6 +126,27 @@ def spring_findings(series: UniformSeries, identified: Identified | None) -> lis
             )
             found.append(Finding("evidence-range", "warning", text, joint=name))
     return found
+
+
+def weightless_findings(robot: RobotModel, identified: Identified | None, judged: Collection[str]) -> list[Finding]:
+    """Joints that carry a link whose mass the description does not state; warnings where a fit has found the masses."""
+    severity: Severity = "warning" if identified is not None and identified.masses else "error"
+    lacking: dict[str, list[str]] = {}
+    for link in robot.weightless:
+        for joint in link.carried_by:
+            lacking.setdefault(joint, []).append(f"'{link.joint}'")
+    known = "; a fit has found it." if severity == "warning" else ", so its model torque is not known."
+    return [
+        Finding(
+            "model-approximate",
+            severity,
+            f"Joint '{joint}' carries a link without mass in the description (moved by {', '.join(links)}){known}",
+            where="robot",
+            joint=joint,
+        )
+        for joint, links in lacking.items()
+        if joint in judged
+    ]
 
 
 def calibrated_robot(

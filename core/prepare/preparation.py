@@ -24,6 +24,7 @@ from collaudit.core.prepare.calibration import (
     calibrated_series,
     missing_sensor_findings,
     spring_findings,
+    weightless_findings,
 )
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
@@ -166,6 +167,7 @@ def modelled(
     series = without_states(series, not_driven)
     findings += [*switched, *about_states, *raw_effort_findings(series)]
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
+    scale += weightless_findings(start.robot, calibration.identified, start.judged)
     checks = _EffortChecks()
     if rigid is not None and series.effort is not None:
         checks = _effort_checks(start, series, robot, rigid, contact, calibration, config)

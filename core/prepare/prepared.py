@@ -64,7 +64,7 @@ class Prepared(shown.Showing):
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
         quiet: joints whose model torque is used without the bands that are noise.
-        scale: those of the findings that are on the size of the effort against the model.
+        scale: those of the findings that are on the size of the effort against the model, or on its masses.
         effort_smoothing: by joint how far the effort is smoothed over time; empty where no motion tells.
         upright: joints whose friction clearly takes power with their effort's sign as it is.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.

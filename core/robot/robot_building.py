@@ -18,7 +18,7 @@ from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
 from collaudit.core.robot.robot_description import Description, describe_robot, dh_names, joint_values, unknown_name
-from collaudit.core.robot.robot_model import RobotModel, Tool
+from collaudit.core.robot.robot_model import RobotModel, Tool, Weightless
 from collaudit.core.robot.urdf_file import JointFacts
 from collaudit.core.vendors.joint_words import GRIPPER
 
@@ -97,7 +97,14 @@ def _model(
         bodies=model,
         expansion=frozen(expansion),
         offset=frozen(offset),
+        weightless=_weightless(model, names) if has_inertials else (),
     )
+
+
+def _weightless(model: PinocchioModel, names: Sequence[str]) -> tuple[Weightless, ...]:
+    """Links of the log's joints that have no mass, after the tool was added, with the joints that carry them."""
+    empty = [name for name, mass, _ in model.bodies() if mass <= 0.0 and name in names]
+    return tuple(Weightless(name, tuple(joint for joint in model.path(name) if joint in names)) for name in empty)
 
 
 def _check_parked(config: RobotConfig, description: Description, moving: Set[str]) -> None:
@@ -196,18 +203,15 @@ def _inertial_findings(description: Description, model: PinocchioModel) -> tuple
     where = description.where
     parts = model.bodies()
     links = {joint.name: joint.link for joint in description.joints}
-    empty = [name for name, mass, _ in parts if mass <= 0.0]
-    if len(empty) == len(parts):
+    if all(mass <= 0.0 for _, mass, _ in parts):
         text = (
             "No link of the robot has a mass: no model torque can be computed, and nothing is judged. Friction can be "
             "fitted from pairs of directions only."
         )
         return False, (Finding("model-no-inertials", "warning", text, where=where),)
-    named = ", ".join(f"{links[name]} (moved by {name})" for name in empty)
     odd = [links[name] for name, mass, inertia in parts if mass > 0.0 and not _possible(inertia)]
     points = [f"link{i}" for i, row in enumerate(description.rows, 1) if row.mass_kg and not row.inertia_kg_m2]
     limits: list[tuple[list[str], Severity, str]] = [
-        (empty, "warning", f"Links without mass are taken as weightless: {named}."),
         (odd, "warning", f"No rigid body has the inertia given for: {', '.join(odd)}; it is used as it stands."),
         (points, "info", f"Links without inertia_kg_m2 are taken as point masses: {', '.join(points)}."),
     ]

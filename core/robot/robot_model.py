@@ -27,6 +27,14 @@ class Tool:
     com_m: tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Weightless:
+    """A link that the description gives no mass: the joint that moves it, and all that carry it, itself included."""
+
+    joint: str
+    carried_by: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotModel:
     """A rigid-body model in the joints of a log.
@@ -46,6 +54,7 @@ class RobotModel:
         bodies: the rigid bodies, None without a description.
         expansion: (k, j) model joint positions = expansion @ positions + offset (order, mimicking joints).
         offset: (k,) rad or m.
+        weightless: links without a mass.
     """
 
     joint_names: tuple[str, ...]
@@ -62,6 +71,7 @@ class RobotModel:
     bodies: PinocchioModel | None
     expansion: FloatArray
     offset: FloatArray
+    weightless: tuple[Weightless, ...] = ()
 
     @property
     def frame_names(self) -> tuple[str, ...]:

@@ -41,9 +41,10 @@ def test_an_audit_states_the_unit_of_each_joint() -> None:
     t = PERIOD * np.arange(6000)
     q = np.stack([0.2 * np.sin(t), 0.4 * np.sin(0.7 * t)], axis=1)
     v = np.gradient(q, PERIOD, axis=0)
-    effort = 20.0 * np.sign(v) + np.random.default_rng(0).normal(0.0, 0.3, v.shape)
+    robot = build_robot(config.robot, Path(), ("joint1", "joint2"))
+    effort = robot.inverse_dynamics(q, v, np.gradient(v, PERIOD, axis=0)) + 20.0 * np.sign(v)
+    effort += np.random.default_rng(0).normal(0.0, 0.3, v.shape)
     log = make_log(t, q, v, effort, ("joint1", "joint2"))
-    robot = build_robot(config.robot, Path(), log.joint_names)
     result = audit_log(prepare(log, robot, config), config, None, NOBODY).result
     assert result.log.units == {"joint1": "N", "joint2": "N·m"}
     assert not [f for f in result.findings if f.joint == "joint1" and ("N·m" in f.text or "rad" in f.text)]

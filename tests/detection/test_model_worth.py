@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from synthetic import lugre, make_log
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_logs
@@ -62,22 +63,47 @@ def friction() -> FrictionFile:
     return fit_logs([prepare(log_of(), build_robot(cfg.robot, Path(), NAMES), cfg)], cfg, NOBODY)
 
 
+def judged(log: JointLog, friction: FrictionFile, robot: dict[str, Any] = ROBOT, **detect: Any) -> AuditResult:
+    cfg = Config.of({"robot": robot, "log": STATED, "detect": detect})
+    return audit_log(prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY).result
+
+
 def said(friction: FrictionFile, **wrong: Any) -> dict[str | None, Finding]:
-    cfg = config()
-    found = audit_log(
-        prepare(log_of(**wrong), build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY
-    ).result
-    return {f.joint: f for f in found.findings if f.code == "model-no-gain"}
+    return {f.joint: f for f in judged(log_of(**wrong), friction).findings if f.code == "model-no-gain"}
 
 
 def test_a_good_model_is_not_mentioned(friction: FrictionFile) -> None:
     assert not said(friction)
 
 
-@pytest.mark.parametrize("factor", [0.1, -1.0], ids=["gain", "sign"])
-def test_a_wrong_gain_or_sign_casts_doubt_on_alarms(friction: FrictionFile, factor: float) -> None:
-    assert said(friction, factor=factor)["joint1"].effect == "doubts-alarms"
+def test_a_wrong_sign_casts_doubt_on_alarms(friction: FrictionFile) -> None:
+    assert said(friction, factor=-1.0)["joint1"].effect == "doubts-alarms"
+
+
+def test_efforts_in_another_scale_are_not_judged(friction: FrictionFile) -> None:
+    found = judged(log_of(factor=0.1), friction, gamma_nm=0.5)
+    assert (found.verdict, found.contacts) == ("not_judged", ())
+
+
+LIGHT = dh_robot([dh_row(1e-3, (0, 0, 0), (0, 0, 1e-6), a=0.4), dh_row(1e-3, (0, 0, 0), (0, 0, 1e-6), a=0.3)], **LEVEL)
+
+
+@pytest.mark.parametrize("pushed", [False, True], ids=["clean", "pushed"])
+def test_an_effort_without_friction_is_not_judged_and_pushes_on_the_other_joint_fail(
+    friction: FrictionFile, pushed: bool
+) -> None:
+    """No torque of this model loads the joints, and their efforts hold friction: that of joint1 is noise."""
+    log = log_of(factor=0.0)
+    effort = np.array(log.effort)
+    effort[:, 0] = np.random.default_rng(2).normal(0, 0.02, len(effort))
+    if pushed:
+        effort[20_000:20_500, 1] += 5.0
+    found = judged(replace(log, effort=effort), friction, LIGHT, gamma_nm=1.0, persistence_ms=25.0)
+    assert {f.joint: f.effect for f in found.findings if f.code == "model-no-gain"} == {"joint1": "not-judged-joint"}
+    assert found.verdict == ("fail" if pushed else "not_judged")
+    assert {joint for contact in found.contacts for joint in contact.joints} == ({"joint2"} if pushed else set())
+    assert found.residual["joint1"].judged_s == 0.0
 
 
 def test_noise_of_the_acceleration_casts_doubt_on_alarms(friction: FrictionFile) -> None:
-    assert said(friction, period=0.01, noise_rad=0.02)["joint1"].effect == "doubts-alarms"
+    assert said(friction, period=0.01, noise_rad=0.01)["joint1"].effect == "doubts-alarms"

@@ -23,7 +23,7 @@ from collaudit.core.conditioning.measured.calm_stretches import (
 from collaudit.core.conditioning.measured.doubled_samples import frozen_spans, repeated_rows, repeated_rows_of_all
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.channel_noise import bend_of, noise_of
@@ -278,8 +278,10 @@ def _constant(effort: FloatArray, velocity: FloatArray, joint: str) -> list[Find
     known = effort if np.isfinite(effort.sum()) else effort[np.isfinite(effort)]
     if known.size == 0:
         return [Finding("log-effort-missing", "error", f"Joint '{joint}' has no effort values.", joint=joint)]
-    first = known[0]
-    if (known != first).any() or not np.nanmax(np.abs(velocity), initial=0.0) > MOVING_RAD_S:
+    lowest, highest = float(known.min()), float(known.max())
+    if highest - lowest > LEAST_EFFORT_CHANGE or not np.nanmax(np.abs(velocity), initial=0.0) > MOVING_RAD_S:
         return []
-    text = f"The effort of joint '{joint}' is {first + 0.0:g} all the time although the joint moves."
+    text = f"The effort of joint '{joint}' is {known[0] + 0.0:g} all the time although the joint moves."
+    if highest > lowest:
+        text = f"The effort of joint '{joint}' is no measurement: all its values lie within {highest - lowest:.2g}."
     return [Finding("log-effort-missing", "error", text, joint=joint)]

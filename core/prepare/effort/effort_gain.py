@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -23,6 +23,9 @@ _LEAST_TRAVEL_RAD = 0.05
 ACCURATE_GAIN = (0.9, 1.1)
 #: Beyond this it is of another unit than N·m.
 PLAUSIBLE_GAIN = (0.5, 2.0)
+#: An effort that shows less of the model's torque shows none of it: springs that carry an arm leave more to its drives
+#: (0.2 and more of gravity, on arms with a counterbalance), and no description is wrong by so much.
+LEAST_SHARE = 0.1
 #: Share of its standard deviation that a column must have of its own, beside the others. Torque by a description is
 #: good to about a fifth (masses, centres of mass): what others leave of it is that error, where they leave no more.
 _LEAST_OWN = 0.2
@@ -68,12 +71,14 @@ class EffortGain:
         gain: effort per N·m of model torque; 1 for a torque in N·m, negative when inverted.
         ci95: interval, from the scatter between stretches of one second.
         explained: share of the effort's variance, after friction and offset, that the model torque explains.
+        model_nm: standard deviation of the model torque in the motion looked at, N·m.
     """
 
     joint: str
     gain: float
     ci95: tuple[float, float]
     explained: float
+    model_nm: float = 0.0
 
     @property
     def inverted(self) -> bool:
@@ -84,6 +89,14 @@ class EffortGain:
     def known(self) -> bool:
         """Whether the motion loaded the joint enough to tell the sign."""
         return (self.ci95[0] > 0 or self.ci95[1] < 0) and self.explained >= _MIN_EXPLAINED
+
+    def lacks_model(self, least_share: float = LEAST_SHARE) -> bool:
+        """Whether the effort surely shows less than this share of the model's torque, of either sign."""
+        return max(-self.ci95[0], self.ci95[1]) < least_share
+
+    def exceeds_arm(self, largest_nm: float) -> bool:
+        """Whether what it has beyond the model's torque surely outweighs that of the arm's most loaded joint, N·m."""
+        return self.known and self.ci95[0] > PLAUSIBLE_GAIN[1] and (self.ci95[0] - 1.0) * self.model_nm > largest_nm
 
     @property
     def off(self) -> bool:
@@ -116,6 +129,8 @@ def effort_gains(
         use = _samples(effort[:, j], model_torque[:, j], velocity[:, j])
         if use.size == 0 or float(np.ptp(series.position_rad[use, j])) < _LEAST_TRAVEL_RAD:
             return None
+        if float(np.ptp(effort[use, j])) <= LEAST_EFFORT_CHANGE:
+            return None
         model = model_torque[use, j]
         if contact_nm is not None:
             model = model + np.nan_to_num(contact_nm[use, j])
@@ -124,7 +139,7 @@ def effort_gains(
         if found is None:
             return None
         ends = found.value - found.half, found.value + found.half
-        return EffortGain(names[j], found.value, ends, found.explained)
+        return EffortGain(names[j], found.value, ends, found.explained, float(np.std(model)))
 
     return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
 

@@ -24,6 +24,11 @@ MOUNTING_FIRST = (
     "Friction takes power with the sign as it is, so gravity looks turned over: check the mounting first, [robot] "
     "base_rpy_deg"
 )
+#: The lines that tell an effort's scale.
+_STATE = (
+    'State what it is in [log.units]: effort = "A" or "mA" with torque_constant_nm_per_a, "percent" or "permille" with '
+    'rated_torque_nm; or, of any unit, "raw", and a fit of motion without contact finds its scale.'
+)
 _SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 
 
@@ -130,10 +135,21 @@ def scale_findings(gains: Sequence[EffortGain], unit: str) -> list[Finding]:
     """
     if unit != "Nm":
         return []
-    scale = _other_scale(gains)
-    findings = [] if scale is None else [scale]
+    if (scale := _other_scale(gains)) is not None:
+        return [scale]
+    findings = []
+    largest_nm = max((gain.model_nm for gain in gains), default=0.0)
     for gain in gains:
-        if gain.off:
+        if gain.lacks_model() or gain.exceeds_arm(largest_nm):
+            what = (
+                "shows none of that torque" if gain.lacks_model() else "would take a load that outweighs the whole arm"
+            )
+            text = (
+                f"The effort of joint '{gain.joint}' is {_numbers(gain)}: it {what}, so it is no torque in N·m, or the "
+                f"masses on file are wrong. Nothing is judged by it. {_STATE}"
+            )
+            findings.append(Finding("effort-gain", "error", text, joint=gain.joint))
+        elif gain.off:
             text = (
                 f"The effort of joint '{gain.joint}' is {_numbers(gain)}: contact torques appear {gain.gain:.2g} times "
                 "as large there, or the masses on file are wrong (a payload that they lack?)."
@@ -191,18 +207,23 @@ def raw_effort_findings(series: UniformSeries) -> list[Finding]:
 
 def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
     """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
-    known = [gain for gain in gains if gain.known]
-    scaled = [gain for gain in known if gain.gain > 0 and not overlaps(gain.ci95, PLAUSIBLE_GAIN)]
-    far = [gain for gain in scaled if gain.ci95[1] - gain.ci95[0] < gain.gain]
+    known = [gain for gain in gains if gain.known or gain.lacks_model()]
+    far = [gain for gain in known if gain.lacks_model() or _elsewhere(gain)]
     if len(far) < _SEVERAL or 2 * len(far) <= len(known):
         return None
     each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)
     text = (
         f"The efforts of {len(far)} of the {len(known)} joints that the model's torque loads are not in its scale, per "
-        f"N·m of it (95 %): {each}. They may be currents, or the model that of another arm, mounting or load: "
-        "thresholds in N·m mean nothing."
+        f"N·m of it (95 %): {each}. They are no torques in N·m, or the model is that of another arm, mounting or "
+        f"unit of mass: nothing is judged by them. {_STATE}"
     )
-    return Finding("effort-scale", "warning", text)
+    return Finding("effort-scale", "error", text)
+
+
+def _elsewhere(gain: EffortGain) -> bool:
+    """Whether it has the right sign, and surely another scale than a torque by any description."""
+    low, high = gain.ci95
+    return gain.gain > 0 and not overlaps(gain.ci95, PLAUSIBLE_GAIN) and high - low < gain.gain
 
 
 def _numbers(gain: EffortGain) -> str:

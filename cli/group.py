@@ -12,7 +12,7 @@ from textwrap import wrap
 import click
 
 from collaudit.core.errors import CollauditError
-from collaudit.core.numeric.allocator import room_for_linear_algebra
+from collaudit.core.numeric.linear_algebra import room_for_linear_algebra
 
 #: In a context: all options are explained.
 ALL_OPTIONS = "collaudit.help.all"

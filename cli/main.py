@@ -17,7 +17,7 @@ import click
 from collaudit.cli.console import note, say_json, silence_library_warnings
 from collaudit.cli.group import LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
-from collaudit.core.numeric.allocator import keep_freed_memory, memory_is_limited, one_thread_of_linear_algebra
+from collaudit.core.numeric.linear_algebra import memory_is_limited, one_thread_of_linear_algebra
 
 #: Objects made before a round of garbage collection. Imports make many and leave next to no garbage.
 _COLLECT_AFTER = 200_000
@@ -117,7 +117,6 @@ def main(args: Sequence[str] | None = None) -> None:
 def _started(args: Sequence[str] | None) -> int:
     _open_standard_streams()
     one_thread_of_linear_algebra()
-    keep_freed_memory()
     gc.set_threshold(_COLLECT_AFTER, 10, 20)
     # What is left goes with the process: ending, Python would look through all of it several times for cycles.
     atexit.register(gc.freeze)

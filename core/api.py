@@ -153,7 +153,7 @@ def prepare(
     Raises:
         CollauditError: any of it cannot be done.
     """
-    from collaudit.core.numeric.allocator import settle_within_memory_limit
+    from collaudit.core.numeric.linear_algebra import settle_within_memory_limit
 
     settle_within_memory_limit()
     step = stage(progress, 0.0, 1.0)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from collaudit.core.numeric.allocator import one_thread_of_linear_algebra
+from collaudit.core.numeric.linear_algebra import one_thread_of_linear_algebra
 from collaudit.core.numeric.parallel import use_threads
 
 one_thread_of_linear_algebra()  # as the commands do, and as early

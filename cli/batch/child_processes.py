@@ -19,6 +19,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerProcess
 from typing import Any, Literal
 
+from collaudit.core.numeric.linear_algebra import one_thread_of_linear_algebra
+
 _CONTEXT = multiprocessing.get_context("forkserver")
 #: What a process that judges a log needs; the last one's page draws its report.
 _PRELOADED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
@@ -108,6 +110,7 @@ def _begin(
 ) -> tuple[Connection[Any, Any], _Child] | Lost:
     """A process that does one item; SIGINT is held back in it, which a terminal sends to all."""
     _CONTEXT.set_forkserver_preload(["__main__", *_PRELOADED])
+    one_thread_of_linear_algebra()  # whoever starts them: a worker of a cluster asks for none
     resource_tracker.ensure_running()  # started with the process, it would let the signal through
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the server hands it on to its forks
     ours, theirs = _CONTEXT.Pipe(duplex=False)

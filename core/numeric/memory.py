@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.numeric.allocator import own_limit_bytes
+from collaudit.core.numeric.linear_algebra import own_limit_bytes
 
 #: So many tables of a log's size must fit in memory: an audit keeps twelve, and the columns that are worked on at the
 #: same time take as much as six.

@@ -28,7 +28,6 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, 
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.numeric.allocator import keep_freed_memory
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_building import build_robot
@@ -44,7 +43,6 @@ FASTER, HOUR_S, ROUNDS = 50.0, 10.0, 3
 
 def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, float]]:
     """From a log to residuals and events, as ``collaudit detect`` does it; seconds by stage."""
-    keep_freed_memory()  # as the command does at its start
     marks = [time.perf_counter()]
     loaded = load_config(path.with_suffix(".toml"), {"detect.causal": causal})
     log = read_log((path,), loaded.config.log, robot_joints=hour.JOINTS)

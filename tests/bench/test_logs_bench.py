@@ -178,8 +178,6 @@ def test_mcap_zstd() -> None:
 COLD = """
 import sys, time
 from pathlib import Path
-from collaudit.core.numeric.allocator import keep_freed_memory
-keep_freed_memory()  # as the command does at its start
 sys.path.insert(0, sys.argv[1])
 import test_logs_bench as bench
 path = Path(sys.argv[2])

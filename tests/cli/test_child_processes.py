@@ -87,3 +87,24 @@ def test_a_process_does_not_hear_what_the_terminal_sends_to_all(tmp_path: Path) 
         [sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False, start_new_session=True
     )
     assert (done.stdout.strip(), done.stderr) == ("(0, 2)", "")
+
+
+ASKED = """
+import os
+from collaudit.cli.batch.child_processes import results_of
+if __name__ == "__main__":
+    print(list(results_of(os.getenv, [("OPENBLAS_NUM_THREADS",)], 1, dict)))
+"""
+
+
+@pytest.mark.parametrize("started_with", [{}, {"OPENBLAS_NUM_THREADS": "3"}])
+def test_a_process_takes_one_thread_of_linear_algebra_whoever_starts_it(
+    tmp_path: Path, started_with: dict[str, str]
+) -> None:
+    """A worker of a cluster asks for none: sums split over threads would differ in their last bits."""
+    script = tmp_path / "asked.py"
+    script.write_text(ASKED, encoding="utf-8")
+    others = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    command = [sys.executable, str(script)]
+    done = subprocess.run(command, env=others | started_with, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "[(0, '1')]"

@@ -14,7 +14,7 @@ if not sys.platform.startswith("linux"):
 LIMITED = """
 import resource, threading, sys
 import numpy as np
-from collaudit.core.numeric.allocator import settle_within_memory_limit
+from collaudit.core.numeric.linear_algebra import settle_within_memory_limit
 from collaudit.core.numeric.parallel import by_name, threads, use_threads
 
 def limit(more_mb):

@@ -1,7 +1,4 @@
-"""What the process asks of the libraries below NumPy: to keep freed memory, and one thread of linear algebra.
-
-Where memory is limited, linear algebra has to take its own in time.
-"""
+"""What the process asks of linear algebra: one thread, and to take its memory in time where that is limited."""
 
 from __future__ import annotations
 
@@ -12,45 +9,17 @@ from functools import cache
 
 #: Read by the libraries below NumPy and SciPy when they are loaded.
 _LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-#: Parameters of mallopt(3) of the GNU C library, and the values set.
-_TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENAS = -1, -3, -8
-_KEPT_BYTES = 1 << 30
-#: The largest the library takes. Larger arrays still come from the system and go back to it at once.
-_LARGEST_HEAP_ARRAY_BYTES = 32 << 20
 
 
 def one_thread_of_linear_algebra() -> None:
-    """Ask linear algebra for one thread, unless the environment says otherwise; before NumPy is imported.
+    """Ask linear algebra for one thread: in this process before NumPy is imported, and in those that it starts.
 
     Sums split over threads differ in their last bits: one thread gives the same bytes on every machine. Its products
     are small here, and threads that wait for the next one do so at full speed: they took a tenth of the processor's
     time from the threads that work.
     """
     for name in _LINEAR_ALGEBRA_THREADS:
-        os.environ.setdefault(name, "1")
-
-
-def keep_freed_memory() -> bool:
-    """Ask the C library not to return freed memory of arrays up to 32 MB to the system, up to 1 GB of it.
-
-    Work joint by joint and block by block asks for the same sizes again and again. By default each such array's
-    pages are given back and have to be zeroed and mapped anew: on an hour of log that was a third of the time of
-    detection. One arena for all threads: those of other threads give back what is free whatever they are asked to keep.
-
-    Returns:
-        Whether the C library took it; others than GNU's have no such setting, and nothing depends on it.
-    """
-    if not sys.platform.startswith("linux"):
-        return False
-    import ctypes
-
-    try:
-        mallopt = ctypes.CDLL(None).mallopt
-    except (OSError, AttributeError):
-        return False
-    wanted = {_MMAP_THRESHOLD: _LARGEST_HEAP_ARRAY_BYTES, _TRIM_THRESHOLD: _KEPT_BYTES, _ARENAS: 1}
-    taken = [mallopt(parameter, value) for parameter, value in wanted.items()]
-    return all(taken)
+        os.environ[name] = "1"
 
 
 #: What OpenBLAS takes at a time, with a little to spare.

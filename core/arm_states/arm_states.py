@@ -7,13 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from collaudit.core.arm_states.driven_motion import driven
 from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, drives_off
+from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
-from collaudit.core.vendors.controller_modes import WORDS, state_of
+from collaudit.core.numeric.runs import covered
+from collaudit.core.vendors.controller_modes import WORDS, StateKind, state_of
 
 _LISTED = 20
+#: A stop brakes the arm for so long at most, s.
+_BRAKES_S = 1.0
 
 
 def find_arm_states(
@@ -30,8 +35,8 @@ def find_arm_states(
         (n,) samples with drives off, braking, stopped by the controller, or guided by hand; a finding for each stretch.
     """
     mask = np.zeros(series.time_s.size, dtype=np.bool_)
-    findings = _flagged(series, mask, true_events)
     in_nm = series.effort_unit == "Nm"  # what does not bear a load in another unit may be any part of it
+    findings = _flagged(series, mask, rigid_nm if in_nm else None, true_events)
     for found in drives_off(series, rigid_nm if in_nm else None):
         if not mask[found.span.slice].all():
             findings.append(_finding(series, found))
@@ -49,34 +54,57 @@ def without_states(series: UniformSeries, not_driven: BoolArray | None) -> Unifo
     return replace(series, effort=frozen(effort), not_driven=not_driven)
 
 
-def _flagged(series: UniformSeries, mask: BoolArray, true_events: Collection[str]) -> list[Finding]:
-    """Findings of the log's own flags; their samples are set in ``mask``."""
+def _flagged(
+    series: UniformSeries, mask: BoolArray, rigid_nm: FloatArray | None, true_events: Collection[str]
+) -> list[Finding]:
+    """Findings of the log's own flags; their samples are set in ``mask`` but where the drives contradict the flag."""
     findings = []
+    stated = _stated(series, true_events)
+    outside = ~covered((span for _, _, span in stated), series.time_s.size)
+    for label, kind, span in stated:
+        start, end = (float(series.time_s[k]) for k in (span.start, span.stop - 1))
+        if rigid_nm is not None and driven(series, rigid_nm, outside, _after_braking(span, kind, series.period_s)):
+            text = (
+                f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s, where the drives move the arm as "
+                "they do elsewhere: the flag masks nothing, and this time is judged."
+            )
+            findings.append(Finding("arm-guided", "info", text, label.source, None, start, end))
+            continue
+        text = (
+            f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s: the arm was {WORDS[kind]}; not "
+            "judged there."
+        )
+        first = braking_before(series, span) if kind == "off" else span.start
+        mask[first : span.stop] = True
+        if first < span.start:
+            start = float(series.time_s[first])
+            text += _braked(start)
+        if kind == "stopped" or first < span.start:
+            findings.append(Finding("arm-stopped", "warning", text, label.source, None, start, end))
+        elif kind == "guided":
+            findings.append(Finding("arm-guided", "info", text, label.source, None, start, end))
+        else:
+            findings.append(fact(text, label.source, None, start, end))
+    return findings
+
+
+def _stated(series: UniformSeries, true_events: Collection[str]) -> list[tuple[Annotation, StateKind, Span]]:
+    """Flags of states, and the samples that each covers."""
+    out = []
     for label in series.annotations:
         kind = state_of(label.name)
         if kind is None or label.name in true_events or label.source in true_events:
             continue
         for start, end in label.intervals_s:
             inside = np.flatnonzero((series.time_s >= start) & (series.time_s <= end + series.period_s))
-            if inside.size == 0:
-                continue
-            span = Span(int(inside[0]), int(inside[-1]) + 1)
-            text = (
-                f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s: the arm was {WORDS[kind]}; not "
-                "judged there."
-            )
-            first = braking_before(series, span) if kind == "off" else span.start
-            mask[first : span.stop] = True
-            if first < span.start:
-                start = float(series.time_s[first])
-                text += _braked(start)
-            if kind == "stopped" or first < span.start:
-                findings.append(Finding("arm-stopped", "warning", text, label.source, None, start, end))
-            elif kind == "guided":
-                findings.append(Finding("arm-guided", "info", text, label.source, None, start, end))
-            else:
-                findings.append(fact(text, label.source, None, start, end))
-    return findings
+            if inside.size:
+                out.append((label, kind, Span(int(inside[0]), int(inside[-1]) + 1)))
+    return out
+
+
+def _after_braking(span: Span, kind: StateKind, period_s: float) -> Span:
+    """The stretch without the way in which a stop brakes the arm."""
+    return span if kind != "stopped" else Span(min(span.start + round(_BRAKES_S / period_s), span.stop), span.stop)
 
 
 def _finding(series: UniformSeries, found: DrivesOff) -> Finding:

@@ -96,6 +96,7 @@ def condition(
     inner = (Span(span.start + margin, max(span.stop - margin, span.start + margin)) for span in segments)
     edge = ~covered(inner, base.n)
     edge.flags.writeable = base.bridged.flags.writeable = False
+    lone_rows, lone_effort = _lone(log, base)
     saturated.flags.writeable = False
     velocity = frozen(motion.velocity_rad_s)
     return UniformSeries(
@@ -123,6 +124,8 @@ def condition(
         bridged=base.bridged,
         couplings=log.couplings,
         joint_torque_nm=None if sensed is None else frozen(sensed),
+        lone_rows=lone_rows,
+        lone_effort=lone_effort,
     )
 
 
@@ -166,6 +169,19 @@ def _on_clock(wrench: WrenchSeries, log: JointLog, base: Timebase) -> WrenchSeri
         if shared.mean() > _SHARED
         else wrench
     )
+
+
+def _lone(log: JointLog, base: Timebase) -> tuple[IntArray | None, FloatArray | None]:
+    """Rows between gaps that are too few to be judged: (k,) their places on the grid and (k, j) efforts."""
+    alone = ~covered(base.raw, base.order.size)
+    if log.effort is None or not alone.any():
+        return None, None
+    times = base.time_s
+    stamps = base.stamps_s[alone]
+    place = np.clip(np.searchsorted(times, stamps), 1, times.size - 1)
+    place = place - (stamps - times[place - 1] < times[place] - stamps)
+    in_gap = ~covered(base.grid, base.n)[place]
+    return place[in_gap], frozen(log.effort[base.order[alone]][in_gap])
 
 
 def wrench_on_grid(

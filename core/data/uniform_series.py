@@ -12,7 +12,7 @@ from collaudit.core.data.audit_result import LogFacts
 from collaudit.core.data.identification_result import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import SETTLED_PERIODS
 
 #: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
@@ -53,6 +53,8 @@ class UniformSeries:
             positions before the first sample and after the last, s.
         not_driven: (n,) True where the drives were off, braking or stopped, or the arm was guided by hand; None
             where that never was.
+        lone_rows, lone_effort: (k,) grid samples in gaps at which a row was recorded, too few in a row to be judged,
+            and (k, j) its effort; None where there is none.
     """
 
     time_s: FloatArray
@@ -80,6 +82,8 @@ class UniformSeries:
     couplings: tuple[Coupling, ...] = ()
     off_grid_s: float = 0.0
     not_driven: BoolArray | None = None
+    lone_rows: IntArray | None = None
+    lone_effort: FloatArray | None = None
 
     @property
     def settling(self) -> int:

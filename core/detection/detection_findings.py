@@ -13,10 +13,10 @@ from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.channel_noise import bend_of
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import lasting, run_bounds
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.friction_level import LARGEST
@@ -27,9 +27,6 @@ _NOTABLE_LEVEL = 0.05
 #: A push of the persistence this many times the threshold is to be seen.
 _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
-#: Beside a gap or an end filters know one side only: in clean logs the residual stays there within 1.1 thresholds for n
-#: samples, but for slow logs, whose n is fewer than three.
-_FAR_AT_EDGE, _FEWEST_AT_EDGE = 2.0, 3
 #: A model that leaves this share of the torque's spread in so much motion, s, explains nothing.
 _NO_GAIN, _NO_GAIN_S = 0.9, 5.0
 #: A residual that spreads this many times as far as the measured torque is that of an effort that shows neither model
@@ -128,9 +125,8 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     above = np.abs(run.residual.torque_nm[:, j]) > level
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
-    far = _far_at_edge(run.residual, j, state == State.EDGE, _FAR_AT_EDGE * level)
     meaningful = evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
-    above &= meaningful | (lasting(far, n) & (n >= _FEWEST_AT_EDGE))
+    above &= meaningful
     blind = np.logical_or.reduce([state == code for code in _BLIND])
     starts, stops = run_bounds(above | blind)
     out = []
@@ -149,25 +145,6 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
         )
         out.append(Finding("event-cut", "warning", text, joint=joint, start_s=first, end_s=last))
     return out[:_LISTED_CUTS]
-
-
-def _far_at_edge(residual: Residual, j: int, edge: BoolArray, far_nm: FloatArray) -> BoolArray:
-    """(n,) samples of an edge that lie so far off, by their effort too.
-
-    At an edge the model's torque holds the noise of a position or velocity that is known on one side, many times as
-    large as elsewhere. Effort lies as far from what the model expects in the nearest sample that is no edge.
-    """
-    torque = residual.torque_nm[:, j]
-    far = edge & (np.abs(torque) > far_nm)
-    known, rows = np.flatnonzero(~edge & np.isfinite(torque)), np.flatnonzero(far)
-    if residual.effort_nm is None or known.size < 2:
-        return far
-    effort = residual.effort_nm[:, j]
-    right = np.clip(np.searchsorted(known, rows), 1, known.size - 1)
-    before, after = known[right - 1], known[right]
-    near = np.where(rows - before < after - rows, before, after)
-    far[rows] = np.abs(effort[rows] - effort[near] + torque[near]) > far_nm[rows]
-    return far
 
 
 def residual_level_findings(

@@ -40,6 +40,7 @@ from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, persistence_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule, watch_findings
+from collaudit.core.detection.unjudged_time import unjudged_effort_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
@@ -105,6 +106,7 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     lambda log: residual_level_findings(log.signals, log.stats, log.inputs.rule.gamma_nm, _fitted_nm(log)),
     lambda log: scatter_findings(log.applied.fits, log.inputs.rule.gamma_nm),
     lambda log: detection_findings(log.series, log.run, log.inputs, log.facts.friction_level),
+    lambda log: unjudged_effort_findings(log.prepared, log.run, log.inputs),
     lambda log: model_worth_findings(log.prepared, log.run, log.inputs),
     lambda log: spike_findings(log.series, log.run.detected.collisions),
     lambda log: late_effort_findings(log.prepared, log.config) if log.run.detected.collisions else (),

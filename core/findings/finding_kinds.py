@@ -549,6 +549,12 @@ KINDS: dict[str, Kind] = {
         "Inspect this stretch; avoid saturation and gaps in the next recording.",
         _SPAN,
     ),
+    "unjudged-effort": Kind(
+        "In time that is not judged the recorded efforts lie several thresholds beyond what model and friction allow "
+        "at the nearest known motion.",
+        "Inspect these times. A recording without missing values and with every row judges them.",
+        _SPAN,
+    ),
     "disturbed-at-rest": Kind(
         "A standing joint was pushed or released: it gave way, and its drive pushed back.",
         "Inspect these times. [policy] max_disturbed_at_rest accepts as many as a cell's work makes.",

@@ -1,0 +1,182 @@
+"""A look into time that is not judged: recorded efforts against model and friction at the nearest known motion.
+
+Where a position is missing, a mode flag stands, drives are off, filters have not settled or rows lie far apart, there
+is no residual. The effort that was recorded there still shows a contact of several thresholds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.data.signals import State
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.calibration import calibrated_series
+from collaudit.core.prepare.prepared import Prepared
+
+#: Reasons that leave an effort to look at; the others have none, or no threshold to compare it with.
+_LOOKED_INTO = (State.EDGE, State.NOT_A_NUMBER, State.GAP, State.NOT_DRIVEN, State.TOO_BRIEF)
+#: Thresholds beyond what is allowed from which an effort is no motion: beside gaps clean logs stay within 1.1.
+_SEVERAL = 2.0
+#: Efforts in a row that must lie so far off; two, where rows are further apart than the persistence.
+_FEWEST, _FEWEST_APART = 3, 2
+#: In a stretch of this length, s, or next to motion slower than this, rad/s (m/s), a joint may have reversed.
+_REVERSES_S, _REVERSES_RAD_S = 0.3, 0.1
+#: Motion next to a stretch that is looked at at least, s.
+_NEAR_S = 0.1
+_LISTED = 20
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """Samples ``start`` to ``stop`` of a joint whose efforts lie ``beyond_nm`` beyond what is allowed."""
+
+    joint: str
+    start: int
+    stop: int
+    beyond_nm: float
+
+
+def unjudged_effort_findings(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
+    """Stretches that were not judged and whose efforts no motion explains.
+
+    Args:
+        prepared: the log.
+        run: of the detector: model torque, residual and states.
+        inputs: friction laws, thresholds, watched joints.
+    """
+    series = prepared.judged_series
+    effort = _recorded_nm(prepared)
+    if effort is None:
+        return []
+    model = run.residual.model_nm
+    found: list[_Stretch] = []
+    for joint, gamma_nm in inputs.rule.gamma_nm.items():
+        law, j = inputs.laws.get(joint), series.column(joint)
+        if law is not None and inputs.watch[joint].watched and gamma_nm > 0:
+            seen = _Seen(
+                state=run.detected.state[:, j],
+                effort=effort[:, prepared.series.column(joint)],
+                model=model[:, j],
+                residual=run.residual.torque_nm[:, j],
+                rigid=prepared.explained_nm(joint),
+                velocity=series.velocity_rad_s[:, j],
+            )
+            found += _of_joint(joint, law, seen, gamma_nm, inputs.rule.n, series.period_s)
+    return _findings(found, series.time_s)
+
+
+def _recorded_nm(prepared: Prepared) -> FloatArray | None:
+    """(n, j) efforts of all joints, calibrated, states and lone rows included; None where they are not in N·m."""
+    series = prepared.start.series
+    if series.effort is not None and series.lone_rows is not None and series.lone_effort is not None:
+        effort = series.effort.copy(order="F")
+        effort[series.lone_rows] = series.lone_effort
+        series = replace(series, effort=effort)
+    recorded = calibrated_series(series, prepared.calibration)
+    return recorded.effort if recorded.effort_unit == "Nm" else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """What is known of one joint, (n,) each: effort as recorded, model with friction, rigid-body torque, residual."""
+
+    state: NDArray[np.int8]
+    effort: FloatArray
+    model: FloatArray
+    residual: FloatArray
+    rigid: FloatArray | None
+    velocity: FloatArray
+
+
+def _of_joint(joint: str, law: FrictionModel, seen: _Seen, gamma_nm: float, n: int, period_s: float) -> list[_Stretch]:
+    """The stretches of one joint."""
+    state, effort = seen.state, seen.effort
+    known = (state <= State.FRICTION_INTERVAL) & np.isfinite(seen.model)
+    blind = np.isin(state, _LOOKED_INTO)
+    if not known.any() or not (blind & np.isfinite(effort)).any():
+        return []
+    found = []
+    for start, stop in zip(*run_bounds(blind), strict=True):
+        rows = start + np.flatnonzero(np.isfinite(effort[start:stop]))
+        if rows.size < _FEWEST_APART:
+            continue
+        left = rows - start < stop - rows
+        least_nm, most_nm = np.empty(rows.size), np.empty(rows.size)
+        for side, far, before in ((left, rows - start + 1, True), (~left, stop - rows, False)):
+            if side.any():
+                reach = max(int(far[side].max()), round(_NEAR_S / period_s))
+                near = slice(max(start - reach, 0), start) if before else slice(stop, stop + reach)
+                least_nm[side], most_nm[side] = _allowed(law, seen, known, near, reach * period_s)
+        idle = state[rows] == State.NOT_DRIVEN
+        if idle.any() and seen.rigid is not None:
+            held = law.hold  # drives off hold nothing, a hand leaves them gravity: anything between is allowed
+            at = seen.rigid[rows[idle]]
+            least_nm[idle] = np.fmin(least_nm[idle], np.fmin(at - held, 0.0))
+            most_nm[idle] = np.fmax(most_nm[idle], np.fmax(at + held, 0.0))
+        beyond = np.maximum(effort[rows] - most_nm, least_nm - effort[rows])
+        torque = np.abs(seen.residual[rows])  # beside a gap the model's torque holds noise: both must be far
+        edge = (state[rows] == State.EDGE) & np.isfinite(torque)
+        beyond[edge] = np.minimum(beyond[edge], torque[edge])
+        worst = _lasting_beyond(beyond > _SEVERAL * gamma_nm, rows, n)
+        if worst is not None:
+            first, last = int(rows[worst.start]), int(rows[worst.stop - 1])
+            found.append(_Stretch(joint, first, last + 1, float(beyond[worst].max())))
+    return found
+
+
+def _allowed(law: FrictionModel, seen: _Seen, known: BoolArray, near: slice, reach_s: float) -> tuple[float, float]:
+    """Least and most effort so far from the nearest known motion, N·m; that of all motion where none is near."""
+    inside = known[near]
+    if not inside.any():
+        near, inside, reach_s = slice(0, known.size), known, np.inf
+    model, speed = seen.model[near][inside], np.abs(seen.velocity[near][inside])
+    low, high = float(model.min()), float(model.max())
+    friction = 0.0
+    if reach_s > _REVERSES_S or float(speed.min()) < _REVERSES_RAD_S:
+        ends = np.array([law.speed_range[0], float(np.nanmax(speed))])
+        friction = 2.0 * max(law.hold, float(np.max(np.abs(law.torque(ends)))))
+    return 2.0 * low - high - friction, 2.0 * high - low + friction  # it may go on as it went
+
+
+def _lasting_beyond(far: BoolArray, rows: IntArray, n: int) -> slice | None:
+    """The longest run of efforts that lie far off, where it is long enough; None otherwise."""
+    starts, stops = run_bounds(far)
+    if starts.size == 0:
+        return None
+    k = int(np.argmax(stops - starts))
+    run = slice(int(starts[k]), int(stops[k]))
+    count = run.stop - run.start
+    apart = count >= _FEWEST_APART and rows[run.stop - 1] - rows[run.start] >= (count - 1) * n
+    return run if count >= _FEWEST or apart else None
+
+
+def _findings(found: list[_Stretch], time_s: FloatArray) -> list[Finding]:
+    """One finding for all joints of a stretch, the first of the log first."""
+    out: list[Finding] = []
+    group: list[_Stretch] = []
+
+    def close() -> None:
+        worst = max(group, key=lambda one: one.beyond_nm)
+        names = ", ".join(f"'{name}'" for name in dict.fromkeys(one.joint for one in group))
+        first, last = float(time_s[group[0].start]), float(time_s[max(one.stop for one in group) - 1])
+        text = (
+            f"From {first:.4g} to {last:.4g} s, which is not judged, the recorded efforts of {names} lie up to "
+            f"{worst.beyond_nm:.3g} N·m beyond what model and friction allow next to it: a contact may lie there."
+        )
+        out.append(Finding("unjudged-effort", "warning", text, start_s=first, end_s=last))
+
+    for one in sorted(found, key=lambda one: (one.start, one.joint)):
+        if group and one.start >= max(x.stop for x in group):
+            close()
+            group = []
+        group.append(one)
+    if group:
+        close()
+    return out[:_LISTED]

@@ -57,7 +57,7 @@ def condition(
     Raises:
         NotJudgedError: no stretch without a gap is long enough.
     """
-    ends_s, missing = lost_ends_s(log), missing_findings(log)
+    ends_s, missing, whole = lost_ends_s(log), missing_findings(log), log
     recorded = without_contradictions(without_stalls(with_positions(log)))
     log = without_unmeasured(recorded, detect)
     ends_s += lost_ends_s(log)  # frozen positions count as missing
@@ -96,7 +96,7 @@ def condition(
     inner = (Span(span.start + margin, max(span.stop - margin, span.start + margin)) for span in segments)
     edge = ~covered(inner, base.n)
     edge.flags.writeable = base.bridged.flags.writeable = False
-    lone_rows, lone_effort = _lone(log, base)
+    lone_rows, lone_effort = _lone(whole, base)
     saturated.flags.writeable = False
     velocity = frozen(motion.velocity_rad_s)
     return UniformSeries(
@@ -172,16 +172,18 @@ def _on_clock(wrench: WrenchSeries, log: JointLog, base: Timebase) -> WrenchSeri
 
 
 def _lone(log: JointLog, base: Timebase) -> tuple[IntArray | None, FloatArray | None]:
-    """Rows between gaps that are too few to be judged: (k,) their places on the grid and (k, j) efforts."""
-    alone = ~covered(base.raw, base.order.size)
-    if log.effort is None or not alone.any():
+    """Rows of the log as recorded that lie in gaps of the grid: (k,) nearest grid samples, and (k, j) efforts.
+
+    They lack a position, or are too few in a row to be judged.
+    """
+    gap = ~covered(base.grid, base.n)
+    if log.effort is None or not gap.any():
         return None, None
     times = base.time_s
-    stamps = base.stamps_s[alone]
-    place = np.clip(np.searchsorted(times, stamps), 1, times.size - 1)
-    place = place - (stamps - times[place - 1] < times[place] - stamps)
-    in_gap = ~covered(base.grid, base.n)[place]
-    return place[in_gap], frozen(log.effort[base.order[alone]][in_gap])
+    right = np.clip(np.searchsorted(times, log.time_s), 1, times.size - 1)
+    place = right - (log.time_s - times[right - 1] < times[right] - log.time_s)
+    alone = gap[place] & (np.abs(times[place] - log.time_s) < base.period_s)
+    return place[alone], frozen(log.effort[alone])
 
 
 def wrench_on_grid(

@@ -23,6 +23,9 @@ from collaudit.core.vendors.controller_modes import FRANKA_MODE, UR_ROBOT_MODE, 
 
 #: Stands before the name of an annotation where quantities are named.
 ANNOTATION = "annotation:"
+#: Interfaces of ros2_control to quantities.
+INTERFACES = {"position": "position", "velocity": "velocity", "effort": "effort", "torque": "effort",
+              "current": "current"}  # fmt: skip
 Role = Literal["joint_states", "wrench", "label", "phase", "other"]
 
 

@@ -135,3 +135,37 @@ def test_interfaces_may_come_in_another_order_in_each_message(written) -> None:
 def test_a_message_of_no_joints_at_all_is_refused(written) -> None:
     with pytest.raises(LogError, match="names no joints"):
         read_log((written(lambda k: [GPIO, FTS]),), LogConfig(), robot_joints=NAMES)
+
+
+def said_by_name(path: Path, words: tuple[str, ...], *, alone: bool = False, turned: bool = False) -> Path:
+    """JointState with a name for each joint and interface; ``alone``: all values in the array of positions."""
+    said = []
+    for k in range(COUNT):
+        values = {"position": 0.01 * k + np.arange(3), "velocity": 0.1 + np.zeros(3), "effort": 5.0 * np.arange(3)}
+        pairs = [(j, q, word) for j in range(3) for q, word in zip(values, words, strict=True)]
+        pairs = pairs[::-1] if turned and k % 2 else pairs
+        names = [f"{NAMES[j]}/{word}" for j, _, word in pairs]
+        columns = [[values[q][j] if alone or q == own else np.nan for j, q, _ in pairs] for own in values]
+        said.append(w.joint_state(names, columns[0], *([] if alone else columns[1:]), stamp_ns=w.EPOCH + k * w.PERIOD))
+    return w.write_mcap(path, said)
+
+
+@pytest.mark.parametrize("effort", ["effort", "torque"])
+@pytest.mark.parametrize("form", [{}, {"alone": True}, {"turned": True}, {"alone": True, "turned": True}])
+def test_names_of_joint_and_interface_are_understood(tmp_path: Path, effort: str, form: dict[str, bool]) -> None:
+    path = said_by_name(tmp_path / "x.mcap", ("position", "velocity", effort), **form)
+    for robot in (NAMES, None):
+        check(read_log((path,), LogConfig(), robot_joints=robot), 5.0 * np.arange(3))
+    assert describe((path,)).topics[0].joints in (NAMES, NAMES[::-1])
+
+
+def test_names_of_currents_are_currents(tmp_path: Path) -> None:
+    path = said_by_name(tmp_path / "x.mcap", ("position", "velocity", "current"), alone=True)
+    with pytest.raises(ConfigError, match="currents"):
+        read_log((path,), LogConfig(), robot_joints=NAMES)
+
+
+def test_joints_with_a_path_in_their_names_stay_joints(tmp_path: Path) -> None:
+    names = [f"arm/{name}" for name in NAMES]
+    said = [w.joint_state(names, [k, 1, 2], [], [3, 4, 5], stamp_ns=w.EPOCH + k * w.PERIOD) for k in range(COUNT)]
+    assert describe((w.write_mcap(tmp_path / "x.mcap", said),)).topics[0].joints == tuple(names)

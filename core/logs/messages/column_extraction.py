@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
+from collaudit.core.logs.messages.interface_lists import Runs, joints_of_items, joints_of_names
 from collaudit.core.logs.messages.layout import MISSING, Chars, Layout, LayoutError, Node, Numbers
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile
-
-Runs = tuple[Numbers, ...]
 
 #: What seconds fit a stamp in ns.
 _MOST_SECONDS = (1 << 63) // NS_PER_S - 1
@@ -76,11 +75,12 @@ def make_plan(layout: Layout, profile: Profile) -> Plan:
     named = finder.names(profile.names) if profile.names is not None and not counted else ()
     paths = {} if named and profile.role == "phase" else profile.quantities()
     found = {name: finder.numbers(path) for name, path in paths.items()}
+    if profile.role == "joint_states" and profile.names is not None:
+        many = "[*]" in (profile.position or "")
+        named, found = joints_of_items(named, found) if many else joints_of_names(named, found)
     current = found.pop("current", ())
     currents = bool(_count(current)) and not _count(found.get("effort", ()))
     found |= {"effort": current} if currents else {}
-    if profile.names is not None and "[*]" in (profile.position or ""):
-        named, found = _joints(named, found)
     counts = _usable(found)
     names = _checked(profile, named, counts)
     stamp = _stamp(finder, profile.stamp) if profile.stamp is not None else None
@@ -188,15 +188,6 @@ def _run(node: Node | None, path: str) -> Numbers:
 
 def _count(runs: Runs) -> int:
     return sum(1 if run is MISSING else run.count for run in runs)
-
-
-def _joints(named: tuple[str, ...], found: dict[str, Runs]) -> tuple[tuple[str, ...], dict[str, Runs]]:
-    """Of a list of interfaces the joints: items that have a position, a velocity or an effort; the others are none."""
-    motion = [found[name] for name in MOTION if found.get(name)]
-    if any(len(runs) != len(named) for runs in found.values() if runs):
-        return named, found
-    kept = [k for k in range(len(named)) if any(runs[k] is not MISSING for runs in motion)]
-    return tuple(named[k] for k in kept), {name: tuple(runs[k] for k in kept if runs) for name, runs in found.items()}
 
 
 def _usable(found: dict[str, Runs]) -> dict[str, int]:

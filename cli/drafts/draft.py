@@ -130,6 +130,7 @@ class Draft:
                 t.name,
                 self._known_joints(t),
                 t.signal,
+                t.has_position is not False,
                 t.has_effort is not False,
                 t.effort_noise is not False,
                 len(t.joints),
@@ -155,6 +156,9 @@ class Draft:
             log.add("joint_states", topic.name, why, guess=bool(alike) and not asked)
             if others:
                 log.remarks.append(f"Other topics with joint states: {', '.join(t.name for t in others)}.")
+            apart = [t for t in others if t.has_effort and is_usable(t.signal) and t.name in alike]
+            if topic.has_effort is False and apart and "log.efforts" not in self._given:
+                log.add("efforts", apart[0].name, f"{topic.name} has none, and this one has", guess=True)
         for wrench in (t for t in self.summary.topics if t.role == "wrench"):
             log.lines += [Line("wrench", wrench.name, "needs wrench_frame too", active=False), *_WRENCH_FRAME]
         if self.summary.csv_columns:

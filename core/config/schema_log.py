@@ -158,6 +158,17 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
             "Topic of the joint states; when absent the one with most of the robot's joints, measured, with efforts."
         ),
     ] = None
+    efforts: Annotated[
+        str | None,
+        about("Topic of the efforts, if they are not on that of the positions: joined by time and names."),
+    ] = None
+    rate_hz: Annotated[
+        Positive | None,
+        about(
+            "Messages of the joint states per second, where no stamp tells when they were taken: they are then spaced "
+            "evenly."
+        ),
+    ] = None
     wrench: Annotated[str | None, about("Topic of the wrist force/torque sensor.")] = None
     wrench_frame: Annotated[str | None, about("Frame of the model the wrench is measured in.")] = None
     wrench_sign: Annotated[

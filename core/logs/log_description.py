@@ -13,7 +13,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_formats import format_of, is_table
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
-from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
+from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.opening import (
     also_files,
     check_there,
@@ -33,7 +33,7 @@ from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.row_series import rows_with_joints
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
-from collaudit.core.logs.topics.topic_ranking import has_noise, role_of
+from collaudit.core.logs.topics.topic_ranking import has_noise, holds, role_of
 from collaudit.core.numeric.arrays import IntArray
 
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
@@ -170,8 +170,9 @@ def _info(
         rate_hz=rate_hz,
         joints=all_names([topic.decoded]) if joints else (),
         largest_gap_s=largest_gap_s,
-        has_velocity=_holds(topic.decoded, "velocity") if joints else None,
-        has_effort=_holds(topic.decoded, "effort") if joints else None,
+        has_position=holds([topic.decoded], "position") if joints else None,
+        has_velocity=holds([topic.decoded], "velocity") if joints else None,
+        has_effort=holds([topic.decoded], "effort") if joints else None,
         role=role,
         readable=readable,
         note=_note(topic, settings),
@@ -191,11 +192,6 @@ def _note(topic: Topic, settings: LogConfig) -> str:
         by = "read by the field paths of the configuration, [log.fields]"
     role = role_of(topic, settings)
     return by if topic.profile.role != "joint_states" or is_usable(role) else f"{by}; {role} by its name: not measured"
-
-
-def _holds(decoded: Decoded, quantity: str) -> bool:
-    """Whether any message has a finite number of a quantity."""
-    return any(group.holds(quantity) for group in decoded.groups.values())
 
 
 def _describe_tables(paths: Sequence[Path], settings: LogConfig, robot: Sequence[str]) -> LogSummary:
@@ -241,7 +237,7 @@ def _table_info(name: str, table: JointTable, layout: str) -> TopicInfo:
     samples = rows_with_joints(table.columns)
     stamps = table.time_s if samples is None else table.time_s[samples]
     rate, gap = rate_and_gap(np.sort(stamps[np.isfinite(stamps)]))
-    holds = {q: bool(np.isfinite(values).any()) for q, values in table.columns.items()}
+    held = {q: bool(np.isfinite(values).any()) for q, values in table.columns.items()}
     return TopicInfo(
         name=name,
         type="table",
@@ -250,8 +246,9 @@ def _table_info(name: str, table: JointTable, layout: str) -> TopicInfo:
         rate_hz=rate,
         joints=table.names,
         largest_gap_s=gap,
-        has_velocity=holds.get("velocity", False),
-        has_effort=holds.get("effort", False),
+        has_position=held.get("position", False),
+        has_velocity=held.get("velocity", False),
+        has_effort=held.get("effort", False),
         role="joint_states",
         note="; ".join(f"{quantity} in {unit}" for quantity, unit in table.units.items()),
     )

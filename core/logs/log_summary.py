@@ -25,7 +25,7 @@ class TopicInfo:
         rate_hz: 1 / median step of the time of recording; None with fewer than two messages.
         joints: joint names met, in the log's order.
         largest_gap_s: longest step; None with fewer than two messages.
-        has_velocity, has_effort: whether there are values; None where the question makes no sense.
+        has_position, has_velocity, has_effort: whether there are values; None where the question makes no sense.
         role: what the topic can serve as.
         readable: whether its messages can be decoded.
         note: which profile reads it, or why it is not read.
@@ -41,6 +41,7 @@ class TopicInfo:
     rate_hz: float | None
     joints: tuple[str, ...] = ()
     largest_gap_s: float | None = None
+    has_position: bool | None = None
     has_velocity: bool | None = None
     has_effort: bool | None = None
     role: Literal["joint_states", "wrench", "label", "phase", "other"] = "other"

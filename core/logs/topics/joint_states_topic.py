@@ -11,7 +11,7 @@ from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
 from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.logs.topics.log_topics import Topic, decode, described, named
-from collaudit.core.logs.topics.topic_ranking import TopicFacts, foremost, has_noise, role_of
+from collaudit.core.logs.topics.topic_ranking import TopicFacts, foremost, has_noise, holds, in_order, role_of
 
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
@@ -46,16 +46,34 @@ def choose_joint_states(
         chosen = _configured(topics, settings.joint_states, where)
     else:
         chosen = _foremost(reader, topics, settings, robot, where)
-    role = role_of(chosen, settings)
+    if settings.efforts is None:
+        _check_measured(chosen, "joint_states", settings, where)
+    return chosen
+
+
+def choose_efforts(topics: Sequence[Topic], joints: Topic, settings: LogConfig, where: str) -> Topic | None:
+    """The topic that the configuration states for the efforts; None where they are on that of the joint states.
+
+    Raises:
+        LogError: it is not there, cannot be read, or is measured by nobody.
+    """
+    if settings.efforts is None or named([joints], settings.efforts) is not None:
+        return None
+    chosen = _configured(topics, settings.efforts, where)
+    _check_measured(chosen, "efforts", settings, where)
+    return chosen
+
+
+def _check_measured(topic: Topic, key: str, settings: LogConfig, where: str) -> None:
+    role = role_of(topic, settings)
     if not is_usable(role):
         raise LogError(
             f"no joint states are measured by their names: these are {role}",
             where=where,
-            found=f"{chosen.name} ({chosen.type})",
+            found=f"{topic.name} ({topic.type})",
             expected=NO_CONTACT,
-            hint=refusal_hint(f'[log] joint_states = "{chosen.name}"'),
+            hint=refusal_hint(f'[log] {key} = "{topic.name}"'),
         )
-    return chosen
 
 
 def _foremost(
@@ -87,7 +105,8 @@ def _foremost(
             topic.name,
             known[topic.name],
             role_of(topic, settings),
-            any(group.holds("effort") for decoded in parts[topic.name] for group in decoded.groups.values()),
+            holds(parts[topic.name], "position"),
+            holds(parts[topic.name], "effort"),
             has_noise(parts[topic.name]),
             len(names[topic.name]),
             held[topic.name].seen,
@@ -103,7 +122,20 @@ def _foremost(
             found="; ".join(f"{one.name} ({types[one.name]}): {listed(names[one.name])}" for one in chosen),
             hint=f'choose one: [log] joint_states = "{chosen[0].name}"',
         )
+    if not chosen[0].effort and settings.efforts is None:
+        _refuse_apart(chosen[0], in_order(facts), where)
     return next(topic for topic in candidates if topic.name == chosen[0].name)
+
+
+def _refuse_apart(chosen: TopicFacts, others: Sequence[TopicFacts], where: str) -> None:
+    """Refuse joint states without efforts where another topic has measured efforts of the same joints."""
+    apart = next((one for one in others if one.effort and one.known == chosen.known and is_usable(one.role)), None)
+    if apart is not None:
+        raise LogError(
+            f"the joint states on {chosen.name} hold no efforts, and {apart.name} holds some",
+            where=where,
+            hint=f'if these are the efforts of the same arm: [log] efforts = "{apart.name}"',
+        )
 
 
 def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:

@@ -157,7 +157,8 @@ def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | Non
     for named, path in (("joint_states", fields.position), ("wrench", fields.wrench)):
         if path is not None and getattr(settings, named) is None:
             raise ConfigError(f"[log.fields] says where fields stand on a topic that [log] {named} does not name")
-    if fields.position is not None and _same(topic, settings.joint_states):
+    of_joints = fields.position is not None and _same(topic, settings.joint_states)
+    if of_joints or (fields.effort is not None and _same(topic, settings.efforts)):
         path = fields.names if isinstance(fields.names, str) else None
         fixed = tuple(fields.names) if isinstance(fields.names, list) else ("joint{i}",)
         return Profile(
@@ -167,11 +168,11 @@ def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | Non
             stamp=fields.stamp,
             names=path,
             fixed_names=fixed if path is None else (),
-            position=fields.position,
-            velocity=fields.velocity,
-            effort=fields.effort,
-            temperature=fields.temperature,
-            joint_torque=fields.joint_torque,
+            position=fields.position if of_joints else None,
+            velocity=fields.velocity if of_joints else None,
+            effort=fields.effort if not of_joints or settings.efforts is None else None,
+            temperature=fields.temperature if of_joints else None,
+            joint_torque=fields.joint_torque if of_joints else None,
         )
     if fields.wrench is not None and _same(topic, settings.wrench):
         return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.wrench_stamp, wrench=fields.wrench)

@@ -16,7 +16,14 @@ from collaudit.core.logs.signals.annotation_spans import absent_labels, annotati
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
 from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
-from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, compare_clocks, start_of, steadiness
+from collaudit.core.logs.signals.sample_clock import (
+    Clock,
+    choose_clock,
+    compare_clocks,
+    header_steadiness,
+    start_of,
+    steadiness,
+)
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
@@ -30,7 +37,8 @@ from collaudit.core.logs.topics.annotation_topics import (
     read_annotations,
     read_phases,
 )
-from collaudit.core.logs.topics.joint_states_topic import choose_joint_states, companions
+from collaudit.core.logs.topics.joined_series import check_clocks, spaced_evenly, with_efforts
+from collaudit.core.logs.topics.joint_states_topic import choose_efforts, choose_joint_states, companions
 from collaudit.core.logs.topics.log_topics import Topic, decode, named, skipped_findings, topics_of
 from collaudit.core.logs.topics.logged_wrench import read_wrench
 from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
@@ -65,14 +73,16 @@ def read_message_log(
     with closing(reader):
         topics = topics_of(reader, settings, bounds)
         joints = choose_joint_states(reader, topics, settings, robot_joints, name)
+        efforts = choose_efforts(topics, joints, settings, name)
         wrench = named(topics, settings.wrench)
-        wanted = [joints, *companions(topics, joints)]
+        wanted = [joints, *companions(topics, joints), *([efforts] if efforts else [])]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []
         annotated, absent = annotation_topics(topics, settings)
         decode(reader, [*wanted, *annotated], progress)
         findings = [
             *damage_findings(reader.damage, name),
             *skipped_findings(joints),
+            *(skipped_findings(efforts) if efforts else ()),
             *(skipped_findings(wrench) if wrench else ()),
         ]
     where = f"{name}, {joints.name}"
@@ -89,16 +99,22 @@ def read_message_log(
         judged=judged,
     )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
-    currents = joints.decoded.currents or settings.effort_kind == "motor-current"
+    currents = (efforts or joints).decoded.currents or settings.effort_kind == "motor-current"
     alarms = alarm_series(joints.decoded, joints.profile)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
+    merged = _merged(publishers, joints.name)
+    if efforts is not None:
+        publishers = with_efforts(publishers, efforts, frozenset(names.log), name)
+    if settings.rate_hz is not None:
+        publishers = [spaced_evenly(publisher, settings.rate_hz, where) for publisher in publishers]
     base = publishers[0]
     findings += [garbage_finding(*p.garbage, "message", joints.name) for p in publishers if p.garbage is not None]
-    clock, clock_finding = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
+    clock, clock_finding = _clock_of(publishers, settings, where, joints.name)
     stamps = base.stamps(clock)
     origin = int(stamps[0])
     as_stamped = None if base.stamp_ns is None else as_recorded(base.stamp_ns, base.stamp_breaks)
-    findings += compare_clocks(as_stamped, as_recorded(base.log_ns, base.log_breaks), joints.name)
+    if settings.rate_hz is None:
+        findings += compare_clocks(as_stamped, as_recorded(base.log_ns, base.log_breaks), joints.name)
     findings += set_back_findings(base.stamp_breaks if clock == "header" else base.log_breaks, origin, joints.name)
     times = Times(base, clock, origin)
     annotations, phases, unreadable = _annotations(annotated, times)
@@ -108,7 +124,7 @@ def read_message_log(
     scale = angle_factor(settings.units.position)
     conflicts = [found for p in publishers for found in disagreement(p, p.stamps(clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)
-    findings += [clock_finding, *names.findings, *_merged(publishers, joints.name)]
+    findings += [clock_finding, *names.findings, *merged]
     series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
     findings += wrench_findings
     units = settings.units
@@ -134,13 +150,26 @@ def read_message_log(
         effort=frozen(columns["effort"]) if "effort" in columns else None,
         effort_unit=unit,
         wrench=series,
-        source=LogSource(name, digest, reader.format, start_of(origin), clock, joints.name),
+        source=LogSource(
+            name, digest, reader.format, start_of(origin), "rate" if settings.rate_hz else clock, joints.name
+        ),
         findings=tuple(findings),
         annotations=tuple(annotations),
         phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
         joint_torque_nm=frozen(columns["joint_torque"]) if "joint_torque" in columns else None,
     )
+
+
+def _clock_of(publishers: Sequence[Series], settings: LogConfig, where: str, topic: str) -> tuple[Clock, Finding]:
+    """The clock that all publishers have, and why; those of a stated rate are stamped by it."""
+    if settings.rate_hz is not None:
+        return "header", fact(f"Messages are spaced evenly, {settings.rate_hz:g} a second, as stated.", where=topic)
+    base = publishers[0]
+    headers = [header_steadiness(publisher.stamp_ns, publisher.log_ns) for publisher in publishers]
+    check_clocks(base, where)
+    alone = headers[0].usable and not all(header.usable for header in headers)  # the others have log time only
+    return choose_clock(None if alone else base.stamp_ns, base.log_ns, settings.time, topic)
 
 
 def _annotations(topics: Sequence[Topic], times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:

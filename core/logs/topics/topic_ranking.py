@@ -27,6 +27,7 @@ class TopicFacts:
         name: of the topic.
         known: how many of the robot's joints it has; 0 where no robot is known.
         role: what its efforts are, as of :func:`role_of`.
+        position: whether it has positions.
         effort: whether it has efforts.
         noise: whether they have a sensor's noise; a model's are smooth.
         joints: how many joints it has.
@@ -36,27 +37,40 @@ class TopicFacts:
     name: str
     known: int
     role: Role
+    position: bool
     effort: bool
     noise: bool
     joints: int
     count: int
 
     @property
-    def decisive(self) -> tuple[int, bool, bool, bool, int]:
-        """Smaller comes first: most of the robot's joints, measured before commanded, with efforts, with noise in them.
+    def decisive(self) -> tuple[int, bool, bool, bool, bool, int]:
+        """Smaller comes first: most of the robot's joints, measured, with positions, with efforts, with noise in them.
 
         Between topics that are equal in this a person decides.
         """
         usable = is_usable(self.role)
-        return -self.known, not usable, not self.effort, not self.noise, USABLE.index(self.role) if usable else 0
+        return (
+            -self.known,
+            not usable,
+            not self.position,
+            not self.effort,
+            not self.noise,
+            USABLE.index(self.role) if usable else 0,
+        )
 
 
 def role_of(topic: Topic, settings: LogConfig) -> Role:
     """What the efforts of a topic are: by its name and the stated path of their field, unless all of it is stated."""
-    if settings.effort_kind != "auto" and named([topic], settings.joint_states) is not None:
+    if settings.effort_kind != "auto" and named([topic], settings.efforts or settings.joint_states) is not None:
         return "measured"
     field = topic.profile.effort if topic.profile.name == CONFIGURED else None
     return strongest({role_of_path(topic.name), role_of_path(field or "")})
+
+
+def holds(parts: Sequence[Decoded], quantity: str) -> bool:
+    """Whether any message has a number of a quantity."""
+    return any(group.holds(quantity) for decoded in parts for group in decoded.groups.values())
 
 
 def has_noise(parts: Sequence[Decoded]) -> bool:

@@ -37,7 +37,7 @@ _COMMANDS = {
     "report": "Write the report of finished runs.",
     "audit": "Everything above, for one log or thousands.",
     "plan": "Plan the motion that would settle what the data leave open.",
-    "trend": "What changed over the nights of a store of results.",
+    "trend": "The nights of a store: tested, contacts, level, γ, friction.",
     "query": "Ask a store of results in SQL.",
     "check": "Check configurations without a log.",
     "accept": "Take one contact out of verdicts, by name and until a day.",

@@ -27,7 +27,7 @@ from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.run_files import read_run, write_run
+from collaudit.reports.files.run_files import open_run, write_run
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.scripts import ASSETS_FOLDER
 from collaudit.reports.values.entries import entry_of, entry_of_error
@@ -88,8 +88,8 @@ def _written(
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
     note_finished(run, files, audit.result.log.sha256, job, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
-    record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.owner), audit.result, record)
+    rows = () if job.wanted is None else job.wanted.of_result(audit.result)
+    return Outcome(replace(entry, robot=job.owner), audit.result, rows)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:
@@ -196,12 +196,12 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
             return None
         if job.url is not None and not _unchanged(job, note):
             return None
-        audit = read_run(run)
+        result = open_run(run).result
     except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
         return None
-    entry = entry_of(audit.result, f"{job.folder}/report.html")
-    record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, robot=job.owner), audit.result, record)
+    entry = entry_of(result, f"{job.folder}/report.html")
+    rows = () if job.wanted is None else job.wanted.of_result(result)
+    return Outcome(replace(entry, robot=job.owner), result, rows)
 
 
 def _unchanged(job: LogJob, note: object) -> bool:

@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
-from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, ConfigError
-from collaudit.core.history.log_record import LogRecord, NightFrom
-from collaudit.core.history.record_of_audit import record_of
+from collaudit.core.history.night_row import NightFrom, NightRow, rows_of_result
 from collaudit.core.logs.log_hashing import sha256_of
 from collaudit.core.policy.contact_states import Precedents
 from collaudit.reports.values.entries import IndexEntry
@@ -37,37 +36,39 @@ class RecordWanted:
     night: str | None
     today: str
 
-    def of_audit(self, audit: Audit, judged_h: float) -> LogRecord:
-        """The record of an audit."""
-        night, source = self._night(audit.result.log.start)
-        return record_of(audit, self.robot, night, source, judged_h)
+    def of_result(self, result: AuditResult) -> tuple[NightRow, ...]:
+        """The rows of an audit."""
+        return rows_of_result(result, self.robot, *self._night(result.log.start))
 
-    def of_unread(self, files: LogFiles, name: str, error: str) -> LogRecord:
-        """The record of a log that could not be audited, and why: a night without evidence is no quiet night."""
+    def of_unread(self, files: LogFiles, name: str, error: str) -> tuple[NightRow, ...]:
+        """The row of a log that could not be audited, and why: a night without evidence is no quiet night."""
         try:
             digest = sha256_of(files) if files else None
         except (CollauditError, OSError, ValueError):
             digest = None
         night, source = self._night(None)
-        return LogRecord(
-            robot=self.robot,
-            night=night,
-            night_from=source,
-            log=name,
-            log_sha256=digest,
-            start=None,
-            verdict="not_judged",
-            reasons=(error.partition("\n")[0],),
-            error=error,
-            duration_s=None,
-            period_s=None,
-            judged_h=0.0,
-            detector=None,
-            persistence_s=None,
-            config_sha256=None,
-            friction_sha256=None,
-            model_sha256=None,
-            collaudit=version("collaudit"),
+        return (
+            NightRow(
+                robot=self.robot,
+                night=night,
+                night_from=source,
+                log=name,
+                log_sha256=digest,
+                start=None,
+                verdict="not_judged",
+                why=error.partition("\n")[0],
+                joint=None,
+                tested=False,
+                judged_s=0.0,
+                level_nm=None,
+                gamma_nm=None,
+                friction_nm=None,
+                near_misses=0,
+                contacts=(),
+                config_sha256=None,
+                friction_sha256=None,
+                collaudit=version("collaudit"),
+            ),
         )
 
     def _night(self, start: str | None) -> tuple[str, NightFrom]:
@@ -127,11 +128,11 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted."""
+    """What became of one log: its line in the index, its result unless it could not be judged, its rows if wanted."""
 
     entry: IndexEntry
     result: AuditResult | None
-    record: LogRecord | None = None
+    rows: tuple[NightRow, ...] = ()
 
 
 def with_records(
@@ -162,19 +163,17 @@ def with_records(
     return made
 
 
-def night_records(jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> dict[str, LogRecord]:
-    """The records of all logs of which one is wanted, by name.
+def night_rows(jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> dict[str, tuple[NightRow, ...]]:
+    """The rows of all logs of which they are wanted, by name.
 
     Args:
         jobs, outcomes: of the audit, in one order.
     """
     made = {}
     for job, one in zip(jobs, outcomes, strict=True):
-        record = one.record
-        if record is None and job.wanted is not None:
-            record = job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
-        if record is not None:
-            made[one.entry.name] = record
+        if job.wanted is not None:
+            rows = one.rows or job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
+            made[one.entry.name] = rows
     return made
 
 

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from collaudit.core.config.schema_accepted import Acceptance
     from collaudit.core.data.audit_result import AuditResult, Verdict
     from collaudit.core.data.left_out import LeftOut
-    from collaudit.core.history.log_record import LogRecord
-    from collaudit.core.history.robot_trend import RobotTrend
     from collaudit.reports.values.entries import IndexEntry
     from collaudit.reports.values.night import NightFacts
 
@@ -173,7 +171,7 @@ def command(
     """
     from collaudit.cli.batch.audit_folder import audit_under_way, own_files
     from collaudit.cli.batch.audit_one import finished_outcomes
-    from collaudit.cli.batch.log_jobs import Limits, night_records, with_records
+    from collaudit.cli.batch.log_jobs import Limits, night_rows, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.log_inputs import night_of
@@ -218,14 +216,14 @@ def command(
             outcomes = audit_logs(work, kept, output, limits, report, came)
         entries = [*(outcome.entry for outcome in outcomes), *left_out_entries(others)]
         results = [outcome.result for outcome in outcomes if outcome.result is not None]
-        tonight = night_records(work, outcomes)
-        stored = [] if nights is None else ResultStore(nights).records()
+        tonight = night_rows(work, outcomes)
+        stored = [] if nights is None else ResultStore(nights).rows()
         night = _night_facts(work, outcomes, others, accepted, today, loaded.config.policy.max_accepted_days)
-        night = replace(night, sentence=night_sentence(entries, _trends(tonight, stored)))
+        night = replace(night, sentence=night_sentence(entries))
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
         write_checksums(output, own_files(), folders, others)
         if store is not None:
-            ResultStore(store).append(list(tonight.values()))
+            ResultStore(store).append([row for rows in tonight.values() for row in rows])
             note(f"{len(tonight)} logs added to the store {store}")
         code = exit_code([night.verdict(entries)])
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
@@ -289,15 +287,6 @@ def _write_night(
     unread = [entry for entry in entries if entry.error is not None]
     for name in formats:
         atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread, night))
-
-
-def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Sequence[RobotTrend]:
-    """Of the robots of tonight, over all nights; of a log that was judged again the new record counts."""
-    from collaudit.core.history.robot_trend import robot_trends
-
-    robots = {record.robot for record in tonight.values()}
-    every = {record.identity: record for record in (*stored, *tonight.values()) if record.robot in robots}
-    return robot_trends(list(every.values())) if stored else ()
 
 
 def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: NightFacts, detail: Detail) -> None:

@@ -11,9 +11,9 @@ from collaudit.core.errors import EXIT_PASS
 
 @example_command(
     "query",
-    "collaudit query store/ \"SELECT robot, count(*) FROM logs WHERE verdict = 'fail' GROUP BY robot\"",
-    'collaudit query store/ "SELECT night, joint, friction_excess FROM joints ORDER BY night" --json',
-    'collaudit query s3://bucket/store "DESCRIBE joints"',
+    "collaudit query store/ \"SELECT robot, count(DISTINCT log) FROM nights WHERE verdict = 'fail' GROUP BY robot\"",
+    'collaudit query store/ "SELECT night, joint, friction_nm FROM nights ORDER BY night" --json',
+    'collaudit query s3://bucket/store "DESCRIBE nights"',
 )
 @click.argument("store", metavar="STORE")
 @click.argument("sql", metavar="SQL")
@@ -21,9 +21,9 @@ from collaudit.core.errors import EXIT_PASS
 def command(store: str, sql: str, as_json: bool) -> int:
     """Answer a question in SQL from a store that collaudit audit --store keeps.
 
-    Tables: logs (one row for each log of each robot, as it was last judged), joints, friction (parameters), contacts,
-    near_misses, findings, and records (every row that was ever appended). docs/history.md lists their columns and
-    answers ten questions. Nothing can be changed, and no other file be read.
+    Tables: nights (a row for each joint of each log, as it was last judged), contacts (a row for each joint in each
+    contact), and records (every row that was ever appended). docs/history.md lists their columns and answers five
+    questions. Nothing can be changed, and no other file be read.
 
     Needs DuckDB: python -m pip install 'collaudit[fleet]'.
     """

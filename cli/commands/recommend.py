@@ -36,9 +36,8 @@ DEFAULT_PER_HOUR = 0.001
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
     common=("--write", "--per-hour", "--clean", "--truth", "--robot", "--friction", "--json", "--config", "--verbose"),
 )
-@click.argument("inputs", nargs=-1, metavar="RUN...|LOG...")
-@click.option("--store", metavar="STORE", help="Use the nights of a store as evidence instead (docs/history.md).")
-@click.option("--robot", metavar="NAME", help="The robot, where runs or store are of several.")
+@click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
+@click.option("--robot", metavar="NAME", help="The robot, where runs are of several.")
 @click.option(
     "--write",
     "target",
@@ -78,7 +77,6 @@ DEFAULT_PER_HOUR = 0.001
 @rule_options
 def command(
     inputs: tuple[str, ...],
-    store: str | None,
     robot: str | None,
     target: Path | None,
     verbose: bool,
@@ -103,17 +101,11 @@ def command(
     The persistence stays as it was set; --n or --persistence-ms state another. How many alarms other thresholds and
     persistences would have given in the clean time, --plot shows for each joint.
 
-    With --store, the clean hours of all nights of a robot count, and it says since when they support the rate.
-
     Exit code 3 when nothing could be recommended for any joint of a robot.
     """
-    from collaudit.cli.fleet.run_evidence import by_arm, recommend_from_store, run_evidence
+    from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste
 
-    if store is not None and not inputs:
-        return recommend_from_store(store, robot, per_hour, as_json)
-    if store is not None or not inputs:
-        raise click.UsageError("Name runs or logs, or a store with --store; not both.")
     evidence = run_evidence(inputs, truth)
     arms = by_arm(evidence, robot)
     if len(arms) > 1 and (as_json or snippet is not None):

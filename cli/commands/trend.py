@@ -1,4 +1,4 @@
-"""``collaudit trend``: what changed over the nights of a store."""
+"""``collaudit trend``: the nights of a store."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
@@ -18,43 +18,42 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
     "collaudit trend store/ --robot cell-7 --json",
 )
 @click.argument("store", metavar="STORE")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Also write the page of trends.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Also write the page with plots.")
 @click.option("--robot", "robots", multiple=True, metavar="NAME", help="Only this robot; may be given several times.")
 @click.option("--since", metavar="NIGHT", help="Only nights from this date on, such as 2026-09-01.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: every series, change and interval.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: every night of every joint.")
 def command(store: str, output: Path | None, robots: tuple[str, ...], since: str | None, as_json: bool) -> int:
-    """Show what changed over the nights of each robot: friction, load, residual, near misses, contacts, coverage.
+    """Show each joint over the nights: whether it was tested, contacts, level of the residual, gamma, friction.
 
-    Drifts and steps are tested against chance over all robots, joints and nights together (docs/history.md says how);
-    each is stated with the night it began with, the interval of that night, and its size with an interval. Wear-like
-    growth of friction is distinguished from payload, and from temperature where the logs hold it. Nothing is
-    extrapolated.
+    A night without a tested log is no quiet night: the table counts both. Nothing is extrapolated, and no change is
+    judged; collaudit query asks the same table in SQL.
 
     Exit code 3 when no log in the store was judged.
     """
-    from collaudit.core.history.robot_trend import robot_trends
-    from collaudit.reports.sections.trend_sections import trend_json
+    from dataclasses import asdict
+
+    from collaudit.core.history.joint_nights import joint_nights
+    from collaudit.reports.sections.trend_sections import nights_section
     from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.terminal.command_texts import trend_text
+    from collaudit.reports.terminal.text_table import section_text
 
     with progress("reading the store"):
-        records = ResultStore(store).records()
-    _check(robots, {r.robot for r in records})
-    records = [r for r in records if (not robots or r.robot in robots) and (since is None or r.night >= since)]
-    with progress("looking for changes"):
-        trends = robot_trends(records)
+        rows = ResultStore(store).rows()
+    _check(robots, {row.robot for row in rows})
+    rows = [row for row in rows if (not robots or row.robot in robots) and (since is None or row.night >= since)]
+    joints = joint_nights(rows)
     if output is not None:
         from collaudit.reports.files.atomic import atomic_write
         from collaudit.reports.page.trend_page import trend_page
 
-        atomic_write(output, trend_page(trends))
+        atomic_write(output, trend_page(joints))
     if as_json:
-        say_json(trend_json(trends))
+        say_object("collaudit/trend/2", {"joints": [asdict(one) for one in joints]})
     else:
-        say(trend_text(trends, terminal_width()), nl=False)
+        say(section_text(nights_section(joints), terminal_width()), nl=False)
     if output is not None:
         note(f"page of trends: {output}")
-    return EXIT_PASS if any(record.verdict != "not_judged" for record in records) else EXIT_NOT_JUDGED
+    return EXIT_PASS if any(row.verdict != "not_judged" for row in rows) else EXIT_NOT_JUDGED
 
 
 def _check(wanted: tuple[str, ...], known: set[str]) -> None:

@@ -14,6 +14,7 @@ from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
 from collaudit.core.config.schema_accepted import Acceptance
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
+from collaudit.core.history.night_row import NightRow
 from collaudit.core.policy.contact_states import EarlierContact, Precedents, tool_place
 from collaudit.core.policy.name_patterns import program_of
 from collaudit.core.small_files import read_object
@@ -130,17 +131,22 @@ def robots_in(out: Path) -> dict[str, str | None]:
 
 
 def _of_store(place: str) -> Iterator[EarlierLog]:
-    from collaudit.reports.store.result_store import ResultStore, records_of
+    from collaudit.reports.store.result_store import ResultStore
 
-    for record in records_of(ResultStore(place).table(light=True).to_pylist()):
-        if record.verdict == "not_judged" and not record.contacts:
-            continue
-        program = program_of(record.log)
-        contacts = tuple(
-            EarlierContact(record.night, program, dict(zip(c.joints, c.peaks_nm, strict=False)), c.place_m)
-            for c in record.contacts
-        )
-        yield EarlierLog(record.robot, record.night, program, contacts)
+    logs: dict[tuple[str, str], list[NightRow]] = {}
+    for row in ResultStore(place).rows():
+        logs.setdefault(row.identity, []).append(row)
+    for rows in logs.values():
+        first, program = rows[0], program_of(rows[0].log)
+        peaks: dict[int, dict[str, float]] = {}
+        places = {}
+        for row in rows:
+            for contact in row.contacts:
+                peaks.setdefault(contact.number, {})[row.joint or ""] = contact.peak_nm
+                places[contact.number] = contact.place_m
+        if first.verdict != "not_judged" or peaks:
+            contacts = (EarlierContact(first.night, program, own, places[k]) for k, own in sorted(peaks.items()))
+            yield EarlierLog(first.robot, first.night, program, tuple(contacts))
 
 
 def _files(path: Path) -> Iterator[tuple[Path, str | None]]:

@@ -1,5 +1,5 @@
-"""What is kept of an audit over nights, and what changes from night to night: friction, load, residual, evidence.
+"""The nights of a fleet: one row a log and joint of what its audit found, and these by night.
 
-In: audits, or the records of many. Out: a record of each, series of every joint, changes with their night and cause.
-Elsewhere: files of records (``reports/store``), thresholds (``recommend``).
+In: audit results. Out: rows, and each joint's nights.
+Elsewhere: files of rows and SQL over them (``reports/store``), thresholds (``recommend``), known contacts (``policy``).
 """

@@ -1,8 +1,8 @@
 """A folder of batches, here or wherever fsspec leads: one Parquet file for each audit, added and never changed.
 
 A batch appears whole under a name of its own: locally by a rename, elsewhere by the one request that makes an object.
-Writers therefore never meet, and a reader sees a batch or not. Which record of a log counts, when it was judged more
-than once, is decided on reading: the latest batch.
+Writers therefore never meet, and a reader sees a batch or not. Which rows of a log count, when it was judged more than
+once, is decided on reading: the latest batch.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import io
 import json
 import re
 import secrets
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,7 +22,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from collaudit.core.errors import CollauditError, LogError
-from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
+from collaudit.core.history.night_row import STORE_SCHEMA, NightRow
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text, plain
@@ -32,77 +32,24 @@ _NAME = "store.json"
 #: A batch of any version; one that is being written has a hidden name.
 _BATCH = re.compile(r"v[0-9][^/]*/[^/]+/[^/.][^/]*\.parquet")
 _TEXT, _NUMBER, _COUNT = pa.string(), pa.float64(), pa.int64()
-_SMALL = pa.float32()
-JOINT = pa.struct(
+_CONTACT = pa.struct(
     [
-        ("joint", _TEXT),
-        ("watched", pa.bool_()),
-        ("gamma_nm", _NUMBER),
-        ("n", _COUNT),
-        *[(name, _NUMBER) for name in ("judged_s", "detectable_s", "observed_s", "clean_s")],
-        *[(name, _NUMBER) for name in ("rms_nm", "p99_nm", "clean_mean_abs_nm", "gamma_margin", "temperature_c")],
-        *[(name, _NUMBER) for name in ("friction_excess", "friction_excess_se", "load_excess", "load_excess_se")],
-        *[(name, _NUMBER) for name in ("offset_nm", "offset_nm_se", "freedom")],
-        *[(name, _NUMBER) for name in ("law_nm", "law_nm_low", "law_nm_high", "law_speed_rad_s")],
-        ("friction_level", _NUMBER),
-        ("peaks_nm", pa.list_(_SMALL)),
-        ("peaks_minute", pa.list_(pa.int32())),
-        ("peaks_count", _COUNT),
-        ("minute_hours", pa.list_(_SMALL)),
-    ]
-)
-PARAMETER = pa.struct(
-    [
-        *[(name, _TEXT) for name in ("joint", "model", "parameter")],
-        *[(name, _NUMBER) for name in ("value", "ci95_low", "ci95_high")],
-        ("identifiable", pa.bool_()),
-    ]
-)
-CONTACT = pa.struct(
-    [
+        ("number", _COUNT),
         ("onset_s", _NUMBER),
-        ("end_s", _NUMBER),
-        ("joints", pa.list_(_TEXT)),
-        ("link", _TEXT),
-        ("kind", _TEXT),
-        ("least_force_n", _NUMBER),
-        ("peaks_nm", pa.list_(_NUMBER)),
+        ("peak_nm", _NUMBER),
         ("place_m", pa.list_(_NUMBER)),
         ("state", _TEXT),
     ]
 )
-NEAR_MISS = pa.struct(
-    [
-        ("joint", _TEXT),
-        *[(name, _NUMBER) for name in ("onset_s", "duration_s", "peak_nm", "ratio")],
-        ("kind", _TEXT),
-    ]
-)
-FINDING = pa.struct([(name, _TEXT) for name in ("code", "severity", "joint", "text")])
 SCHEMA = pa.schema(
     [
-        *[(name, _TEXT) for name in ("robot", "night", "night_from", "log", "log_sha256", "start", "verdict")],
-        ("reasons", pa.list_(_TEXT)),
-        ("error", _TEXT),
-        *[(name, _NUMBER) for name in ("duration_s", "period_s", "judged_h")],
-        ("detector", _TEXT),
-        ("persistence_s", _NUMBER),
-        *[(name, _TEXT) for name in ("config_sha256", "friction_sha256", "model_sha256", "collaudit")],
-        ("joints", pa.list_(JOINT)),
-        ("friction", pa.list_(PARAMETER)),
-        ("contacts", pa.list_(CONTACT)),
-        ("near_misses", pa.list_(NEAR_MISS)),
-        ("findings", pa.list_(FINDING)),
-    ]
-)
-_HEAVY = ("peaks_nm", "peaks_minute", "minute_hours")
-_LIGHT_JOINT = pa.struct([field for field in JOINT if field.name not in _HEAVY])
-#: What trends need: all but the peaks of the residual, parameters and findings.
-LIGHT_SCHEMA = pa.schema(
-    [
-        pa.field("joints", pa.list_(_LIGHT_JOINT)) if field.name == "joints" else field
-        for field in SCHEMA
-        if field.name not in ("friction", "findings")
+        *[(name, _TEXT) for name in ("robot", "night", "night_from", "log", "log_sha256", "start", "verdict", "why")],
+        ("joint", _TEXT),
+        ("tested", pa.bool_()),
+        *[(name, _NUMBER) for name in ("judged_s", "level_nm", "gamma_nm", "friction_nm")],
+        ("near_misses", _COUNT),
+        ("contacts", pa.list_(_CONTACT)),
+        *[(name, _TEXT) for name in ("config_sha256", "friction_sha256", "collaudit")],
     ]
 )
 
@@ -118,8 +65,8 @@ class ResultStore:
         """Whether it is reached by fsspec."""
         return "://" in self.place
 
-    def append(self, records: Sequence[LogRecord]) -> str | None:
-        """Add records as one batch.
+    def append(self, rows: Sequence[NightRow]) -> str | None:
+        """Add rows as one batch.
 
         Returns:
             Its name; None where there was nothing to add.
@@ -127,13 +74,13 @@ class ResultStore:
         Raises:
             CollauditError: the store cannot be written, or is of another version.
         """
-        if not records:
+        if not rows:
             return None
         self.check()
         buffer = io.BytesIO()
-        rows = [plain(record) for record in records]  # numbers that are not finite become null
-        pq.write_table(pa.Table.from_pylist(rows, schema=SCHEMA), buffer, compression="zstd", compression_level=9)
-        month = max(record.night for record in records)[:7]
+        values = [plain(row) for row in rows]  # numbers that are not finite become null
+        pq.write_table(pa.Table.from_pylist(values, schema=SCHEMA), buffer, compression="zstd", compression_level=9)
+        month = max(row.night for row in rows)[:7]
         name = f"{_FOLDER}/{month}/{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(6)}.parquet"
         self._write(name, buffer.getvalue())
         return name
@@ -150,39 +97,32 @@ class ResultStore:
             self._refuse_other(name.partition("/")[0].removeprefix("v"))
         return names
 
-    def table(self, light: bool = False) -> pa.Table:
-        """All records, oldest batch first, with the batch and the row in it as further columns.
-
-        Args:
-            light: without what only thresholds and questions need.
-        """
-        schema = LIGHT_SCHEMA if light else SCHEMA
+    def table(self) -> pa.Table:
+        """All rows, oldest batch first, with the batch as a further column."""
         parts = []
         for name in self.batches():
             try:
-                file = pq.ParquetFile(io.BytesIO(self._read_if_there(name) or b""))
-                part = file.read(column_paths(schema) if light else None)
-            except (pa.ArrowInvalid, OSError) as error:
+                part = pq.ParquetFile(io.BytesIO(self._read_if_there(name) or b"")).read().select(SCHEMA.names)
+            except (pa.ArrowInvalid, OSError, KeyError) as error:
                 raise LogError(
                     "a batch of the store cannot be read",
                     where=f"{self.place}/{name}",
                     found=str(error),
                     hint="move the file out of the store; the audit it came from can append again",
                 ) from error
-            part = part.select(schema.names).append_column("batch", pa.array([name] * part.num_rows, pa.string()))
-            parts.append(part.append_column("batch_row", pa.array(range(part.num_rows), pa.int64())))
-        empty = pa.schema([*schema, ("batch", pa.string()), ("batch_row", pa.int64())]).empty_table()
-        return pa.concat_tables(parts) if parts else empty
+            parts.append(part.append_column("batch", pa.array([name] * part.num_rows, pa.string())))
+        return pa.concat_tables(parts) if parts else pa.schema([*SCHEMA, ("batch", pa.string())]).empty_table()
 
-    def records(self, evidence: bool = False) -> list[LogRecord]:
-        """The record that counts of every log: the latest of each robot's log, in the order of robot and night.
-
-        Args:
-            evidence: with the peaks of the residual; without, they and the findings are not read.
-        """
-        rows = self.table(light=not evidence).to_pylist()
-        latest = {record.identity: record for record in records_of(rows)}
-        return sorted(latest.values(), key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
+    def rows(self) -> list[NightRow]:
+        """The rows that count: those of the latest batch with the log, in the order of robot, night and log."""
+        batch_of: dict[tuple[str, str], str] = {}
+        every = []
+        for value in self.table().to_pylist():
+            row, batch = _row_of(value), value["batch"]
+            batch_of[row.identity] = batch
+            every.append((row, batch))
+        latest = [row for row, batch in every if batch_of[row.identity] == batch]
+        return sorted(latest, key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
 
     def check(self, must_exist: bool = False) -> None:
         """Make a new store, or see that this is one that can be read.
@@ -278,21 +218,10 @@ class ResultStore:
         return fs, str(root).rstrip("/")
 
 
-def column_paths(schema: pa.Schema) -> list[str]:
-    """Names of a schema's columns, as Parquet calls them: those inside joints one by one."""
-    flat = [name for name in schema.names if name != "joints"]
-    return flat + [f"joints.list.element.{field.name}" for field in schema.field("joints").type.value_type]
-
-
-def records_of(rows: Iterable[Mapping[str, Any]]) -> list[LogRecord]:
-    """Records of a table's rows.
-
-    Raises:
-        LogError: one is not what an audit writes.
-    """
+def _row_of(value: Mapping[str, Any]) -> NightRow:
     try:
-        return [msgspec.convert(row, LogRecord) for row in rows]
+        return msgspec.convert(value, NightRow)
     except msgspec.ValidationError as error:
         raise LogError(
-            "a record of the store cannot be read", found=str(error), expected="what collaudit audit --store writes"
+            "a row of the store cannot be read", found=str(error), expected="what collaudit audit --store writes"
         ) from error

@@ -10,19 +10,15 @@ import pyarrow as pa
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.reports.store.result_store import ResultStore
 
-#: Tables that a question may name, by what makes them. ``logs`` holds the latest record of every log of every robot.
+#: Tables that a question may name, by what makes them. ``nights`` holds every log once, as last judged.
 VIEWS = {
-    "logs": """
+    "nights": """
         SELECT * EXCLUDE (place) FROM (
-            SELECT *, row_number() OVER (
+            SELECT *, rank() OVER (
                 PARTITION BY robot, coalesce(log_sha256, night || ' ' || log)
-                ORDER BY string_split(batch, '/')[-1] DESC, batch_row DESC) AS place
+                ORDER BY string_split(batch, '/')[-1] DESC) AS place
             FROM records) WHERE place = 1""",
-    "joints": "SELECT robot, night, log, verdict, unnest(j) FROM (SELECT *, unnest(joints) AS j FROM logs)",
-    "friction": "SELECT robot, night, log, friction_sha256, unnest(f) FROM (SELECT *, unnest(friction) AS f FROM logs)",
-    "contacts": "SELECT robot, night, log, start, unnest(c) FROM (SELECT *, unnest(contacts) AS c FROM logs)",
-    "near_misses": "SELECT robot, night, log, start, unnest(m) FROM (SELECT *, unnest(near_misses) AS m FROM logs)",
-    "findings": "SELECT robot, night, log, unnest(f) FROM (SELECT *, unnest(findings) AS f FROM logs)",
+    "contacts": "SELECT robot, night, log, joint, unnest(c) FROM (SELECT *, unnest(contacts) AS c FROM nights)",
 }
 
 
@@ -45,7 +41,7 @@ def query_store(store: ResultStore, sql: str) -> Answer:
 
     Args:
         store: what it is asked of.
-        sql: over the tables in ``VIEWS``, and ``records``, every record that was ever appended.
+        sql: over the tables in ``VIEWS``, and ``records``, every row that was ever appended.
 
     Raises:
         ConfigError: the SQL cannot be answered. CollauditError: DuckDB is missing, or the store cannot be read.
@@ -70,7 +66,7 @@ def query_store(store: ResultStore, sql: str) -> Answer:
             "the SQL cannot be answered",
             where="collaudit query",
             found=str(error).strip(),
-            hint=f"tables: {', '.join([*VIEWS, 'records'])}; DESCRIBE joints lists the columns of one",
+            hint=f"tables: {', '.join([*VIEWS, 'records'])}; DESCRIBE nights lists the columns of one",
         ) from error
     finally:
         connection.close()

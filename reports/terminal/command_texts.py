@@ -1,4 +1,4 @@
-"""What nights, trends, fits, plans, forces beside limits and the checks of an installation say on a terminal."""
+"""What nights, fits, plans, forces beside limits and the checks of an installation say on a terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PlanFile
-from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.reports.sections.body_region_sections import (
     CANNOT_BE_CONCLUDED,
     BodyLimits,
@@ -14,7 +13,6 @@ from collaudit.reports.sections.body_region_sections import (
 )
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import plan_sections
-from collaudit.reports.sections.trend_sections import CAUSE_WORDS, change_text, robot_section
 from collaudit.reports.terminal.text_table import section_text, sections_text, table
 from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.numbers import duration
@@ -64,27 +62,6 @@ def checks_text(checks: Sequence[tuple[bool, str, str, str, str]], width: int | 
     passed = sum(check[0] for check in checks)
     head = ("", "robot", "check", "wanted", "found")
     return table(head, lines, width=width) + f"\n{passed} of {len(checks)} checks passed\n"
-
-
-def trend_text(trends: Sequence[RobotTrend], width: int | None = None) -> str:
-    """What changed, robot by robot; then a table of all robots.
-
-    Args:
-        trends: of the robots.
-        width: columns of the terminal; None: any.
-    """
-    if not trends:
-        return "The store holds no log of these robots and nights.\n"
-    changed = [trend for trend in trends if trend.events]
-    lines = []
-    for trend in changed:
-        lines.append(visible(trend.robot))
-        for event in trend.events:
-            lines.append(wrapped(f"  {CAUSE_WORDS[event.cause]}: {visible(event.text)}", width, "    "))
-            lines += [wrapped(f"    {visible(change_text(change))}", width, "      ") for change in event.changes]
-    lines += [""] if changed else []
-    lines.append(f"{len(trends)} robots, {len(trends) - len(changed)} without a significant change.")
-    return "\n".join(lines) + f"\n\n{section_text(robot_section(trends), width)}"
 
 
 def body_region_text(results: Sequence[AuditResult], limits: BodyLimits, width: int | None = None) -> str:

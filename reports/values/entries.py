@@ -10,9 +10,7 @@ from typing import cast
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.detection_result import ContactState
 from collaudit.core.errors import CollauditError
-from collaudit.core.history.log_record import LogRecord
-from collaudit.core.history.robot_trend import RobotTrend
-from collaudit.reports.sections.trend_sections import CAUSE_WORDS
+from collaudit.core.history.night_row import NightRow
 from collaudit.reports.values.words import nothing_judged, noticed_brief, noticed_n, plural, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
@@ -140,12 +138,11 @@ def worst_verdict(entries: Sequence[IndexEntry]) -> Verdict:
     return min((entry.verdict for entry in entries), key=_ORDER.__getitem__, default="not_judged")
 
 
-def night_sentence(entries: Sequence[IndexEntry], trends: Sequence[RobotTrend] = ()) -> str:
-    """How many logs were judged, contacts by robot, and joints that changed over the nights.
+def night_sentence(entries: Sequence[IndexEntry]) -> str:
+    """How many logs were judged, and contacts by robot.
 
     Args:
         entries: the logs, as decided.
-        trends: of their robots, tonight included; none where no store is kept.
     """
     counts = verdict_counts(entries)
     judged = len(entries) - counts["not_judged"]
@@ -155,10 +152,6 @@ def night_sentence(entries: Sequence[IndexEntry], trends: Sequence[RobotTrend] =
     robots = {entry.robot: [e for e in entries if e.robot == entry.robot] for entry in entries}
     touched = [_contacts(robot, own) for robot, own in robots.items() if any(e.contacts for e in own)]
     said += touched if touched or not judged else ["no contact"]
-    for trend in trends:
-        for event in trend.events:
-            lead = event.changes[0]
-            said.append(f"{lead.joint} of {trend.robot}: {CAUSE_WORDS[event.cause]} since {lead.night}")
     return "; ".join(said) + "."
 
 
@@ -171,19 +164,20 @@ def _contacts(robot: str | None, entries: Sequence[IndexEntry]) -> str:
     return plural(sum(entry.contacts for entry in entries), "contact") + where + told
 
 
-def nights_before(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> dict[str, list[Verdict]]:
+def nights_before(tonight: Mapping[str, Sequence[NightRow]], stored: Sequence[NightRow]) -> dict[str, list[Verdict]]:
     """What became of each log in its last nights, tonight being the last; the worst, where a name was there twice.
 
     Args:
-        tonight: by name of log, its record.
-        stored: records of nights before; of a log that was judged again tonight the new record counts.
+        tonight: by name of log, its rows.
+        stored: rows of nights before; of a log that was judged again tonight the new ones count.
     """
-    again = {record.identity for record in tonight.values()}
-    found: dict[tuple[str, str], dict[str, Verdict]] = {(r.robot, r.log): {} for r in tonight.values()}
-    for record in [*(record for record in stored if record.identity not in again), *tonight.values()]:
-        nights = found.get((record.robot, record.log))
+    new = [row for rows in tonight.values() for row in rows]
+    again = {row.identity for row in new}
+    found: dict[tuple[str, str], dict[str, Verdict]] = {(row.robot, row.log): {} for row in new}
+    for row in [*(row for row in stored if row.identity not in again), *new]:
+        nights = found.get((row.robot, row.log))
         if nights is not None:
-            verdict = cast("Verdict", record.verdict)
-            nights[record.night] = min(verdict, nights.get(record.night, verdict), key=_ORDER.__getitem__)
+            verdict = cast("Verdict", row.verdict)
+            nights[row.night] = min(verdict, nights.get(row.night, verdict), key=_ORDER.__getitem__)
     verdicts = {identity: [verdict for _, verdict in sorted(nights.items())] for identity, nights in found.items()}
-    return {name: verdicts[record.robot, record.log][-_MOST_NIGHTS:] for name, record in tonight.items()}
+    return {name: verdicts[rows[0].robot, rows[0].log][-_MOST_NIGHTS:] for name, rows in tonight.items()}

@@ -149,7 +149,7 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monk
         ("audit", *known, "-o", out, "--store", store, "--robot", evil[0], "--format", "junit,markdown,sarif,github"),
         ("audit", log, tmp_path / "none.csv", "-c", config, "-o", out, "--baseline", out),
         ("trend", store, "-o", tmp_path / "trend.html"),
-        ("query", store, "SELECT robot, joint FROM joints"),
+        ("query", store, "SELECT robot, joint FROM nights"),
     ]
     for command in commands:
         outcome = collaudit(*command)

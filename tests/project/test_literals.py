@@ -89,7 +89,6 @@ def test_such_a_chain_is_seen() -> None:
 #: Which severities a kind comes with is what its table says; of the quantities of a joint not all are tested.
 BY_DESIGN = (
     "core/findings/finding_kinds.py",
-    "core/history/joint_series.py",
     "core/logs/topics/annotation_topics.py",
 )
 

@@ -358,14 +358,14 @@ def test_the_index_is_sorted_and_filtered(chromium: Any, tmp_path: Path) -> None
 def test_the_page_of_trends_is_for_everybody(chromium: Any, axe: str, tmp_path: Path, scheme: str, width: int) -> None:
     from histories import history
 
-    from collaudit.core.history.robot_trend import robot_trends
+    from collaudit.core.history.joint_nights import joint_nights
     from collaudit.reports.page.trend_page import trend_page
 
-    worn = history("cell <b>7</b>", 40, friction=lambda k, j: 0.006 * max(0, k - 12) if j == "j2" else 0.0)
-    (tmp_path / "trend.html").write_text(trend_page(robot_trends([*worn, *history("steady", 40, seed=1)])))
+    rows = [*history("cell <b>7</b>", 40), *history("steady", 40)]
+    (tmp_path / "trend.html").write_text(trend_page(joint_nights(rows)))
     seen = Visit(chromium, tmp_path / "trend.html", color_scheme=scheme)
     seen.page.set_viewport_size({"width": width, "height": 900})
     assert not violations(seen.page, axe) and not seen.console and not seen.outside
-    assert seen.page.get_by_text("wear-like growth of friction").is_visible()
+    assert seen.page.get_by_text("cell <b>7</b>").first.is_visible()
     assert seen.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     keep_picture(seen.page, f"trend-{scheme}-{width}")

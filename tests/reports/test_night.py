@@ -13,7 +13,6 @@ from browser import axe_source, launched, violations
 from histories import history
 
 from collaudit.core.errors import LogError
-from collaudit.core.history.robot_trend import robot_trends
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.page.index import write_index
 from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, night_sentence, nights_before
@@ -53,15 +52,13 @@ def test_a_night_in_a_sentence() -> None:
     calm = [entry for entry in night(42) if not entry.contacts and not entry.error]
     assert night_sentence(calm) == f"{len(calm)} of {len(calm)} logs judged; no contact."
     assert night_sentence(night(42)[-1:]) == "0 of 1 log judged."
-    worn = robot_trends(history("A", 40, friction=lambda k, j: 0.006 * max(0, k - 12) if j == "j2" else 0.0))
-    assert "; j2 of A: wear-like growth of friction since 2026-09-1" in night_sentence(night(42), worn)
 
 
 def test_the_nights_before_are_of_the_log_of_that_name_and_robot() -> None:
-    records = history("A", 20)
-    named = [replace(r, log="A/run.mcap", verdict="fail" if k == 18 else "pass") for k, r in enumerate(records)]
-    others = [replace(r, log="A/other.mcap", log_sha256=f"{k}") for k, r in enumerate(records)]
-    before = nights_before({"A/run.mcap": named[-1]}, [*named, *others, *history("B", 20)])
+    rows = [row for row in history("A", 20) if row.joint == "j1"]
+    named = [replace(r, log="A/run.mcap", verdict="fail" if k == 18 else "pass") for k, r in enumerate(rows)]
+    others = [replace(r, log="A/other.mcap", log_sha256=f"{k}") for k, r in enumerate(rows)]
+    before = nights_before({"A/run.mcap": named[-1:]}, [*named, *others, *history("B", 20)])
     assert len(before["A/run.mcap"]) == 14 and before["A/run.mcap"][-3:] == ["pass", "fail", "pass"]
 
 

@@ -20,15 +20,13 @@ from collaudit.core.data.recommendation_result import (
     StretchToConfirm,
 )
 from collaudit.core.findings import Finding
-from collaudit.core.history.robot_trend import RateOfNights
-from collaudit.core.history.series_changes import Change
+from collaudit.core.history.joint_nights import JointNights
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import AUDITS_SCHEMA
-from collaudit.reports.sections.trend_sections import TREND_SCHEMA
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 from user_guide.result_schemas import schema_of
 
@@ -206,46 +204,11 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class TrendEvent:
-    """What happened to a robot, by its likely cause."""
-
-    cause: str
-    text: str
-    changes: list[Change]
-
-
-@dataclass(frozen=True, slots=True)
-class TrendSeries:
-    """A quantity of a joint by night, with standard errors; null where it is not known."""
-
-    nights: list[str]
-    value: list[float | None]
-    se: list[float | None]
-    temperature_c: list[float | None]
-    left_out: Any
-
-
-@dataclass(frozen=True, slots=True)
-class RobotOverNights:
-    """One robot of ``trend --json``; ``untold`` holds the series from which no change can be told yet."""
-
-    robot: str
-    nights: Any
-    logs: int
-    verdicts: dict[str, int]
-    contacts: RateOfNights
-    near_misses: RateOfNights
-    events: list[TrendEvent]
-    untold: Any
-    joints: dict[str, dict[str, TrendSeries]]
-
-
-@dataclass(frozen=True, slots=True)
 class Trends:
-    """What ``trend --json`` prints: every series, change and interval, by robot."""
+    """What ``trend --json`` prints: every night of every joint."""
 
-    schema: Literal["collaudit/trend/1"]
-    robots: list[RobotOverNights]
+    schema: Literal["collaudit/trend/2"]
+    joints: list[JointNights]
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,7 +239,7 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     "collaudit/check/1": (Checked, "check --json"),
     "collaudit/accept/1": (Accepted, "accept --json"),
     "collaudit/query/1": (Answer, "query --json"),
-    TREND_SCHEMA: (Trends, "trend --json"),
+    "collaudit/trend/2": (Trends, "trend --json"),
     ERROR_SCHEMA: (Failed, "any command with --json that fails"),
 }
 

@@ -19,9 +19,13 @@ from collaudit.core.config.config_table import (
 class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     """Columns of CSV logs. `{joint}` stands for the log's joint name, `{i}` counts from 1, `{i0}` from 0."""
 
-    time: Annotated[str | int | None, about("Time column: its name, or its number (from 1) in headerless files.")] = (
-        None
-    )
+    time: Annotated[
+        str | int | Annotated[list[str | int], Meta(min_length=2, max_length=3)] | None,
+        about(
+            "Time column: its name, or its number (from 1) in headerless files; or the columns that make a time "
+            'together: seconds and nanoseconds, `["Date", "Time"]`, or these and milliseconds.'
+        ),
+    ] = None
     rate_hz: Annotated[Positive | None, about("Rows per second of a table without a time column.")] = None
     position: Annotated[
         ColumnPattern | None,
@@ -46,6 +50,15 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     delimiter: Annotated[str, about("`auto`, or the character between cells.")] = "auto"
     decimal: Annotated[Literal["auto", ".", ","], about("Decimal mark.")] = "auto"
     header: Annotated[bool | Literal["auto"], about("Whether the first line holds column names.")] = "auto"
+    skip_rows: Annotated[
+        Annotated[int, Meta(ge=0)] | Literal["auto"], about("Lines of the file before the line of column names.")
+    ] = "auto"
+    units_row: Annotated[
+        bool | Literal["auto"], about("Whether a row with the units of the columns stands below their names.")
+    ] = "auto"
+    comment: Annotated[
+        list[str], about("Beginnings of lines that are no rows, such as `Samples:`; # and % are known.")
+    ] = []
     also: Annotated[list[PurePath], about("Further files with other quantities and the same time column.")] = []
     labels: Annotated[
         list[str], about("Columns that are neither 0, false nor empty while a flag or a mark of a true event holds.")

@@ -55,7 +55,8 @@ from collaudit.core.logs.storage.table_reader import TableColumns
 class ToyTable:
     """One JSON object of columns after the magic."""
 
-    format, named, layout, stated, left_out, damage = "toy-table", True, "columns of JSON", {}, (), None
+    format, named, layout, stated = "toy-table", True, "columns of JSON", {}
+    left_out, notes, damage = (), (), None
 
     def __init__(self, path, settings):
         self.path = path

@@ -12,7 +12,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_reading import read_log
 
-SETTINGS = LogConfig.of({"csv": {"time": "1", "position": "2", "effort": "3"}})
+SETTINGS = LogConfig.of({"csv": {"time": "1", "position": "2", "effort": "3"}, "units": {"time": "s"}})
 #: What the last row but one says, and the text after the last.
 ROWS = [
     "0.4 0.004 1.4", "  0.4   0.004\t1.4 ", "0.4 nan 1.4", "0.4 NA 1.4", "0.4 0.004 nan", "0.4 0.004",

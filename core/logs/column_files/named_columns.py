@@ -34,6 +34,7 @@ class NamedColumns:
     """
 
     damage: str | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(
         self,

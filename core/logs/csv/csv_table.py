@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -23,12 +24,12 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import (
     BLANKS,
-    COMMENT,
     NULLS,
     Dialect,
     dialect_of,
     is_iso,
     is_number,
+    is_time_of_day,
     rows_as_text,
 )
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
@@ -38,6 +39,10 @@ from collaudit.core.numeric.arrays import FloatArray
 _FIRST_ROWS = 50
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
 _BLOCK = 3 << 18
+#: Lines of text behind a table are fewer.
+_TRAILER = 50
+#: Numbers with a mark between thousands and one before decimals, by the decimal mark: no other number is meant.
+_GROUPED = {",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d+"), ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d+")}
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
 
 
@@ -50,9 +55,12 @@ class CsvTable:
     def __init__(self, path: Path, settings: CsvConfig) -> None:
         self.path = self._file = path
         self.damage: str | None = None
+        self.notes: tuple[str, ...] = ()
         self.dialect = dialect_of(path, settings)
         self.names = self.dialect.names
         self.named = self.dialect.header
+        if self.dialect.before:
+            self.notes = (f"{self.dialect.before} lines before its line of names",)
         delimiter, decimal = self.dialect.delimiter, self.dialect.decimal
         self.layout = (
             f"{_DELIMITERS.get(delimiter, delimiter)}-separated, decimal {'comma' if decimal == ',' else 'point'}"
@@ -142,25 +150,59 @@ class CsvTable:
             LogError: a row has too few or too many cells, or a cell is no number.
         """
         width, rows = len(self.names), self._rows()
+        repeated = 0
         for line, cells in rows:
+            if tuple(cells) == self.dialect.head:
+                repeated += 1
+                continue
+            cells = _ungrouped(cells, self.dialect.decimal)
             held = [index for index in numeric if index < len(cells)]
             bad = [k for k in held if not _fine(cells[k].strip(BLANKS), self.dialect, k in may_be_empty, k == time)]
             if len(cells) == width and not bad:
                 yield line, cells
                 continue
-            where = f"{self.path}, line {line}"
-            if len(cells) != width:
-                message = "the row has another number of cells than the columns"
-                error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
-                cut = len(cells) < width and set(bad) <= {len(cells) - 1}
-            else:
-                name = self.names[bad[0]] if self.named else f"number {bad[0] + 1}"
-                message = f"the cell in column {name!r} is not a number"
-                error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
-                cut = bad == [width - 1]
-            if not cut or next(rows, None) is not None or not self._lacks_its_end():
-                raise error
+            behind = list(islice(rows, _TRAILER))
+            if self._ends_with([cells, *(row for _, row in behind)]):
+                self.notes += (f"text behind the table, from line {line} on",)
+                break
+            cut = len(cells) < width and set(bad) <= {len(cells) - 1} if len(cells) != width else bad == [width - 1]
+            if not cut or behind or not self._lacks_its_end():
+                raise self._refusal(line, cells, bad, time)
             self.damage = f"its last row, line {line}, ends in the middle and was left out"
+        if repeated:
+            self.notes += (f"its line of names, repeated {repeated} times",)
+
+    def _ends_with(self, rows: Sequence[Sequence[str]]) -> bool:
+        """Whether these last rows are text: fewer cells than columns each, and none begins with a number."""
+        return len(rows) < _TRAILER and all(
+            len(cells) < len(self.names) and not is_number(cells[0], self.dialect.decimal) and not is_iso(cells[0])
+            for cells in rows
+        )
+
+    def _refusal(self, line: int, cells: Sequence[str], bad: Sequence[int], time: int | None) -> LogError:
+        """Why a row is none, and the line of the configuration that reads the file where there is one."""
+        first, numbers = cells[0].strip(), sum(is_number(cell, self.dialect.decimal) for cell in cells)
+        hint = None
+        if not numbers and line == self.dialect.skip + 1 and self.dialect.header:
+            hint = (
+                "[log.csv] units_row = true, if this row holds the units of the columns; skip_rows = …, if the line of "
+                "names comes later, with the number of lines before it"
+            )
+        elif not numbers and first:
+            begin = json.dumps(first[:40], ensure_ascii=False)
+            hint = f"lines that begin so are no rows: [log.csv] comment = [{begin}]"
+        elif time in bad:
+            hint = (
+                'name the columns that make a time together: [log.csv] time = ["Date", "Time"]; dates as 2026-11-24 or '
+                "24.11.2026, times as 08:53:20.123"
+            )
+        where, width = f"{self.path}, line {line}", len(self.names)
+        if len(cells) != width:
+            message = "the row has another number of cells than the columns"
+            return LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}", hint=hint)
+        name = self.names[bad[0]] if self.named else f"number {bad[0] + 1}"
+        found = repr(cells[bad[0]].strip()[:60])
+        return LogError(f"the cell in column {name!r} is not a number", where=where, found=found, hint=hint)
 
     def _lacks_its_end(self) -> bool:
         """Whether the last line has no end; of UTF-16 that is not told."""
@@ -192,7 +234,9 @@ def _parsed(source: Any, dialect: Dialect, wanted: Sequence[int], types: Mapping
             encoding=dialect.encoding.removesuffix("-sig"),
             use_threads=False,
         ),
-        parse_options=arrow_csv.ParseOptions(delimiter=dialect.delimiter, invalid_row_handler=_comment_or_error),
+        parse_options=arrow_csv.ParseOptions(
+            delimiter=dialect.delimiter, invalid_row_handler=partial(_comment_or_error, dialect.comment)
+        ),
         convert_options=arrow_csv.ConvertOptions(
             include_columns=[f"c{index}" for index in wanted],
             column_types=dict(types),
@@ -202,9 +246,9 @@ def _parsed(source: Any, dialect: Dialect, wanted: Sequence[int], types: Mapping
     )
 
 
-def _comment_or_error(row: Any) -> str:
+def _comment_or_error(comment: tuple[str, ...], row: Any) -> str:
     text = str(row.text).strip()
-    return "skip" if not text or text.startswith(COMMENT) else "error"
+    return "skip" if not text or text.startswith(comment) else "error"
 
 
 def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
@@ -219,6 +263,8 @@ def _time_types(first: str) -> list[Any]:
     if is_iso(first):
         zoned = re.search(r"(Z|[+-]\d{2}:?\d{2})$", first) is not None
         return [pa.timestamp("ns", "UTC") if zoned else pa.timestamp("ns")]
+    if is_time_of_day(first):
+        return [pa.time64("ns")]
     if re.fullmatch(r"[+-]?\d+", first):
         return [pa.int64(), pa.decimal128(37, 12), pa.float64()]
     if re.fullmatch(r"\d{7,}[.,]\d+", first):
@@ -226,5 +272,15 @@ def _time_types(first: str) -> list[Any]:
     return [pa.float64()]
 
 
+def _ungrouped(cells: list[str], decimal: str) -> list[str]:
+    """The cells without marks between thousands."""
+    mark, grouped = "." if decimal == "," else ",", _GROUPED[decimal]
+    return [cell.replace(mark, "") if mark in cell and grouped.fullmatch(cell.strip()) else cell for cell in cells]
+
+
 def _fine(cell: str, dialect: Dialect, may_be_empty: bool, may_be_iso: bool) -> bool:
-    return (may_be_empty and cell in NULLS) or is_number(cell, dialect.decimal) or (may_be_iso and is_iso(cell))
+    return (
+        (may_be_empty and cell in NULLS)
+        or is_number(cell, dialect.decimal)
+        or (may_be_iso and (is_iso(cell) or is_time_of_day(cell)))
+    )

@@ -15,6 +15,7 @@ from typing import IO
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import head_of
+from collaudit.core.vendors.column_words import UNIT_WORDS
 
 HEAD_BYTES = 1 << 18
 _SAMPLE_LINES = 64
@@ -26,17 +27,27 @@ _NUMBER = re.compile(r"[+-]?(\d+([.]\d*)?|[.]\d+)([eE][+-]?\d+)?|[+-]?(inf|nan|i
 _ISO = re.compile(r"\d{4}-\d{2}-\d{2}([T ]\d{2}:\d{2}(:\d{2}([.,]\d+)?)?\s*(Z|[+-]\d{2}:?\d{2})?)?")
 
 
+#: A time of day.
+_OF_DAY = re.compile(r"\d{1,2}:\d{2}:\d{2}([.]\d+)?")
+#: Units that a row below the names of columns holds, in lower case.
+_UNITS = frozenset({*UNIT_WORDS, "s", "ms", "us", "µs", "ns", "sec", "m", "mm", "n", "m/s", "mm/s", "°", "°/s", "deg/s",
+                    "rad/s", "1/s", "hz", "n·m", "n*m", "n.m", "c", "°c", "%", "‰", "-"})  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True)
 class Dialect:
     """How a CSV is written.
 
     Attributes:
-        names: column names, stripped; of a headerless file "1", "2", …
+        names: column names, stripped, with the unit in brackets that a row below states; of a headerless file "1", "2".
         delimiter: one character; a space stands for any run of white space.
         decimal: "." or ",".
         header: whether there is a line of names.
         skip: lines before the first row of data.
         encoding: of the text.
+        comment: beginnings of lines that are no rows.
+        head: the cells of the line of names, as it is written; empty without.
+        before: lines before the line of names that are neither empty nor comments.
     """
 
     names: tuple[str, ...]
@@ -45,6 +56,9 @@ class Dialect:
     header: bool
     skip: int
     encoding: str
+    comment: tuple[str, ...] = COMMENT
+    head: tuple[str, ...] = ()
+    before: int = 0
 
 
 def encoding_of(head: bytes) -> str:
@@ -75,6 +89,11 @@ def is_iso(cell: str) -> bool:
     return _ISO.fullmatch(cell.strip()) is not None
 
 
+def is_time_of_day(cell: str) -> bool:
+    """Whether a cell is a time of day, as 23:59:58.001."""
+    return _OF_DAY.fullmatch(cell.strip()) is not None
+
+
 def split(line: str, delimiter: str) -> list[str]:
     """The cells of one line."""
     if delimiter == " ":
@@ -101,7 +120,11 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     lines = list(io.StringIO(text, newline=None))
     if len(head) == HEAD_BYTES and len(lines) > 1:
         lines.pop()
-    of_data = (i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith(COMMENT))
+    comment = (*COMMENT, *settings.comment)
+    skipped = 0 if settings.skip_rows == "auto" else settings.skip_rows
+    of_data = (
+        i for i, line in enumerate(lines) if i >= skipped and line.strip() and not line.lstrip().startswith(comment)
+    )
     rows = [(i, lines[i].rstrip("\n")) for i in islice(of_data, _SAMPLE_LINES)]
     if not rows:
         raise LogError("the file holds no rows of data", where=str(path), found=f"{len(lines)} lines")
@@ -109,15 +132,58 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     stated = settings.delimiter.replace("\\t", "\t")
     delimiter = stated if stated != "auto" else _delimiter(sample)
     decimal = settings.decimal if settings.decimal != "auto" else _decimal(sample, delimiter)
-    first_cells = split(sample[0], delimiter)
+    before = _before(sample, delimiter, decimal) if settings.skip_rows == "auto" and settings.header == "auto" else 0
+    rows = rows[before:]
+    first_cells = split(rows[0][1], delimiter)
     header = _has_header(first_cells, decimal) if settings.header == "auto" else settings.header
     if header and len(rows) < 2:
         raise LogError("the file holds no rows of data", where=str(path), found="only a line of column names")
-    start = rows[1 if header else 0][0]
-    cells = split(rows[1 if header else 0][1], delimiter)
+    start, cells = rows[1 if header else 0][0], split(rows[1 if header else 0][1], delimiter)
     names = first_cells if header else _commented_names(lines[:start], delimiter, len(cells))
-    return Dialect(_clean(names or [str(i + 1) for i in range(len(cells))]), delimiter, decimal,
-                   header or bool(names), start, encoding)  # fmt: skip
+    units: list[str] = []
+    if header and len(rows) > 2 and _are_units(cells, len(names), decimal, settings.units_row):
+        start, units = rows[2][0], cells
+    return Dialect(
+        names=_with_units(_clean(names or [str(i + 1) for i in range(len(cells))]), units),
+        delimiter=delimiter,
+        decimal=decimal,
+        header=header or bool(names),
+        skip=start,
+        encoding=encoding,
+        comment=comment,
+        head=tuple(first_cells) if header else (),
+        before=before,
+    )
+
+
+def _before(sample: Sequence[str], delimiter: str, decimal: str) -> int:
+    """How many lines stand before the names of the columns.
+
+    These are the line above the first row of numbers, or above a row of units, with as many cells as most rows; what
+    comes before has another number of cells.
+    """
+    cells = [split(line, delimiter) for line in sample]
+    counts = [len(row) for row in cells]
+    usual = max(set(counts), key=counts.count)
+    first = counts.index(usual)
+    named = first > 0 and usual > 1 and _has_header(cells[first], decimal)
+    below = [row for row in cells[first + 1 : first + 3] if not _has_header(row, decimal)]
+    return first if named and below and len(below[-1]) == usual else 0
+
+
+def _are_units(cells: Sequence[str], count: int, decimal: str, stated: bool | str) -> bool:
+    """Whether the row below the names of so many columns states their units."""
+    if stated != "auto":
+        return bool(stated)
+    filled = [cell.strip(" []()").lower() for cell in cells if cell.strip()]
+    return len(cells) == count and bool(filled) and _has_header(cells, decimal) and {*filled} <= _UNITS
+
+
+def _with_units(names: Sequence[str], units: Sequence[str]) -> tuple[str, ...]:
+    """Names with their units in brackets."""
+    bare = [unit.strip(" []()") for unit in units]
+    bare += [""] * (len(names) - len(bare))
+    return tuple(f"{name} [{unit}]" if unit else name for name, unit in zip(names, bare, strict=False))
 
 
 def _clean(names: Sequence[str]) -> tuple[str, ...]:
@@ -137,7 +203,9 @@ def _commented_names(lines: Sequence[str], delimiter: str, count: int) -> list[s
 
 def _has_header(cells: Sequence[str], decimal: str) -> bool:
     filled = [cell for cell in cells if cell.strip() and cell.strip() not in NULLS]
-    return not any(is_number(cell, decimal) or is_number(cell) or is_iso(cell) for cell in filled)
+    return not any(
+        is_number(cell, decimal) or is_number(cell) or is_iso(cell) or is_time_of_day(cell) for cell in filled
+    )
 
 
 def _delimiter(sample: Sequence[str]) -> str:
@@ -196,7 +264,7 @@ def rows_as_text(file: Path, where: str, dialect: Dialect) -> Iterator[tuple[int
 
 def _between_blanks(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
     for number, line in enumerate(text, dialect.skip + 1):
-        if line.strip() and not line.lstrip().startswith(COMMENT):
+        if line.strip() and not line.lstrip().startswith(dialect.comment):
             yield number, line.split()
 
 
@@ -205,6 +273,6 @@ def _quoted(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
     before = 0  # a quote that is never closed takes the lines below into its cell
     for cells in reader:
         blank = not any(cells) or (len(cells) == 1 and not cells[0].strip())
-        if not blank and not cells[0].lstrip().startswith(COMMENT):
+        if not blank and not cells[0].lstrip().startswith(dialect.comment):
             yield dialect.skip + before + 1, cells
         before = reader.line_num

@@ -40,6 +40,7 @@ class TableReader(Protocol):
         layout: how it is written, in words, for ``inspect``.
         stated: keys of ``[log.csv]`` that let the file be read as it was recognised; empty where nothing is guessed.
         left_out: what the file holds besides and is no column, in words.
+        notes: what is in the file beside the table and was left out, in words; more once columns were read.
         damage: where the file could not be read to its end, or None; known once columns were read.
     """
 
@@ -50,6 +51,7 @@ class TableReader(Protocol):
     layout: str
     stated: Mapping[str, str]
     left_out: tuple[str, ...]
+    notes: tuple[str, ...]
     damage: str | None
 
     def first_cells(self, column: int) -> tuple[str, ...]:

@@ -52,6 +52,7 @@ class Assignment:
     Attributes:
         time: index of the time column, or None.
         fraction: index of the column of nanoseconds where ``time`` holds whole seconds, or None.
+        time_parts: indices of the columns that make the time together, where several are stated.
         quantities: quantity to its columns.
         wrench: six column indices, or empty.
         guessed: quantities (and ``time``) recognised by their names.
@@ -66,6 +67,7 @@ class Assignment:
     passed_over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     open: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fraction: int | None = None
+    time_parts: tuple[int, ...] = ()
 
 
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
@@ -111,7 +113,11 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool, robot: Se
     """
     time = guess_time(names) if settings.time is None and header else None
     guessed = ["time"] if time is not None else []
-    if settings.time is not None:
+    parts: tuple[int, ...] = ()
+    if isinstance(settings.time, list):
+        parts = _time_parts(names, settings.time)
+        time = parts[0]
+    elif settings.time is not None:
         time = column_index(names, settings.time)
     stated = {quantity: pattern for quantity in QUANTITIES if (pattern := getattr(settings, quantity)) is not None}
     configured = {quantity: _configured(names, pattern, quantity) for quantity, pattern in stated.items()}
@@ -131,8 +137,19 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool, robot: Se
         tuple(guessed),
         passed,
         undecided,
-        fraction_of(names, time) if time is not None and header else None,
+        fraction_of(names, time) if time is not None and header and not parts else None,
+        parts,
     )
+
+
+def _time_parts(names: Sequence[str], keys: Sequence[str | int]) -> tuple[int, ...]:
+    found = [column_index(names, key) for key in keys]
+    missing = [str(key) for key, index in zip(keys, found, strict=True) if index is None]
+    if missing:
+        raise LogError(
+            f"[log.csv] time names columns that the file does not have: {listed(missing)}", found=listed(names, 40)
+        )
+    return tuple(index for index in found if index is not None)
 
 
 def recognise(

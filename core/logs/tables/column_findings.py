@@ -15,6 +15,7 @@ from collaudit.core.logs.tables.time_columns import (
     SCALES,
     is_doubtful,
     named_unit,
+    repeats_most,
     usual_step_s,
 )
 from collaudit.core.numeric.arrays import FloatArray
@@ -81,10 +82,16 @@ def unusable_time(
             f"{steps}, which are {step_s:.9g} s by its unit, {unit}: no motion of an arm can be judged by such steps. "
             "State another unit, [log.units] time, or the column that holds the time, [log.csv] time."
         )
+    elif repeats_most(time_s):
+        text = (
+            f"Most rows have the stamp of the row before in the time column {name!r}: if it holds whole seconds, and "
+            'another column the rest of each, name both: [log.csv] time = ["sec", "nanosec"], or their numbers.'
+        )
     elif not known and (step_s >= LONGEST_STEP_S or (unit == "s" and is_doubtful(step_s, start_ns))):
         text = (
             f"{steps}, and its unit is stated nowhere: if these are no seconds, say so in [log.units]: time = "
-            '"ms", "us" or "ns"; if they are, time = "s". If the column counts rows, state [log.csv] rate_hz instead.'
+            '"ms", "us" or "ns"; if they are, time = "s". If the column counts rows, state [log.csv] rate_hz instead. '
+            "If whole seconds stand in a column of their own, name both: [log.csv] time = [1, 2]."
         )
     else:
         return None

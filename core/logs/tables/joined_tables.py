@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 
 from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
@@ -26,8 +27,10 @@ from collaudit.core.logs.tables.column_findings import (
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
 from collaudit.core.logs.tables.mode_columns import mode_columns
+from collaudit.core.logs.tables.other_layouts import echoed_lines, widening_command
+from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps, named_unit, seconds_of
+from collaudit.core.logs.tables.time_columns import FRACTION, named_unit, seconds_of
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Two files share their time column when their stamps agree within this.
@@ -94,7 +97,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     runs: FloatArray | None = None
     obstacle: Finding | None = None
     for file in files:
-        own_time, start, unit, columns_read = _read_one(file, settings)
+        own_time, start, unit, columns_read, wrapped = _read_one(file, settings)
         values = columns_read.values
         runs = values.pop(RUN, runs)
         texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
@@ -111,6 +114,8 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
         for quantity, block in values.items():
             joints = file.assignment.quantities[quantity].joints
             columns[quantity] = block if joints == names else _placed(block, joints, names, columns.get(quantity))
+        findings += [fact(wrapped, where=file.reader.path.name)] if wrapped else []
+        findings += [fact(f"Left out: {note}.", where=file.reader.path.name) for note in file.reader.notes]
         findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
         findings += guess_findings(file)
     findings += _rows_matched(files) if settings.csv.row_period_s is None else []
@@ -129,8 +134,14 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
     by_number = "name them by their numbers from 1: [log.csv] time = 1, position = [2, 3], effort = [4, 5]; "
+    echoed = None if files[0].reader.named else echoed_lines(files[0].reader)
+    wide = widening_command(files[0].reader)
     hint = (
-        by_number + "collaudit inspect LOG shows what each column may be and proposes the lines"
+        f"it is a JointState as ros2 topic echo --csv writes it: {echoed}"
+        if echoed
+        else f"it has one row a joint and stamp; this makes one row of each stamp: {wide}"
+        if wide
+        else by_number + "collaudit inspect LOG shows what each column may be"
         if not files[0].reader.named
         else 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}", or by their '
         "numbers from 1, position = [2, 3]; collaudit inspect LOG lists every column with its likely role"
@@ -170,37 +181,59 @@ def _rows_matched(files: Sequence[AssignedTable]) -> list[Finding]:
     return [Finding("log-columns-guessed", "warning", text, where=timed)]
 
 
-def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns]:
-    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``, or ``run``).
+def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns, str | None]:
+    """Time in s, absolute start, the unit of time, the columns by quantity (or ``wrench``, or ``run``), and a fact.
 
     The time is NaN where the file has none.
+
+    Raises:
+        LogError: there are no rows, or the columns that are stated make no time together.
     """
     assignment, period_s = file.assignment, settings.csv.row_period_s
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
-    alone = {RUN: run_column(file, settings.csv), FRACTION: assignment.fraction if period_s is None else None}
+    time = assignment.time if period_s is None else None
+    parts = assignment.time_parts if period_s is None else ()
+    split = len(parts) == 2 and file.reader.first_cells(parts[0])[0].isdigit()  # whole seconds and the rest
+    fraction = parts[1] if split else assignment.fraction
+    alone = {RUN: run_column(file, settings.csv), FRACTION: fraction if period_s is None else None}
     groups |= {name: (index,) for name, index in alone.items() if index is not None}
     groups |= {"wrench": assignment.wrench} if assignment.wrench else {}
     asked = {*settings.csv.labels, settings.csv.phase, *mode_columns(file.reader.names)}
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
-    columns = file.reader.read(groups, None if period_s is not None else assignment.time, texts)
+    dated = () if split else parts
+    columns = file.reader.read(groups, None if dated else time, [*texts, *(set(dated) - set(texts))])
     rows = len(next(iter(columns.values.values()))) if columns.stamps is None else len(columns.stamps)
     if rows == 0:
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
     if period_s is not None:
-        return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns
+        return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns, None
+    if dated:
+        where = f"{file.reader.path}, [log.csv] time"
+        stamps = dated_stamps([columns.texts[index] for index in dated], where)
+        for index in set(dated) - set(texts):
+            del columns.texts[index]
+        return *seconds_of(stamps, "auto"), columns, None
     if columns.stamps is None:
-        return np.full(rows, np.nan), None, "rows", columns
-    if assignment.fraction is not None and FRACTION in columns.values:
-        joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION), file.reader.names[assignment.fraction])
+        return np.full(rows, np.nan), None, "rows", columns, None
+    if fraction is not None and FRACTION in columns.values:
+        joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION), file.reader.names[fraction])
         if joined is not None:
             time_s, start, _ = seconds_of(joined, "ns")
-            return time_s, start, "s", columns
+            return time_s, start, "s", columns, None
+        if split:
+            names = listed([file.reader.names[index] for index in parts])
+            raise LogError(
+                f"the columns {names} are no whole seconds and the rest of each",
+                where=f"{file.reader.path}, [log.csv] time",
+                expected="whole seconds, then nanoseconds below 1000000000",
+            )
     said: str = settings.units.time
     if said == "auto" and assignment.time is not None:
         named = named_unit(file.reader.names[assignment.time])
         said = named if named in ("ms", "us", "ns") else said
-    time_s, start, unit = seconds_of(columns.stamps, said)
-    return time_s, start, unit, columns
+    stamps, wrapped = unwrapped(columns.stamps)
+    time_s, start, unit = seconds_of(stamps, said)
+    return time_s, start if not pa.types.is_time(columns.stamps.type) else None, unit, columns, wrapped
 
 
 def _check_same_time(first: Path, time_s: FloatArray, file: AssignedTable, own_s: FloatArray) -> None:

@@ -28,11 +28,11 @@ _WORDS = frozenset({"t", "time", "timestamp", "stamp", "elapsed", "rosbagtimesta
 #: Words in front of them that say nothing; ``x`` is what MATLAB puts before a name that begins with no letter.
 _FRONT = frozenset({"x", "field", "header", "state", "robot", "sim", "ros", "log", "record", "recv", "receive", "time"})
 #: Words of the rest of a second, and its nanoseconds.
-_REST = dict.fromkeys(("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds"), 1)
-_REST |= dict.fromkeys(("us", "usec", "usecs", "microsec", "microsecond", "microseconds"), 1000)
+REST = dict.fromkeys(("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds"), 1)
+REST |= dict.fromkeys(("us", "usec", "usecs", "microsec", "microsecond", "microseconds"), 1000)
 #: Group of the column of the rest of a second beside the time column.
 FRACTION = "rest of a second"
-_NS = 1_000_000_000
+NS = 1_000_000_000
 #: Units of a stamp in a second.
 SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -73,7 +73,7 @@ def guess_time(names: Sequence[str]) -> int | None:
     tails = [k for k, name in enumerate(plain) if re.split(r"[./]", name)[-1] in _NAMES]
     if len(tails) == 1:  # a field of a struct, or of a message
         return tails[0]
-    words = [_words(name) if not re.search(r"\d", name) else [] for name in names]
+    words = [words_of_time(name) if not re.search(r"\d", name) else [] for name in names]
     for index, parts in enumerate(words):
         rest = parts[:-1] if len(parts) > 1 and parts[-1] in UNIT_OF_WORD else parts
         if rest and rest[-1] in _WORDS and set(rest[:-1]) <= _FRONT:
@@ -83,37 +83,18 @@ def guess_time(names: Sequence[str]) -> int | None:
 
 def fraction_of(names: Sequence[str], time: int) -> int | None:
     """Index of the column of nano- or microseconds that goes with one of whole seconds, by the rest of its name."""
-    front = _words(names[time])
+    front = words_of_time(names[time])
     if not front or UNIT_OF_WORD.get(front[-1]) != "s":
         return None
     for index, name in enumerate(names):
-        words = _words(name)
-        if words and words[-1] in _REST and words[:-1] == front[:-1]:
+        words = words_of_time(name)
+        if words and words[-1] in REST and words[:-1] == front[:-1]:
             return index
     return None
 
 
-def joined_stamps(stamps: Any, fraction: FloatArray, name: str) -> Any | None:
-    """Stamps in ns from whole seconds and the rest of each; None where the two columns are no split stamp.
-
-    Args:
-        stamps: the seconds, an Arrow array.
-        fraction: (n, 1) the nano- or microseconds, less than a second; rows where either is missing become null.
-        name: of its column.
-    """
-    if pa.types.is_timestamp(stamps.type):
-        return None
-    whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    seconds, rest = numbers_of(whole), fraction[:, 0] * _REST[_words(name)[-1]]
-    known = np.isfinite(seconds) & np.isfinite(rest)
-    if not known.any() or bool((seconds[known] % 1 != 0).any()) or bool(((rest < 0) | (rest >= _NS))[known].any()):
-        return None
-    with np.errstate(invalid="ignore"):
-        both = np.where(known, seconds, 0).astype(np.int64) * _NS + np.where(known, rest, 0).astype(np.int64)
-    return pa.array(both, mask=~known)
-
-
-def _words(name: str) -> list[str]:
+def words_of_time(name: str) -> list[str]:
+    """The words of a column's name, in lower case, without its unit."""
     return [word for word in re.split(r"[^a-zµμ]+", bare(name).lower()) if word]
 
 
@@ -127,7 +108,7 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
         unit: ``auto``, ``s``, ``ms``, ``us``, ``ns`` or ``iso``.
     """
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    iso = pa.types.is_timestamp(stamps.type)
+    iso = pa.types.is_timestamp(stamps.type) or pa.types.is_time(stamps.type)
     if iso:
         whole, unit = whole.cast(pa.int64()), "ns"
     numbers = numbers_of(whole)
@@ -152,6 +133,13 @@ def usual_step_s(time_s: FloatArray) -> float:
     """Median size of the steps between stamps (n,), s; 0 of fewer than two."""
     known = time_s[np.isfinite(time_s)]
     return float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
+
+
+def repeats_most(time_s: FloatArray) -> bool:
+    """Whether nine in ten stamps (n,) are that of the row before, and the others step by whole seconds."""
+    steps = np.diff(time_s[np.isfinite(time_s)])
+    others = steps[steps != 0]
+    return 0 < others.size <= 0.1 * steps.size and bool((others % 1 == 0).all())
 
 
 def is_doubtful(step_s: float, start_ns: int | None) -> bool:

@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -258,18 +260,27 @@ def _contents(out: Path) -> dict[str, bytes]:
 def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
     from collaudit.cli.batch.audit_one import finished_outcomes
     from collaudit.cli.batch.log_jobs import LogJob
+    from collaudit.cli.fleet.precedents import with_precedents
     from collaudit.core.config import load_config
+    from collaudit.core.config.schema_accepted import Acceptance
 
     log, friction, out = tmp_path / "log.csv", tmp_path / "friction.json", tmp_path / "out"
     shutil.copyfile(arm.clean, log)
     shutil.copyfile(arm.friction, friction)
     assert collaudit("audit", log, "-c", arm.config, "--friction", friction, "-o", out).code == 0
 
-    def kept(**settings: object) -> bool:
-        loaded = load_config(arm.config, {"friction.file": str(friction), **settings})
-        return bool(finished_outcomes([LogJob((log,), "log.csv", arm.run(log), loaded)], out))
+    until = datetime.now(UTC).date() + timedelta(days=9)
+    words = {"log": "log.csv", "peak_nm": {"joint1": 1.0}, "reason": "by hand", "owner": "A. Lee"}
+    entry = Acceptance(**words, until=until)
 
-    assert kept()
+    def kept(accepted: Sequence[object] = (), later_days: int = 0, **settings: object) -> bool:
+        loaded = load_config(arm.config, {"friction.file": str(friction), **settings})
+        job = LogJob((log,), f"{tmp_path.name}/log.csv", arm.run(log), loaded)
+        today = datetime.now(UTC).date() + timedelta(days=later_days)
+        return bool(finished_outcomes(with_precedents([job], [], accepted, today), out))
+
+    assert kept() and kept(later_days=1), "another day changes nothing by itself"
+    assert not kept([entry]), "what is accepted now was not when it was judged"
     assert not kept(**{"detect.gamma_nm": 4.1})
     run = out / arm.run(log)
     for file in (

@@ -14,11 +14,11 @@ import samples
 from collaudit.core.errors import ConfigError
 from collaudit.reports.formats.registry import FORMATS, report_text, summary_text
 
-#: The one file: its function takes results and the lines of logs that could not be audited.
+#: The one file: its function takes results, the lines of logs that could not be audited, and the night.
 TOY = '''
 """A toy report format: a verdict a line."""
 
-def verdicts_text(results, unread=()):
+def verdicts_text(results, unread, night):
     lines = [f"{result.log.name} {result.verdict}" for result in results]
     return "\\n".join([*lines, *(f"{entry.name} unread" for entry in unread)]) + "\\n"
 '''

@@ -245,9 +245,11 @@ class MotionLevels:
     Attributes:
         level_nm: reached by contact-free motion at the rule's persistence.
         at_rest_nm: on top of the threshold where friction is an interval.
+        beyond_nm: of joints judged for changes, that of torque beyond what friction holds.
         known: as it stands in friction.json.
     """
 
     level_nm: dict[str, float] = field(default_factory=dict)
     at_rest_nm: dict[str, float] = field(default_factory=dict)
+    beyond_nm: dict[str, float] = field(default_factory=dict)
     known: dict[str, JointThreshold] = field(default_factory=dict)

@@ -57,7 +57,7 @@ def with_fitted_thresholds(
     """
     if not isinstance(config.detect.gamma_nm, str):
         return config, MotionLevels(), []
-    gamma = {joint: level.gamma_nm for joint, level in still.items()}
+    gamma = {joint: _typed(level.gamma_nm) for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
     stated = {} if usable is None else usable.joints
@@ -67,7 +67,11 @@ def with_fitted_thresholds(
     for joint in series.joint_names:
         known = stated.get(joint)
         level = None if known is None else level_at(known, n, n * series.period_s)
-        if level is not None and known is not None and joint not in still:
+        if level is None or known is None:
+            continue
+        if joint in still:
+            motion.beyond_nm[joint] = level.gamma_nm + known.rest_nm
+        else:
             used[joint] = level
             motion.level_nm[joint], motion.at_rest_nm[joint] = _typed(level.gamma_nm), known.rest_nm
             motion.known[joint] = known
@@ -254,23 +258,29 @@ def with_rest_thresholds(config: Config, levels: Mapping[str, QuietLevel], joint
 
 
 def change_findings(
-    prepared: Prepared, levels: Mapping[str, QuietLevel], gamma_nm: Mapping[str, float]
+    prepared: Prepared,
+    levels: Mapping[str, QuietLevel],
+    with_law: Collection[str],
+    gamma_nm: Mapping[str, float],
 ) -> list[Finding]:
-    """That joints were judged for changes only, and what that cannot see.
+    """That joints were judged for changes, and what that cannot see.
 
     Args:
         prepared: the log.
         levels: of the joints judged so.
+        with_law: joints of which torque beyond what friction can hold counts as well.
         gamma_nm: thresholds that were applied.
     """
     if not levels:
         return []
+    known = levels.keys() <= set(with_law)
     some = next(iter(levels.values()))
     offsets = ", ".join(f"{joint} {float(np.nanmedian(one.level_nm)):.3g}" for joint, one in levels.items())
     held = "" if prepared.effort_source == "joint" else ", nor one that the friction of the gears holds"
     text = (
-        "The arm never moves and friction is not known: joints were judged for changes of torque against their own "
-        f"quiet level (estimated from {some.quiet_s:.3g} s without a touch). A load that stays constant for "
+        f"The arm never moves{'' if known else ' and friction is not known'}: joints were judged for changes of torque "
+        f"against their own quiet level (estimated from {some.quiet_s:.3g} s without a touch)"
+        f"{', and for torque beyond what friction holds' if known else ''}. A load that stays constant for "
         f"{some.stretch_s:.3g} s cannot be seen{held}. Constant difference from the model, N·m: {offsets}."
     )
     findings = [Finding("judged-for-changes", "warning", text)]

@@ -98,7 +98,7 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
         log.inputs.rule, None if log.automatic else log.thresholds, log.config, log.run.detected.collisions
     ),
     lambda log: watch_findings(log.inputs.watch),
-    lambda log: change_findings(log.prepared, log.applied.quiet, log.inputs.rule.gamma_nm),
+    lambda log: change_findings(log.prepared, log.applied.quiet, log.applied.laws, log.inputs.rule.gamma_nm),
     lambda log: persistence_findings(log.inputs.rule),
     lambda log: reach_findings(log.series, log.prepared.robot, log.inputs.rule),
     lambda log: coarse_findings(log.series, log.inputs.rule),
@@ -164,7 +164,13 @@ def judge(
     rule, watch = make_rule(series, prepared.phases, config, motion)
     check_persistence(series, rule.n)
     forbidden = joints_not_judged((*prepared.findings, *choices), prepared.judged)
-    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet, covered=motion.known)
+    gamma_nm, beyond_nm = rule.gamma_nm, motion.beyond_nm if automatic else rule.gamma_nm
+    quiet = {
+        joint: replace(level, gamma_nm=gamma_nm[joint], beyond_nm=beyond_nm.get(joint, np.inf))
+        for joint, level in applied.quiet.items()
+        if joint in gamma_nm
+    }
+    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=quiet, covered=motion.known)
 
     def run_with(inputs: DetectionInputs) -> Judged:
         run = run_detector(prepared, inputs, config)

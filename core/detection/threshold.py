@@ -36,7 +36,8 @@ def gamma_in_force(series: UniformSeries, residual: Residual, rule: RuleFacts) -
         raised = residual.uncertainty_nm[:, j]
         if extra > 0.0:
             raised = np.where(residual.state[:, j] == State.FRICTION_INTERVAL, raised + extra, raised)
-        out[:, j] = gamma + _whole_steps(raised, gamma) if joint in rule.motion_nm else gamma
+        automatic = joint in rule.motion_nm or joint in residual.still
+        out[:, j] = gamma + _whole_steps(raised, gamma) if automatic else gamma
 
     each(fill, range(joints))
     return out

@@ -26,7 +26,7 @@ class AppliedFriction:
         fits: by joint, as in the friction file or as fitted here.
         laws: those that can be used on this log, at its joints' temperatures.
         findings: where the friction came from and what is missing.
-        quiet: level of still joints without a law: these are judged for changes of their torque.
+        quiet: level of still joints: these are judged for changes of their torque, with a law or without.
     """
 
     fits: dict[str, FrictionFit]
@@ -64,11 +64,12 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         laws = corrected_laws(laws, friction.corrections)
         laws, more = laws_at_temperature(laws, friction.trends, series)
         missing += more
-    quiet = {joint: level for joint, level in quiet_levels(prepared).items() if joint not in laws}
+    quiet = quiet_levels(prepared)
     if quiet and not laws:
         findings = []
-    fitted = {joint: fit for joint, fit in fits.items() if joint not in quiet}
-    missing = [finding for finding in missing if finding.joint not in quiet]
+    lawless = quiet.keys() - laws.keys()
+    fitted = {joint: fit for joint, fit in fits.items() if joint not in lawless}
+    missing = [finding for finding in missing if finding.joint not in lawless]
     gains = prepared.gains if friction is None else ()
     return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted, gains), *missing), quiet)
 

@@ -39,12 +39,14 @@ class QuietLevel:
         gamma_nm: threshold of changes that follows from it.
         quiet_s: time it was measured in.
         stretch_s: a load that is constant for as long as this is part of the level.
+        beyond_nm: threshold of torque beyond what friction can hold; infinite where friction tells nothing.
     """
 
     level_nm: FloatArray
     gamma_nm: float
     quiet_s: float
     stretch_s: float
+    beyond_nm: float = np.inf
 
 
 def never_moves(prepared: Prepared) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,7 +38,7 @@ class ResidualInputs:
     Attributes:
         laws: fitted friction by joint.
         not_judged: joints that a finding forbids judging.
-        quiet: level of still joints, which are judged for changes where they have no law.
+        quiet: level of still joints, which are judged for changes, with a law or without.
         covered: by joint the automatic threshold, which was read off a residual with errors of friction in it: the
             usual ones, those of speeds above the fastest fitted one that it moved at, and its ripple.
     """
@@ -67,6 +67,7 @@ class Residual:
             external torque, where friction is no value, else 0. None: nothing is hidden anywhere.
         span_nm: two (n, j), the least and the greatest residual that friction within its interval allows, meaningful in
             state FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
+        still: joints judged for changes of their torque.
         ripple_not_shown_nm: by joint the amplitude of a ripple that the friction file knows and this log does not show
             at its place; the threshold is raised by it, or covers it.
     """
@@ -80,6 +81,7 @@ class Residual:
     isolation: Isolation
     hidden_nm: FloatArray | None = None
     span_nm: tuple[FloatArray, FloatArray] | None = None
+    still: frozenset[str] = frozenset()
     ripple_not_shown_nm: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -117,7 +119,18 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
 
     least, most, hidden = (np.zeros((n, count), order="F") for _ in range(3))  # most of it stays untouched
     effort = series.effort if known or inputs.quiet else None
-    made = Residual(torque, effort, state, uncertainty, {}, balance, EachJoint(names), hidden, (least, most), {})
+    made = Residual(
+        torque,
+        effort,
+        state,
+        uncertainty,
+        {},
+        balance,
+        EachJoint(names),
+        hidden,
+        (least, most),
+        frozenset(inputs.quiet),
+    )
 
     def fill_joint(j: int) -> tuple[FrictionLevel, float]:
         law = inputs.laws[names[j]]
@@ -132,7 +145,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
             if names[j] not in inputs.covered:
                 uncertainty[:, j] += ripple_nm
     if usable:
-        _fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
+        _fill_changes(prepared, made, inputs)
         for j in missing:
             hidden[state[:, j] == State.FRICTION_INTERVAL, j] = np.inf
     for joint in inputs.not_judged & set(names):
@@ -264,32 +277,32 @@ def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSer
     each(mark_joint, range(state.shape[1]))
 
 
-def _fill_changes(
-    prepared: Prepared,
-    balance: Balance,
-    levels: Mapping[str, QuietLevel],
-    columns: Sequence[int],
-    torque_nm: FloatArray,
-    state: NDArray[np.int8],
-) -> None:
-    """Fill the columns of still joints without a friction law: the residual is the change of their torque.
+def _fill_changes(prepared: Prepared, made: Residual, inputs: ResidualInputs) -> None:
+    """Fill the columns of still joints: the residual is the change of their torque against its quiet level.
 
     Behind the gear every change of torque shows: those samples are judged. Before it friction holds what it can: a
-    change is evidence of contact, no change is not evidence of absence.
+    change is evidence of contact, no change is not evidence of absence. Where a joint has a law, torque beyond what
+    friction can hold counts as well, a load that never changes among it: of both the one that stands further above
+    its threshold is the residual, and the threshold in force is raised where that is the larger one.
 
     Args:
         prepared: the log.
-        balance: torque before friction, through the detector's kernel.
-        levels: of the still joints.
-        columns: those without a law.
-        torque_nm, state: (n, j) to be filled.
+        made: torque before friction through the detector's kernel, and what there is beyond friction; to be filled.
+        inputs: levels of the still joints, laws.
     """
-    series = prepared.judged_series
+    series, balance = prepared.judged_series, made.balance
     assert balance.total_nm is not None
-    for j in columns:
-        quiet = levels.get(series.joint_names[j])
+    for j, joint in enumerate(series.joint_names):
+        quiet = inputs.quiet.get(joint)
         if quiet is None:
             continue
         level = balance.kernel.apply(quiet.level_nm[:, None], series.segments, series.period_s)[:, 0]
-        torque_nm[:, j] = balance.total_nm[:, j] - level
-        state[:, j] = State.JUDGED if prepared.effort_source == "joint" else State.FRICTION_INTERVAL
+        change, torque = balance.total_nm[:, j] - level, made.torque_nm[:, j]
+        held = State.JUDGED if prepared.effort_source == "joint" else State.FRICTION_INTERVAL
+        if joint not in inputs.laws:
+            torque[:], made.state[:, j] = change, held
+            continue
+        beyond = np.abs(torque) / quiet.beyond_nm > np.abs(change) / quiet.gamma_nm
+        made.uncertainty_nm[:, j] = np.where(beyond, max(quiet.beyond_nm - quiet.gamma_nm, 0.0), 0.0)
+        torque[:] = np.where(beyond, torque, change)
+        np.minimum(made.state[:, j], held, out=made.state[:, j])

@@ -15,9 +15,10 @@ from synthetic import PERIOD, make_log
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import Audit
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
+from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.quiet_level import quiet_levels
 from collaudit.core.robot.robot_building import build_robot
@@ -127,3 +128,37 @@ def test_an_effort_that_is_no_number_has_no_level_and_no_warning() -> None:
         warnings.simplefilter("error", RuntimeWarning)
         prepared = prepare(dead, build_robot(cfg.robot, Path(), dead.joint_names), cfg)
         assert not quiet_levels(prepared)
+
+
+def with_friction(coulomb_nm: float) -> FrictionFile:
+    """Friction of the pendulum as an earlier fit has it, with the thresholds of its motion."""
+    cfg = config("motor")
+    t = PERIOD * np.arange(round(60.0 / PERIOD))
+    q = 0.3 + 0.6 * np.sin(0.5 * t) * np.sin(0.11 * t)
+    v, a = np.gradient(q, PERIOD), np.gradient(np.gradient(q, PERIOD), PERIOD)
+    robot = build_robot(cfg.robot, Path(), ("joint1",))
+    rigid = robot.inverse_dynamics(q[:, None], v[:, None], a[:, None])[:, 0]
+    effort = rigid + coulomb_nm * np.tanh(v / 0.005) + 0.5 * v + np.random.default_rng(1).normal(0, 0.05, t.size)
+    return fit_logs([prepare(make_log(t, q[:, None], v[:, None], effort[:, None]), robot, cfg)], cfg, NOBODY)
+
+
+@pytest.mark.parametrize("gamma_nm", ["auto", 1.5])
+def test_a_friction_file_hides_no_push_that_is_found_without_it(gamma_nm: Any) -> None:
+    """Friction that could hold every push is no reason not to look at the change of torque."""
+    log = resting(60.0, every_s=6.0, push_nm=3.0)
+    friction = with_friction(8.0)
+    cfg = config("motor", gamma_nm=gamma_nm)
+    prepared = prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg)
+    known, unknown = (audit_log(prepared, cfg, file, NOBODY).result for file in (friction, None))
+    assert len(unknown.contacts) == 10
+    assert [c.onset_s for c in known.contacts] == pytest.approx([c.onset_s for c in unknown.contacts], abs=0.02)
+    quiet = prepare(resting(60.0), build_robot(cfg.robot, Path(), log.joint_names), cfg)
+    assert audit_log(quiet, cfg, friction, NOBODY).result.contacts == ()
+
+
+def test_a_load_that_friction_cannot_hold_counts_though_it_never_changes() -> None:
+    log = resting(20.0)
+    assert log.effort is not None
+    cfg = config("motor", gamma_nm=1.5)
+    held = prepare(replace(log, effort=log.effort + 12.0), build_robot(cfg.robot, Path(), log.joint_names), cfg)
+    assert audit_log(held, cfg, with_friction(4.0), NOBODY).result.verdict == "fail"

@@ -39,7 +39,7 @@ class Acceptance(ConfigTable, frozen=True, kw_only=True):
     until: Annotated[date, about("Last day on which it counts; at most `[policy] max_accepted_days` ahead.")]
 
     def __post_init__(self) -> None:
-        if self.program is self.log is self.place_m is self.sha256 is None:
+        if all(place is None for place in (self.program, self.log, self.place_m, self.sha256)):
             raise ValueError("nothing tells where: give program, log, place_m, or sha256")
         if not self.peak_nm and self.time_s is None:
             raise ValueError("nothing tells which contact: give peak_nm by joint, or sha256 and time_s")

@@ -21,7 +21,9 @@ def in_force(uncertainty_nm: float = 0.0, gamma_nm: float = 4.0, **rule: Any) ->
     """(n, 3) of joints a and b, and c without a threshold; friction of all is an interval in the last quarter."""
     state = np.full((N, 3), State.JUDGED, dtype=np.int8)
     state[LOOSE] = State.FRICTION_INTERVAL
-    residual = SimpleNamespace(torque_nm=np.zeros((N, 3)), uncertainty_nm=np.full((N, 3), uncertainty_nm), state=state)
+    residual = SimpleNamespace(
+        torque_nm=np.zeros((N, 3)), still=frozenset(), uncertainty_nm=np.full((N, 3), uncertainty_nm), state=state
+    )
     known = {"at_rest_nm": {}, "motion_nm": {"a": 0.5 * gamma_nm, "b": 1.0}}
     facts = SimpleNamespace(gamma_nm={"a": gamma_nm, "b": 2.0}, **{**known, **rule})
     return gamma_in_force(SimpleNamespace(joint_names=("a", "b", "c")), residual, facts)  # type: ignore[arg-type]

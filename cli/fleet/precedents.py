@@ -14,7 +14,6 @@ from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
 from collaudit.core.config.schema_accepted import Acceptance
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
-from collaudit.core.history.night_row import NightRow
 from collaudit.core.policy.contact_states import EarlierContact, Precedents, tool_place
 from collaudit.core.policy.name_patterns import program_of
 from collaudit.core.small_files import read_object
@@ -133,10 +132,7 @@ def robots_in(out: Path) -> dict[str, str | None]:
 def _of_store(place: str) -> Iterator[EarlierLog]:
     from collaudit.reports.store.result_store import ResultStore
 
-    logs: dict[tuple[str, str], list[NightRow]] = {}
-    for row in ResultStore(place).rows():
-        logs.setdefault(row.identity, []).append(row)
-    for rows in logs.values():
+    for rows in ResultStore(place).judgements():
         first, program = rows[0], program_of(rows[0].log)
         peaks: dict[int, dict[str, float]] = {}
         places = {}

@@ -113,16 +113,19 @@ class ResultStore:
             parts.append(part.append_column("batch", pa.array([name] * part.num_rows, pa.string())))
         return pa.concat_tables(parts) if parts else pa.schema([*SCHEMA, ("batch", pa.string())]).empty_table()
 
+    def judgements(self) -> list[list[NightRow]]:
+        """The rows of each log as each batch has it, oldest batch first: a log that was judged twice is there twice."""
+        found: dict[tuple[str, tuple[str, str]], list[NightRow]] = {}
+        for value in self.table().to_pylist():
+            row = _row_of(value)
+            found.setdefault((value["batch"], row.identity), []).append(row)
+        return list(found.values())
+
     def rows(self) -> list[NightRow]:
         """The rows that count: those of the latest batch with the log, in the order of robot, night and log."""
-        batch_of: dict[tuple[str, str], str] = {}
-        every = []
-        for value in self.table().to_pylist():
-            row, batch = _row_of(value), value["batch"]
-            batch_of[row.identity] = batch
-            every.append((row, batch))
-        latest = [row for row, batch in every if batch_of[row.identity] == batch]
-        return sorted(latest, key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
+        latest = {rows[0].identity: rows for rows in self.judgements()}
+        every = [row for rows in latest.values() for row in rows]
+        return sorted(every, key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
 
     def check(self, must_exist: bool = False) -> None:
         """Make a new store, or see that this is one that can be read.

@@ -16,6 +16,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, Co
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.logs.signals.signal_roles import is_usable, refusal_hint
+from collaudit.core.logs.topics.field_paths import fields_line
 
 
 @example_command(
@@ -83,7 +84,9 @@ class _Look:
             return self.error.render()
         found = [topic for topic in self.summary.topics if topic.role == "joint_states" and topic.readable]
         if not found:
-            return "no joint states were found in it"
+            lines = [fields_line(topic.name, topic.fields) for topic in self.summary.topics if topic.fields]
+            offered = "\n  try:      if these are measured, say where they stand: " + "; or ".join(lines)
+            return "no joint states were found in it" + (offered if lines else "")
         if not any(topic.joints for topic in found):
             names = ", ".join(topic.name for topic in found)
             return f"no message of its joint states ({names}) could be read"

@@ -159,6 +159,8 @@ class Draft:
             apart = [t for t in others if t.has_effort and is_usable(t.signal) and t.name in alike]
             if topic.has_effort is False and apart and "log.efforts" not in self._given:
                 log.add("efforts", apart[0].name, f"{topic.name} has none, and this one has", guess=True)
+        if topic is None:
+            self._fields()
         for wrench in (t for t in self.summary.topics if t.role == "wrench"):
             log.lines += [Line("wrench", wrench.name, "needs wrench_frame too", active=False), *_WRENCH_FRAME]
         if self.summary.csv_columns:
@@ -171,6 +173,17 @@ class Draft:
             self.problems.append(f"{topic.name} is {topic.signal} by its name: are its efforts measured?")
             log.remarks.append(f"QUESTION: {self.problems[-1]} Uncomment effort_kind if they are:")
         log.add("effort_kind", "motor-torque", why, active=False, choice=asked)
+
+    def _fields(self) -> None:
+        """Where joint signals may stand in messages of a type that no profile reads: of the topic with most joints."""
+        offered = [t for t in self.summary.topics if t.fields and "log.joint_states" not in self._given]
+        if not offered:
+            return
+        first = max(offered, key=lambda t: (len(t.fields), t.count))
+        others = "".join(f"; or {t.name}" for t in offered if t is not first)
+        self.sections["log"].add("joint_states", first.name, f"{first.type}, read by [log.fields]{others}", guess=True)
+        for key, path in first.fields.items():
+            self.sections["log.fields"].add(key, path, "by the names of its fields", guess=True)
 
     def _columns(self) -> None:
         csv, guess = self.sections["log.csv"], self._found.csv

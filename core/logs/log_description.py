@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,7 @@ from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.row_series import rows_with_joints
+from collaudit.core.logs.topics.field_paths import Fields, fields_of_first
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
 from collaudit.core.logs.topics.topic_ranking import has_noise, holds, role_of
 from collaudit.core.numeric.arrays import IntArray
@@ -84,10 +86,13 @@ def _describe_messages(
     topics = topics_of(reader, settings, bounds)
     times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
     owner = {channel.key: topic for topic in topics for channel in topic.channels}
+    fields: dict[str, Fields] = {}
     for batch in reader.batches():
         topic = owner.get(batch.key)
         if topic is None:
             continue
+        if topic.profile.role == "other" and not times[topic.name]:
+            fields[topic.name] = fields_of_first(topic, batch)
         times[topic.name].append(batch.log_ns)
         if batch.key in topic.decoders:
             topic.decoders[batch.key].add(batch)
@@ -106,7 +111,13 @@ def _describe_messages(
         size_bytes=sum(file.stat().st_size for path in paths for file in data_files(path)),
         start_ns=start_of(first) if first is not None else None,
         duration_s=(last - first) / 1e9 if first is not None and last is not None else None,
-        topics=tuple(_from_stamps(topic, settings, counts[topic.name], stamps.get(topic.name)) for topic in topics),
+        topics=tuple(
+            replace(
+                _from_stamps(topic, settings, counts[topic.name], stamps.get(topic.name)),
+                fields=fields.get(topic.name, {}),
+            )
+            for topic in topics
+        ),
         findings=tuple(findings),
     )
 

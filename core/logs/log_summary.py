@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -32,6 +33,7 @@ class TopicInfo:
         currents: whether their efforts are currents of the drives, A, by the messages themselves.
         effort_noise: of joint states, whether their efforts have a sensor's noise; a model's are smooth.
         signal: of joint states, what its efforts are: measured or plain, desired, commanded, of a model …
+        fields: of a type that no profile reads, keys of ``[log.fields]`` that its first message suggests.
     """
 
     name: str
@@ -50,6 +52,7 @@ class TopicInfo:
     currents: bool = False
     effort_noise: bool | None = None
     signal: Role = "plain"
+    fields: Mapping[str, str | list[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -188,6 +188,29 @@ def test_measured_joint_states_are_taken_beside_commanded_ones(folder: Path, col
     assert line.startswith('joint_states = "/joint_states"') and "GUESS" in line and "/joint_command" in line
 
 
+@pytest.mark.parametrize("apart", [False, True], ids=["own type", "efforts apart"])
+def test_what_no_profile_reads_is_drafted_as_guesses(folder: Path, collaudit, apart: bool) -> None:
+    """Fields of an own type, and the topic of the efforts, are guessed in the file alone."""
+    kind, types, said = "trajectory_msgs/msg/JointTrajectoryPoint", w.ROS2.types, []
+    zero = types["builtin_interfaces/msg/Duration"](sec=0, nanosec=0)
+    for k in range(200):
+        at, stamp = np.sin(0.01 * k + np.arange(3)), w.EPOCH + k * w.PERIOD
+        if apart:
+            said.append(w.joint_state(NAMES, at, at, stamp_ns=stamp))
+            said.append(w.joint_state(NAMES, [], [], at, stamp_ns=stamp, topic="/torques"))
+        else:
+            value = types[kind](positions=at, velocities=at, accelerations=at, effort=at, time_from_start=zero)
+            said.append(w.Said("/own", kind, stamp, value))
+    w.write_mcap(Path("x.mcap"), said)
+    collaudit("init", "x.mcap", "--urdf", "arm.urdf", "-o", "c.toml")
+    made = tomllib.loads(Path("c.toml").read_text())["log"]
+    if apart:
+        assert (made["joint_states"], made["efforts"]) == ("/joint_states", "/torques")
+    else:
+        assert made["fields"] == {"position": "positions", "velocity": "velocities", "effort": "effort"}
+    assert "none of its messages" not in collaudit("inspect", "x.mcap", "-c", "c.toml").err
+
+
 def test_the_cause_of_a_refusal_stands_in_the_file(folder: Path, collaudit) -> None:
     log(Path("x.csv"), "t,q1,q3,tau1,tau3")
     outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")

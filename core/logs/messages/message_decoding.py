@@ -97,6 +97,28 @@ class _Rows:
         return _Rows(self.data[rows], self.log_ns[rows], self.places[rows])
 
 
+def layouts_of(channel: Channel, extra: Mapping[str, Any] = {}) -> Callable[[bytes], Layout]:
+    """What finds the fields of one message of a channel.
+
+    Raises:
+        SchemaError: the channel's encoding or definition is none that can be read.
+    """
+    if channel.encoding not in _ENCODINGS:
+        raise SchemaError(f"messages encoded as {channel.encoding!r} are not read")
+    if channel.encoding not in ("cdr", "ros1"):
+        return value_layouts(channel)
+    schema = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
+    return partial(walk, schema, cdr=channel.encoding == "cdr")
+
+
+def first_message(batch: Batch) -> bytes | None:
+    """The first message of a batch as it was before it was compressed; None where there is none."""
+    if not batch.start.shape[0]:
+        return None
+    kind, message = packing_of(batch), batch.payload(0)
+    return message if kind is None else bounded(kind, message, max(_FREE_BYTES, MAX_RATIO * len(message)))[0]
+
+
 @dataclass(slots=True, eq=False)
 class ChannelDecoder:
     """Decodes one channel's batches into a topic's :class:`Decoded`.
@@ -127,12 +149,8 @@ class ChannelDecoder:
         Raises:
             SchemaError: the channel's encoding or definition is none that can be read.
         """
-        if channel.encoding not in _ENCODINGS:
-            raise SchemaError(f"messages encoded as {channel.encoding!r} are not read")
-        if channel.encoding not in ("cdr", "ros1"):
-            return cls(channel, profile, value_layouts(channel), out, max_plans=0)
-        schema = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
-        return cls(channel, profile, partial(walk, schema, cdr=channel.encoding == "cdr"), out)
+        plans = MAX_PLANS if channel.encoding in ("cdr", "ros1") else 0
+        return cls(channel, profile, layouts_of(channel, extra), out, max_plans=plans)
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""

@@ -10,9 +10,12 @@ from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
 from collaudit.core.logs.storage.records import MessageReader
+from collaudit.core.logs.topics.field_paths import fields_line, fields_of
 from collaudit.core.logs.topics.log_topics import Topic, decode, described, named
 from collaudit.core.logs.topics.topic_ranking import TopicFacts, foremost, has_noise, holds, in_order, role_of
 
+#: Topics of an own type that a refusal offers.
+_OFFERED = 3
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
 
@@ -43,7 +46,7 @@ def choose_joint_states(
         ConfigError: several could be meant.
     """
     if settings.joint_states is not None:
-        chosen = _configured(topics, settings.joint_states, where)
+        chosen = _configured(reader, topics, settings.joint_states, where)
     else:
         chosen = _foremost(reader, topics, settings, robot, where)
     if settings.efforts is None:
@@ -51,7 +54,9 @@ def choose_joint_states(
     return chosen
 
 
-def choose_efforts(topics: Sequence[Topic], joints: Topic, settings: LogConfig, where: str) -> Topic | None:
+def choose_efforts(
+    reader: MessageReader, topics: Sequence[Topic], joints: Topic, settings: LogConfig, where: str
+) -> Topic | None:
     """The topic that the configuration states for the efforts; None where they are on that of the joint states.
 
     Raises:
@@ -59,7 +64,7 @@ def choose_efforts(topics: Sequence[Topic], joints: Topic, settings: LogConfig, 
     """
     if settings.efforts is None or named([joints], settings.efforts) is not None:
         return None
-    chosen = _configured(topics, settings.efforts, where)
+    chosen = _configured(reader, topics, settings.efforts, where)
     _check_measured(chosen, "efforts", settings, where)
     return chosen
 
@@ -82,7 +87,7 @@ def _foremost(
     """The topic that the ranking puts first."""
     candidates = [topic for topic in topics if _readable(topic) and topic.profile.position is not None]
     if not candidates:
-        raise _none(topics, where)
+        raise _none(reader, topics, where)
     if len(candidates) == 1:
         return candidates[0]
     held = peek(reader, [topic for topic in topics if _readable(topic)])
@@ -156,26 +161,34 @@ def _readable(topic: Topic) -> bool:
     return topic.profile.role == "joint_states" and bool(topic.decoders)
 
 
-def _configured(topics: Sequence[Topic], wanted: str, where: str) -> Topic:
+def _configured(reader: MessageReader, topics: Sequence[Topic], wanted: str, where: str) -> Topic:
     topic = named(topics, wanted)
     if topic is None:
         hint = did_you_mean(wanted, [topic.name for topic in topics])
         raise LogError(f"there is no topic {wanted}", where=where, found=described(topics), hint=hint)
     if not _readable(topic):
         why = topic.problem or f"messages of type {topic.type} are not joint states"
-        raise LogError(f"the topic {wanted} cannot be read as joint states: {why}", where=where)
+        found = {} if topic.problem else fields_of([topic], reader)
+        hint = "" if topic.problem else "say where its joint signals stand: [log.fields] position, effort"
+        if found:
+            hint = "if these are measured, say where they stand: " + fields_line(topic.name, found[topic.name])
+        raise LogError(f"the topic {wanted} cannot be read as joint states: {why}", where=where, hint=hint or None)
     return topic
 
 
-def _none(topics: Sequence[Topic], where: str) -> LogError:
+def _none(reader: MessageReader, topics: Sequence[Topic], where: str) -> LogError:
     broken = [topic for topic in topics if topic.profile.role != "other" and not topic.decoders]
     if broken:
         problems = "; ".join(f"{topic.name}: {topic.problem}" for topic in broken)
         return LogError("its joint signals cannot be decoded", where=where, found=problems)
+    lines = [fields_line(name, fields) for name, fields in fields_of(topics, reader).items()]
     return LogError(
         "the log has no topic with joint states",
         where=where,
         found=described(topics),
         expected="a topic of type sensor_msgs/msg/JointState with names, positions and efforts",
-        hint="record the robot's joint states, or choose the topic with [log] joint_states",
+        hint="if these are measured, say where they stand: " + "; or ".join(lines[:_OFFERED])
+        if lines
+        else "record the robot's joint states; where messages of an own type hold them, choose their topic with [log] "
+        "joint_states and say where they stand, [log.fields] position, effort",
     )

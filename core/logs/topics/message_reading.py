@@ -73,7 +73,7 @@ def read_message_log(
     with closing(reader):
         topics = topics_of(reader, settings, bounds)
         joints = choose_joint_states(reader, topics, settings, robot_joints, name)
-        efforts = choose_efforts(topics, joints, settings, name)
+        efforts = choose_efforts(reader, topics, joints, settings, name)
         wrench = named(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints), *([efforts] if efforts else [])]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []

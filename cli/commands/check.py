@@ -16,7 +16,7 @@ from collaudit.core.errors import EXIT_PASS, EXIT_USAGE, CollauditError, ConfigE
 @click.argument("configs", nargs=-1, type=click.Path(path_type=Path), metavar="[CONFIG]...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: whether each can be used, and why not.")
 def command(configs: tuple[Path, ...], as_json: bool) -> int:
-    """Check configurations: keys and values, the files they name, the fleet, and accepted contacts that are over.
+    """Check configurations: keys, values, keys without effect, files, the fleet, and accepted contacts that are over.
 
     Without an argument collaudit.toml of this folder is checked. As a hook of pre-commit: collaudit-check.
 
@@ -43,12 +43,21 @@ def _check(path: Path) -> None:
     from collaudit.cli.fleet.precedents import read_accepted
     from collaudit.cli.fleet.robot_matching import fleet_robots, robot_settings
     from collaudit.core.config import load_config
+    from collaudit.core.config.key_needs import without_effect
     from collaudit.core.policy.contact_states import day_refusal
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)
     robots = fleet_robots(loaded)
     for settings in (loaded, *robot_settings(loaded, {}, robots).values()):
+        if idle := without_effect(settings.config):
+            raise ConfigError(
+                "a key is stated that has no effect",
+                where=str(settings.path or path),
+                found=", ".join(need.key for need in idle),
+                expected="; ".join(f"{need.key} with {need.needs}" for need in idle),
+                hint="state what it goes with, or take it out",
+            )
         urdf = settings.urdf_path
         if urdf is not None and not urdf.is_file():
             raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))

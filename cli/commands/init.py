@@ -128,7 +128,7 @@ def _answer(made: Drafted, output: Path | None) -> dict[str, object]:
         "toml": made.text,
         "guesses": made.text.count("GUESS:"),
         "judged": not made.missing,
-        "verdict": None if made.trial.result is None else made.trial.result.verdict,
+        "verdict": made.trial.verdict,
         "missing": list(made.missing),
         "findings": [asdict(finding) for finding in made.trial.findings],
     }

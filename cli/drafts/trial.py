@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.reports.terminal.screen_text import verdict_text
+from collaudit.reports.values.words import verdict_word
 
 #: Longer logs are tried on a stretch of so many values of one channel (rows times joints): a few seconds of work.
 MOST_VALUES = 1_500_000
@@ -47,6 +49,7 @@ class Trial:
         findings: of reading and preparing, as ``inspect`` shows them.
         obstacle: the error that ended the trial.
         unfitted: the error for which nothing was fitted on it.
+        own_fit: whether friction and thresholds were fitted on the log itself, which no policy takes for evidence.
     """
 
     log: JointLog | None = None
@@ -56,6 +59,16 @@ class Trial:
     findings: tuple[Finding, ...] = ()
     obstacle: CollauditError | None = None
     unfitted: CollauditError | None = None
+    own_fit: bool = False
+
+    @property
+    def verdict(self) -> Literal["pass", "fail", "not_judged", "could_be_judged"] | None:
+        """As ``detect`` would say it; what passed by its own fit, or in a part of the log, only could be judged."""
+        if self.result is None:
+            return None
+        if self.result.verdict == "pass" and (self.own_fit or self.tried_s < self.whole_s):
+            return "could_be_judged"
+        return self.result.verdict
 
     @property
     def tried_s(self) -> float:
@@ -112,8 +125,10 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
         elif fitted is not None:
             friction, prepared = fitted, calibrated(prepared, Calibration.of(fitted, config), config)
         report(6, 10)
-        # What is fitted on the log itself is no evidence, and enough to see whether the log can be judged.
-        config = config.changed({"policy": config.policy.changed({"same_log": "allow"})})
+        if loaded.friction_path is None:
+            # What is fitted on the log itself is no evidence, and enough to see whether the log can be judged.
+            trial = replace(trial, own_fit=True)
+            config = config.changed({"policy": config.policy.changed({"same_log": "allow"})})
         judged = audit_log(prepared, config, friction, origin, progress=stage(report, 0.6, 1.0))
     except CollauditError as error:
         return replace(trial, obstacle=error)
@@ -190,7 +205,10 @@ def came_of_it(trial: Trial, result: AuditResult) -> str:
     cover = result.coverage.joints
     seen = f"{sum(each.judged_s > 0 for each in cover.values())} of {len(cover)} joints"
     what = "have a residual" if result.verdict == "not_judged" else "judged"  # the log was not, for its reasons
-    return f"trial on {part}this log: {seen} {what}\n{verdict_text(result, _SHOWN)}".rstrip()
+    said = verdict_text(result, _SHOWN)
+    if trial.verdict == "could_be_judged":
+        said = "COULD BE JUDGED" + said.removeprefix(verdict_word(result.verdict, result.exclusions))
+    return f"trial on {part}this log: {seen} {what}\n{said}".rstrip()
 
 
 def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:

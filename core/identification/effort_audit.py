@@ -74,13 +74,11 @@ def _words(
     turned = ", ".join(g.joint for g in known if g.gain < 0 and g.joint in upright)
     mend = f" {turned}: {MOUNTING_FIRST}.{mend.replace('it:', 'a sign that is inverted:')}" if turned else mend
     if alike < _MOST or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:
-        constants = ", ".join(f'"{g.joint}" = {1 / abs(g.gain):.3g}' for g in known)
         also = f", and {signs}" if signs else ""
         return (
             f"The effort looks like a motor current or another unit, not like N·m{also}{_or_masses(typical, alike)}. "
             "To correct it: [log.units] "
-            f'effort = "A", torque_constant_nm_per_a = {{ {constants} }} (by the model; the manufacturer knows '
-            "the exact values), "
+            'effort = "A" with torque_constant_nm_per_a of the manufacturer (collaudit init estimates unknown ones), '
             f'or [fit] estimate = ["friction", "gain"].{mend}'
         )
     if _DOUBLED[0] <= typical <= _DOUBLED[1]:

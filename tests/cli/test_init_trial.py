@@ -35,7 +35,7 @@ def _moved(arm, path: Path, rows: int) -> Path:
 def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
-    assert "2 of 2 joints judged" in outcome.err and "PASS, WITH EXCLUSIONS  " in outcome.err
+    assert "2 of 2 joints judged" in outcome.err and "COULD BE JUDGED  " in outcome.err and "PASS" not in outcome.err
     assert "collaudit fit LOG -c" in outcome.err
     judged = ("detect", arm.clean, "-c", tmp_path / "c.toml")
     assert collaudit(*judged, "--friction", arm.friction).code == 0, "the file runs as it stands"
@@ -56,7 +56,7 @@ def test_thresholds_are_the_fits_and_never_a_guess(arm, collaudit, tmp_path: Pat
     outcome = collaudit("init", arm.clean, "-c", tmp_path / "robot.toml", "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
     assert tomllib.loads(_text(tmp_path))["detect"]["gamma_nm"] == "auto"
-    assert "2 of 2 joints judged" in outcome.err and "PASS, WITH EXCLUSIONS  " in outcome.err
+    assert "2 of 2 joints judged" in outcome.err and "COULD BE JUDGED  " in outcome.err and "PASS" not in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 3, "not judged without a friction file"
     friction = tmp_path / "friction.json"
     assert collaudit("fit", arm.clean, "-c", tmp_path / "c.toml", "-o", friction).code == 0
@@ -227,3 +227,13 @@ def test_any_key_may_be_set(arm, collaudit, tmp_path: Path) -> None:
     assert outcome.code == 0, outcome.err
     made = tomllib.loads((tmp_path / "c.toml").read_text(encoding="utf-8"))
     assert made["fit"] == {"estimate": ["friction"]} and made["report"] == {"lab": "cell 7"}
+
+
+def test_the_trial_applies_the_policy_of_detect(arm, collaudit, tmp_path: Path) -> None:
+    """With a stated friction file nothing is allowed that detect would refuse: here, that of the log itself."""
+    friction = tmp_path / "own.json"
+    assert collaudit("fit", arm.clean, "-c", arm.config, "-o", friction).code == 0
+    given = ("-c", arm.config, "--set", f"friction.file='{friction}'")
+    tried = collaudit("init", arm.clean, *given, "-o", tmp_path / "c.toml")
+    judged = collaudit("detect", arm.clean, "-c", tmp_path / "c.toml")
+    assert tried.code == judged.code == 3

@@ -152,7 +152,7 @@ def _unfelt(sensitivity: Sensitivity) -> list[str]:
 
 def _hidden(sensitivity: Sensitivity, whole_s: float, units: Mapping[str, str]) -> list[str]:
     """Time in which what is asked for would not have alarmed: forces, then torques."""
-    where = "at rest, in slow motion, just after a reversal, beyond the fitted speeds, missing or not judged"
+    where = "at rest, in slow motion, just after a reversal, beyond the fitted speeds or not judged"
     forces = [
         f"{force.asked.force_n:.3g} N at {place_text(force)} for {seconds_text(force.asked.unnoticed_s)}"
         for force in reversed(sensitivity.forces)

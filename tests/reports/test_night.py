@@ -114,7 +114,9 @@ def test_a_pass_with_accepted_contacts_says_so(tmp_path: Path) -> None:
         touched, verdict="pass", reasons=("2 contacts, within the policy (2 accepted).",), exclusions=EXCLUSIONS
     )
     write_index(tmp_path, [excused])
-    assert "<summary>2 contacts, within the policy (2 accepted)" in (tmp_path / "index.html").read_text()
+    page = (tmp_path / "index.html").read_text()
+    assert "<summary>2 contacts, within the policy (2 accepted)" in page
+    assert f"{EXCLUSIONS[0]}\n{EXCLUSIONS[1]}\n" in page, "a line each"
 
 
 def test_details_open_with_a_click(page: Any) -> None:

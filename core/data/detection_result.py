@@ -85,6 +85,15 @@ class LevelFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class ZeroFacts:
+    """The zero of a joint's torque on the judged log, N·m: what was found of it, and how much was taken off at most."""
+
+    lowest_nm: float
+    highest_nm: float
+    bound_nm: float
+
+
+@dataclass(frozen=True, slots=True)
 class ContactForce:
     """External force at a link, as least squares over the joints' residuals gives it.
 
@@ -281,6 +290,7 @@ class DetectionFacts:
         detectors: other detectors on the same log.
         flags: the controller's own alarms compared with ours; empty when none were given.
         scores: against known events, all joints combined first; empty when none are known.
+        torque_zero: by joint, where thresholds are automatic.
     """
 
     causal: bool
@@ -290,3 +300,4 @@ class DetectionFacts:
     detectors: dict[str, DetectorFacts]
     flags: tuple[ControllerAlarmComparison, ...]
     scores: tuple[Score, ...] = ()
+    torque_zero: dict[str, ZeroFacts] = field(default_factory=dict)

@@ -40,6 +40,8 @@ _OTHER_THAN_FITTED = 2.0
 _TELLING = 500
 #: Share of that spread, taken about zero, beyond which the median makes an offset of it: of one alone it is 0.67.
 _OF_ONE_SIGN = 0.5
+#: A zero further off than this share of the threshold is worth a word.
+_NOTABLE_ZERO = 0.1
 #: What cuts an event off: signals that end or mean nothing there.
 _BLIND = [State.SATURATED, State.NOT_A_NUMBER, State.GAP, State.EDGE, State.NOT_DRIVEN]
 
@@ -56,6 +58,7 @@ def detection_findings(
     """
     findings = _slow_kernel(run, inputs.rule, series.period_s)
     findings += _friction_levels(levels)
+    findings += _zeros_off(run.residual, inputs.rule)
     findings += _ripple_not_shown(run.residual)
 
     def of_joint(joint: str) -> list[Finding]:
@@ -81,6 +84,28 @@ def _friction_levels(levels: Mapping[str, LevelFacts]) -> list[Finding]:
                 f"(standard error {level.sd:.2g}); the residual follows it."
             )
             findings.append(Finding("friction-level", "info", text, joint=joint))
+    return findings
+
+
+def _zeros_off(residual: Residual, rule: RuleFacts) -> list[Finding]:
+    """Joints whose torque has another zero than in the fit, as far as that is worth a word."""
+    findings = []
+    for joint, zero in residual.zeros.items():
+        far = max(abs(zero.lowest_nm), abs(zero.highest_nm))
+        if far > zero.bound_nm:
+            text = (
+                f"The zero of the torque of joint '{joint}' lies {zero.lowest_nm:.2g} to {zero.highest_nm:.2g} N·m off "
+                "where the fit had it: a drift of the sensor, a load, or a lasting contact. At most "
+                f"{zero.bound_nm:.2g} N·m of it, a quarter of the threshold, are taken off; the rest is in the "
+                "residual."
+            )
+            findings.append(Finding("torque-zero", "warning", text, joint=joint))
+        elif far > _NOTABLE_ZERO * rule.gamma_nm.get(joint, np.inf):
+            text = (
+                f"The zero of the torque of joint '{joint}' ran at {zero.lowest_nm:.2g} to {zero.highest_nm:.2g} N·m; "
+                "it was taken off."
+            )
+            findings.append(Finding("torque-zero", "info", text, joint=joint))
     return findings
 
 

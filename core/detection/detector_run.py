@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts, ShortestPush
+from collaudit.core.data.detection_result import (
+    DelayFacts,
+    DetectorEvent,
+    DetectorFacts,
+    LevelFacts,
+    ShortestPush,
+    ZeroFacts,
+)
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, JudgedLog, detect_events
@@ -88,6 +95,11 @@ def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]
             mean=1.0 + level.mean,
         )
     return facts
+
+
+def torque_zeros(residual: Residual) -> dict[str, ZeroFacts]:
+    """What was found of each joint's zero, and its bound."""
+    return {joint: ZeroFacts(z.lowest_nm, z.highest_nm, z.bound_nm) for joint, z in residual.zeros.items()}
 
 
 def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], period_s: float) -> DetectorFacts:

@@ -29,6 +29,7 @@ from collaudit.core.detection.detector_run import (
     friction_levels,
     judged_signals,
     run_detector,
+    torque_zeros,
 )
 from collaudit.core.detection.fitted_rule import (
     change_findings,
@@ -50,6 +51,7 @@ from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.residual.torque_zero import BOUND_SHARE
 
 #: What takes the signals, and the hash of their log, while the rest is judged.
 OnSignals = Callable[[Signals, str], None]
@@ -170,7 +172,15 @@ def judge(
         for joint, level in applied.quiet.items()
         if joint in gamma_nm
     }
-    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=quiet, covered=motion.known)
+    inputs = DetectionInputs(
+        applied.laws,
+        forbidden,
+        rule,
+        watch,
+        quiet=quiet,
+        covered=motion.known,
+        zero_bound_nm={joint: BOUND_SHARE * gamma_nm[joint] for joint in rule.motion_nm},
+    )
 
     def run_with(inputs: DetectionInputs) -> Judged:
         run = run_detector(prepared, inputs, config)
@@ -223,6 +233,7 @@ def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config
             for name in dict.fromkeys(detect.compare)
         },
         flags=(),
+        torque_zero=torque_zeros(run.residual),
     )
 
 

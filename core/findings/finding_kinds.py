@@ -539,6 +539,13 @@ KINDS: dict[str, Kind] = {
         "zero.",
         _LEVEL,
     ),
+    "torque-zero": Kind(
+        "The zero of a joint's torque is not where the fit had it: it was followed, at most by a quarter of an "
+        "automatic threshold.",
+        "Where it is further off (warning): bring the sensor's zero back, state a payload, or look for a lasting "
+        "contact.",
+        _EITHER,
+    ),
     "detector-slow": Kind(
         "The detector's filter is slow: a push as long as n must exceed gamma by far.",
         'Raise [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or, with another detector, use "direct".',

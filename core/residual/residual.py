@@ -24,6 +24,7 @@ from collaudit.core.residual.balance import Balance, balance_from_momentum
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.residual.isolation import EachJoint, Isolation
+from collaudit.core.residual.torque_zero import TorqueZero, follow_zero
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05
@@ -41,12 +42,14 @@ class ResidualInputs:
         quiet: level of still joints, which are judged for changes, with a law or without.
         covered: by joint the automatic threshold, which was read off a residual with errors of friction in it: the
             usual ones, those of speeds above the fastest fitted one that it moved at, and its ripple.
+        zero_bound_nm: by joint how far the zero of its torque is followed at most; absent: not at all.
     """
 
     laws: Mapping[str, FrictionModel]
     not_judged: frozenset[str]
     quiet: Mapping[str, QuietLevel] = field(default_factory=dict, kw_only=True)
     covered: Mapping[str, JointThreshold] = field(default_factory=dict, kw_only=True)
+    zero_bound_nm: Mapping[str, float] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +64,7 @@ class Residual:
         uncertainty_nm: (n, j) what friction may be wrong by (95 %): its level, and its curve above the fastest fitted
             speed; less what the threshold covers. The threshold is raised by it.
         levels: friction level by joint, where there is a law and a model.
+        zeros: zero of the torque by joint, where it is followed.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         isolation: which columns are judged apart, and what they tell of the place of a contact.
         hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
@@ -77,6 +81,7 @@ class Residual:
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
     levels: dict[str, FrictionLevel]
+    zeros: dict[str, TorqueZero]
     balance: Balance
     isolation: Isolation
     hidden_nm: FloatArray | None = None
@@ -125,6 +130,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         state,
         uncertainty,
         {},
+        {},
         balance,
         EachJoint(names),
         hidden,
@@ -132,14 +138,17 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         frozenset(inputs.quiet),
     )
 
-    def fill_joint(j: int) -> tuple[FrictionLevel, float]:
+    def fill_joint(j: int) -> tuple[FrictionLevel, TorqueZero | None, float]:
         law = inputs.laws[names[j]]
         seen = inputs.covered.get(names[j])
         fastest = 0.0 if seen is None or seen.fastest_rad_s is None else seen.fastest_rad_s
-        return _fill_joint(made, j, series, law, config, carried_load(prepared, names[j], law), fastest)
+        bound = inputs.zero_bound_nm.get(names[j], 0.0)
+        return _fill_joint(made, j, series, law, config, carried_load(prepared, names[j], law), fastest, bound)
 
-    for j, (level, ripple_nm) in zip(known, ordered_map(fill_joint, known), strict=True):
+    for j, (level, zero, ripple_nm) in zip(known, ordered_map(fill_joint, known), strict=True):
         made.levels[names[j]] = level
+        if zero is not None:
+            made.zeros[names[j]] = zero
         if ripple_nm > 0:
             made.ripple_not_shown_nm[names[j]] = ripple_nm
             if names[j] not in inputs.covered:
@@ -186,12 +195,13 @@ def _fill_joint(
     config: DetectConfig,
     load_nm: FloatArray | None,
     fastest_rad_s: float,
-) -> tuple[FrictionLevel, float]:
+    zero_bound_nm: float,
+) -> tuple[FrictionLevel, TorqueZero | None, float]:
     """Fill the columns of one joint with a friction law; its threshold covers errors up to a speed.
 
     Returns:
-        The level of its friction, and the amplitude of a ripple of the friction file that the log does not show at its
-        place, else 0.
+        The level of its friction, the zero of its torque where that is followed, and the amplitude of a ripple of the
+        friction file that the log does not show at its place, else 0.
     """
     balance = made.balance
     torque, state, uncertainty = made.torque_nm[:, j], made.state[:, j], made.uncertainty_nm[:, j]
@@ -210,7 +220,13 @@ def _fill_joint(
         level = fixed_level(total.size, sd)
     else:
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
-    torque[:] = total - friction * (1.0 + level.deviation)
+    steady_nm = friction * (1.0 + level.deviation)
+    zero = None
+    if zero_bound_nm > 0.0:
+        zero = follow_zero(total - steady_nm, usable, series.period_s, zero_bound_nm, config.causal)
+    if zero is not None:
+        total -= zero.offset_nm
+    torque[:] = total - steady_nm
     doubt_of_level = np.abs(friction) * (SIGMAS * level.sd)
     uncertainty[:] = np.where(np.isfinite(doubt_of_level), doubt_of_level, 0.0)
     rows = np.flatnonzero(undecided)
@@ -235,9 +251,9 @@ def _fill_joint(
         smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
         uncertainty += np.nan_to_num(smoothed[:, 0])
     if isinstance(ripple, float):
-        return level, ripple_doubt_nm
+        return level, zero, ripple_doubt_nm
     uncertainty += ripple_doubt_nm
-    return level, 0.0
+    return level, zero, 0.0
 
 
 def _span(

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from collaudit.core.logs.column_guess import TablePart
 
 
+#: What a folder without logs holds is named up to so many.
+_MOST_NAMED = 5
+
+
 def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
     """Files and bag folders that arguments stand for, each once, in the order given.
 
@@ -59,6 +63,7 @@ def _expand(path: Path, *, strict: bool = True) -> list[Path]:
         raise LogError(
             "the folder holds no logs",
             where=str(path),
+            found=", ".join(one.name for one in other_files([path])[:_MOST_NAMED]) or "nothing",
             expected=f"files with content or names of {', '.join(suffixes)} or {last}, or ROS 2 bag folders",
         )
     return found

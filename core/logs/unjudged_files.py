@@ -73,6 +73,8 @@ def _of_file(path: Path) -> tuple[str, LeftOutKind, str]:
     kind, text = _by_name(path.name)
     if path.is_dir():
         kind, text = "unreadable", "a folder that cannot be read"
+    elif path.exists() and not path.is_file():
+        kind, text = "unreadable", "a pipe, a device or a socket, which could keep a reader waiting for ever"
     elif kind == "archive" and (inside := _log_inside(path)) is not None:
         text = inside or text
         kind = "archive" if inside else "other"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import os
 import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from collaudit.core.errors import LogError
 from collaudit.core.logs.inputs import expand_inputs, other_files
 from collaudit.core.logs.unjudged_files import left_out, left_out_urls
 
@@ -101,6 +103,18 @@ def test_a_folder_that_cannot_be_read_stands_for_what_is_in_it(tmp_path: Path, m
     monkeypatch.setattr(Path, "iterdir", refused)
     assert expand_inputs([tmp_path]) == [tmp_path / "run.csv"]
     assert [(one.kind, one.not_judged) for one in left_out(other_files([tmp_path]), "ignore")] == [("unreadable", True)]
+
+
+def test_a_pipe_is_not_waited_for_and_counts(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "run.csv")
+    assert kind(tmp_path / "run.csv", "ignore") == ("unreadable", True)
+
+
+def test_a_folder_without_logs_says_what_it_holds(tmp_path: Path) -> None:
+    (tmp_path / "night.bag.active").write_text("x")
+    with pytest.raises(LogError) as caught:
+        expand_inputs([tmp_path])
+    assert "night.bag.active" in caught.value.render()
 
 
 def test_remote_files_are_told_by_their_names() -> None:

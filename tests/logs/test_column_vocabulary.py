@@ -277,3 +277,22 @@ def test_two_columns_of_one_joint_are_refused(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,left_q,left_q,left_tau")
     with pytest.raises(LogError, match="two columns hold the position of left"):
         read_log((path,), LogConfig.of(RAW), robot_joints=["left"])
+
+
+@pytest.mark.parametrize("form", ["{q}_{j}", "{j}.{q}", "{j}_{q}"])
+@pytest.mark.parametrize("turns", [("Pitch", "Wrist_Pitch", "Wrist_Roll"), ("yaw", "roll", "pitch")])
+def test_joints_that_are_called_by_a_turn_are_joints_beside_others(
+    tmp_path: Path, form: str, turns: tuple[str, ...]
+) -> None:
+    joints = ["Rotation", *turns, "Jaw"]
+    columns = [form.format(q=q, j=j) for q in ("position", "velocity", "torque") for j in joints]
+    log = read_log((_write(tmp_path / "x.csv", ",".join(["t", *columns])),), LogConfig(), robot_joints=None)
+    assert set(log.joint_names) == set(joints)
+    assert log.effort is not None and log.effort.shape[1] == len(joints)
+
+
+@pytest.mark.parametrize("others", [["position_roll", "position_pitch"], ["torque_roll", "torque_pitch"]])
+def test_an_orientation_beside_joints_is_none(tmp_path: Path, others: list[str]) -> None:
+    columns = [f"{q}_{j}" for q in ("position", "torque") for j in ("base", "elbow")]
+    log = read_log((_write(tmp_path / "x.csv", ",".join(["t", *columns, *others])),), LogConfig(), robot_joints=None)
+    assert len(log.joint_names) == 2

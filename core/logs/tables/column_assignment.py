@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from collaudit.core.config.config_table import ColumnPattern
@@ -40,6 +40,8 @@ _NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "ext
                        "d", "act", "actual", "measured", "meas", "step", "index", "idx", "x", "y", "z", "w", "roll",
                        "pitch", "yaw", "rx", "ry", "rz", "norm", "rms", "mean", "std", "count", "orientation",
                        *UNIT_WORDS} - {"a", "id"})  # fmt: skip
+#: Those of them that are turns, and may be a joint's.
+_TURNS = frozenset({"roll", "pitch", "yaw"})
 #: Words that no joint's name holds anywhere: the column is of another quantity than the word beside it.
 _QUANTITIES = frozenset({*(word for words in QUANTITY_WORDS.values() for word in words if len(word) > 1),
                          *ROLE_WORDS["derivative"]})  # fmt: skip
@@ -159,6 +161,7 @@ def recognise(
     every = [name if index != time else "" for index, name in enumerate(names)]
     groups = numbered_groups(every)
     known = {column for group in groups for column in group.columns}
+    joints_known = (*robot, *_turning(every))
     unnumbered = [name if index not in known else "" for index, name in enumerate(every)]
     first = choose(groups, "position")
     known_positions = first.taken or next(iter(first.open), None)
@@ -167,10 +170,10 @@ def recognise(
     fast = choices["velocity"]
     if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
         choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
-    found = _named_joints(every, choices, robot)
+    found = _named_joints(every, choices, robot, joints_known)
     choices |= {quantity: _without_named(choices[quantity], each) for quantity, each in found.items()}
     for quantity in [each for each in choices if each not in found]:
-        named = _guess_named(unnumbered, quantity, robot)
+        named = _guess_named(unnumbered, quantity, joints_known)
         numbered = choices[quantity].taken
         if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
             found[quantity] = numbered
@@ -182,13 +185,15 @@ def recognise(
     return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
 
 
-def _named_joints(names: Sequence[str], choices: Mapping[str, Choice], robot: Sequence[str]) -> dict[str, Found]:
+def _named_joints(
+    names: Sequence[str], choices: Mapping[str, Choice], robot: Sequence[str], known: Sequence[str]
+) -> dict[str, Found]:
     """Quantities whose columns have numbers in the names of joints, such as ``wrist_1_joint``: numbering loses joints.
 
     The names are alike in all quantities. As many joints as are numbered have other names, or names of the robot.
     """
     counted = [quantity for quantity, choice in choices.items() if choice.taken is not None or choice.open]
-    named = {quantity: found for quantity in counted if (found := _guess_named(names, quantity, robot)) is not None}
+    named = {quantity: found for quantity in counted if (found := _guess_named(names, quantity, known)) is not None}
     joints = [set(named[quantity].joints) for quantity in MOTION if quantity in named]
     alike = set.intersection(*joints) if "position" in named else set()
     return {key: found for key, found in named.items() if _keeps_names(found, choices[key], alike, robot)}
@@ -211,20 +216,42 @@ def _keeps_names(named: Found, choice: Choice, alike: set[str], robot: Sequence[
     )
 
 
+def _parts(text: str) -> Iterator[tuple[str, str, Meaning]]:
+    """Each way to cut a name: the pattern, the joint, and what the words beside it mean, where these are measured."""
+    for cut in _BETWEEN.finditer(text):
+        for joint, words, pattern in (
+            (text[: cut.start()], text[cut.end() :], "{joint}" + text[cut.start() :]),
+            (text[cut.end() :], text[: cut.start()], text[: cut.end()] + "{joint}"),
+        ):
+            meaning = meaning_of(words)
+            if meaning is not None and is_measured(meaning) and not meaning.motor:
+                yield pattern, joint, meaning
+
+
+def _turning(names: Sequence[str]) -> list[str]:
+    """Joints that are called by a turn, such as ``wrist_roll``: in positions and efforts, beside joints that are not.
+
+    An orientation has no efforts, and no joints beside it under the same words.
+    """
+    held: dict[str, set[str]] = {"position": set(), "effort": set()}
+    for name in names:
+        for _, joint, meaning in _parts(bare(name).strip()):
+            held.setdefault(meaning.quantity, set()).add(joint)
+    alike = held["position"] & held["effort"]
+    words = {joint: words_of(joint) for joint in alike}
+    others = [joint for joint in alike if words[joint] and _NO_JOINT.isdisjoint((words[joint][0], words[joint][-1]))]
+    return [joint for joint in alike if others and not _TURNS.isdisjoint(words[joint])]
+
+
 def _guess_named(names: Sequence[str], quantity: str, robot: Sequence[str]) -> Found | None:
     """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
     known: dict[str, Meaning] = {}
     holders = set()
     for text in {form.strip().lower() for name in names for form in (name, bare(name))}:
-        for cut in _BETWEEN.finditer(text):
-            for pattern, words in (
-                ("{joint}" + text[cut.start() :], text[cut.end() :]),
-                (text[: cut.end()] + "{joint}", text[: cut.start()]),
-            ):
-                meaning = meaning_of(words)
-                if meaning is not None and meaning.quantity == quantity and is_measured(meaning) and not meaning.motor:
-                    known[pattern] = meaning
-                    holders.add(text)
+        for pattern, _, meaning in _parts(text):
+            if meaning.quantity == quantity:
+                known[pattern] = meaning
+                holders.add(text)
     best: Found | None = None
     for pattern, meaning in sorted(known.items(), key=lambda each: (preference(each[1]), len(each[0]), each[0])):
         if best is not None and len(best.columns) >= len(holders):

@@ -10,7 +10,7 @@ from collaudit.cli.console import note, print_findings, progress, say, say_objec
 from collaudit.cli.exit_codes import forbidding
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.core.api import LogFiles, find_logs, prepare
+from collaudit.core.api import LogFiles, find_logs, open_log, prepare
 from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.findings import Finding
@@ -98,12 +98,18 @@ class _Look:
 
 
 def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
-    """What reading the log with its robot shows, or why it cannot be read so; nothing without a robot.
+    """What reading the log with its robot shows, or why it cannot be read so; without a robot, why none could read it.
 
     Raises:
         CollauditError: the robot cannot be used at all.
     """
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
+        try:
+            open_log(files, loaded)
+        except (LogError, NotJudgedError) as error:
+            return error, ()
+        except ConfigError:  # what init asks about
+            pass
         return None, ()
     try:
         with progress("reading") as report:

@@ -276,6 +276,16 @@ class JointCoverage:
     not_judged_s: dict[str, float]
     spans: tuple[NotJudgedSpan, ...]
 
+    @property
+    def lost_s(self) -> float:
+        """Time not judged, for whatever reason: time in which it was not watched, too."""
+        return sum(self.not_judged_s.values())
+
+    @property
+    def time_s(self) -> float:
+        """All time of the joint, which every share of it is a share of."""
+        return self.judged_s + self.standing_s + self.lost_s
+
 
 @dataclass(frozen=True, slots=True)
 class Coverage:

@@ -206,6 +206,7 @@ def judge(
         found = ordered_map(lambda check: list(check(judged)), CHECKS)
         return replace(judged, checked=tuple(finding for its in found for finding in its))
 
+    step(3, 10)
     judged = run_with(inputs)
     step(7, 10)
     excluded = joints_not_judged(judged.checked, prepared.judged) - forbidden

@@ -17,7 +17,7 @@ _BY = {"stated": "stated", "default": "default", "arm-limits": "half of what the
 
 
 def judged_section(result: AuditResult) -> Section:
-    """Shares of the time in which each joint was watched, and the torque that would have alarmed."""
+    """Shares of the log's time by joint, and the torque that would have alarmed."""
     sensitivity = result.sensitivity
     joints = result.coverage.joints
     rows = [(joint, *_shares(cover), *_torques(joint, result)) for joint, cover in joints.items()]
@@ -32,20 +32,18 @@ def judged_section(result: AuditResult) -> Section:
         "asked",
     )
     said = [(joint, why) for joint, cover in joints.items() if (why := _why_not(cover))]
-    title = "Smallest torque that would have alarmed; shares of the time watched"
+    title = "Smallest torque that would have alarmed; shares of the log's time"
     if sensitivity is None or not sensitivity.joints:
-        title = "Shares of the time watched; nothing is known of what would have been noticed"
+        title = "Shares of the log's time; nothing is known of what would have been noticed"
     return Section(title, head, tuple(rows), tuple(joint_lines(said, len(joints)))).only(*head)
 
 
 def _shares(cover: JointCoverage) -> tuple[str, str, str]:
-    """Of the time in which the joint was watched: judged, friction known only as a range, nothing to be told."""
+    """Of the log's time: judged, friction known only as a range, nothing to be told."""
     if not cover.watched:
         return "not watched", "", ""
-    lost_s = sum(cover.not_judged_s.values()) - cover.not_judged_s.get("not-watched", 0.0)
-    time_s = cover.judged_s + cover.standing_s + lost_s
-    parts = (cover.judged_s, cover.standing_s, lost_s)
-    judged, as_range, lost = (percent(part_s / time_s) if time_s > 0 else NONE for part_s in parts)
+    parts = (cover.judged_s, cover.standing_s, cover.lost_s)
+    judged, as_range, lost = (percent(part_s / cover.time_s) if cover.time_s > 0 else NONE for part_s in parts)
     return judged, as_range, lost
 
 
@@ -78,7 +76,7 @@ def _why_not(cover: JointCoverage) -> str:
         return f"not watched: {cover.why}"
     longest = sorted(cover.not_judged_s.items(), key=lambda item: (-item[1], item[0]))
     text = "; ".join(f"{duration(seconds)}: {reason_text(code)}" for code, seconds in longest if seconds > 0)
-    return f"not judged {text}" if text else ""
+    return f"not judged, of {duration(cover.time_s)}, {text}" if text else ""
 
 
 def force_section(result: AuditResult) -> Section:

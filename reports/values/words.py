@@ -155,14 +155,10 @@ def noticed_n(result: AuditResult) -> float | None:
 
 
 def lost_share(result: AuditResult) -> float | None:
-    """Share of the watched joints' time, all together, that could not be judged; None where nothing was watched.
-
-    Time in which one of them was not watched, as under force control, counts as not judged here.
-    """
+    """Share of the watched joints' time, all together, that could not be judged; None where nothing was watched."""
     watched = [cover for cover in result.coverage.joints.values() if cover.watched]
-    lost = sum(sum(cover.not_judged_s.values()) for cover in watched)
-    time_s = lost + sum(cover.judged_s + cover.standing_s for cover in watched)
-    return lost / time_s if time_s > 0 else None
+    time_s = sum(cover.time_s for cover in watched)
+    return sum(cover.lost_s for cover in watched) / time_s if time_s > 0 else None
 
 
 def rule_text(result: AuditResult) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import pytest
 import samples
 
 from collaudit.core.data.audit_result import AuditResult
@@ -170,3 +171,21 @@ def test_the_page_calls_alarms_alarms() -> None:
     assert "<dt>Alarms</dt>" in text
     assert "Collision 1" not in text
     assert "away from collisions" not in text
+
+
+def test_shares_of_a_joint_have_one_denominator() -> None:
+    """What the table gives of a joint in per cent its reasons give in seconds, and the first screen says it too."""
+    result = with_contacts(1)
+    cover = replace(
+        result.coverage.joints[JOINT],
+        watched=True,
+        judged_s=60.0,
+        standing_s=20.0,
+        not_judged_s={"not-watched": 15.0, "edge": 5.0},
+    )
+    result = replace(result, coverage=replace(result.coverage, joints={JOINT: cover}))
+    found = judged_section(result)
+    (row,) = found.records
+    assert (row["judged"], row["friction a range"], row["not judged"]) == ("60.0 %", "20.0 %", "20.0 %")
+    assert lost_share(result) == pytest.approx(0.2)
+    assert "not judged, of 100 s, 15.0 s" in " ".join(found.notes)

@@ -66,7 +66,7 @@ class Drafted:
     toml: str
     guesses: int
     judged: bool
-    verdict: Verdict | None
+    verdict: Verdict | Literal["could_be_judged"] | None
     missing: list[str]
     findings: list[Finding]
 

@@ -154,5 +154,5 @@ def missing() -> Iterator[LogFault]:
     ):
         for where in places:
             change = partial(lost, fields=fields, who=who, where=where)
-            blinds = words == "efforts" and who == "all" and where == most
+            blinds = words == "efforts" and where != other  # others may feel little of the push
             yield LogFault("missing values", f"{words} of {who}, {where}", change, blinds=blinds)

@@ -283,7 +283,7 @@ def change_findings(
         f"{', and for torque beyond what friction holds' if known else ''}. A load that stays constant for "
         f"{some.stretch_s:.3g} s cannot be seen{held}. Constant difference from the model, N·m: {offsets}."
     )
-    findings = [Finding("judged-for-changes", "warning", text)]
+    findings = [fact(text) if known else Finding("judged-for-changes", "warning", text)]
     for joint, one in levels.items():
         if gamma_nm.get(joint, np.inf) < one.gamma_nm:
             text = (

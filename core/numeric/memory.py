@@ -1,4 +1,4 @@
-"""How much memory a log's tables take, and how much there is: a log that does not fit is refused."""
+"""How much memory this process may take."""
 
 from __future__ import annotations
 
@@ -7,34 +7,9 @@ import os
 from functools import cache
 from pathlib import Path
 
-from collaudit.core.errors import NotJudgedError
 from collaudit.core.numeric.linear_algebra import own_limit_bytes
 
-#: So many tables of a log's size must fit in memory: an audit keeps twelve, and the columns that are worked on at the
-#: same time take as much as six.
-_AT_ONCE = 18
 _GROUPS = Path("/sys/fs/cgroup")
-
-
-def refuse_larger_than_memory(rows: int, columns: int, name: str) -> None:
-    """Refuse a log whose tables do not fit.
-
-    Args:
-        rows, columns: samples and joints.
-        name: of the log.
-
-    Raises:
-        NotJudgedError: they do not.
-    """
-    needed, there = 8.0 * rows * columns * _AT_ONCE, memory_bytes()
-    if needed > there:
-        raise NotJudgedError(
-            "the log is larger than memory allows to judge at once",
-            where=name,
-            found=f"{rows} samples of {columns} joints: {needed / 1e9:.3g} GB of tables",
-            expected=f"at most {there / 1e9:.3g} GB",
-            hint="judge it in parts: --from 0 --to 3600, then --from 3600 --to 7200 (seconds)",
-        )
 
 
 def memory_bytes() -> float:

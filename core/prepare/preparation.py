@@ -17,7 +17,6 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.memory import refuse_larger_than_memory
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -39,6 +38,7 @@ from collaudit.core.prepare.effort.gain_findings import (
     scale_findings,
 )
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints
+from collaudit.core.prepare.log_size import refuse_larger_than_memory
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings

@@ -138,7 +138,9 @@ class NearMissConfig(ConfigTable, frozen=True, kw_only=True):
     """What counts as a near miss: beyond what motion does and short of an alarm."""
 
     amplitude: Annotated[
-        float, Meta(gt=0, lt=1), about("Share of gamma where that is stated; else it is what motion does by itself.")
+        float,
+        Meta(gt=0, lt=1),
+        about("Share of gamma; where thresholds are automatic it is no less than what motion does by itself."),
     ] = 0.8
     persistence: Annotated[float, Meta(gt=0, lt=1), about("Share of n.")] = 0.5
 

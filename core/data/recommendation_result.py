@@ -153,7 +153,8 @@ class ThresholdLevel:
     Attributes:
         n: persistence, samples of the fitted logs.
         persistence_s: the same in s.
-        gamma_nm: the motion's level: reached so seldom as ``false_alarms_per_hour`` says, times ``margin``.
+        gamma_nm: the motion's level: what is reached so seldom as ``false_alarms_per_hour`` says, times ``margin``, and
+            a little for the zero of the torque.
         false_alarms_per_hour: expected of this joint in motion like that of the fit, the margin not counted.
         false_alarms_ci95: its interval.
         exceeded: share of the blocks of the evidence that pass the level all the same: contact that the fit did not

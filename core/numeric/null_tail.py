@@ -16,6 +16,9 @@ ARM_PER_HOUR = 0.1
 MARGIN = 1.2
 #: ... and so much more where there are hardly enough peaks; it falls with the root of the time.
 _LITTLE = 1.0
+#: The zero of a torque differs from day to day by a tenth of a newton metre; one log does not show it. Together with a
+#: zero that is followed by a quarter of the threshold so much covers that, N·m.
+ZERO_DOUBT_NM = 0.08
 #: Neighbouring samples share their error: one peak is taken of each stretch, s.
 BLOCK_S = 0.25
 #: Peaks without which nothing is told: 3 s.

@@ -10,7 +10,7 @@ import numpy as np
 
 from collaudit.core.data.recommendation_result import ThresholdLevel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.null_tail import ARM_PER_HOUR, block_peaks, margin_after, null_tail
+from collaudit.core.numeric.null_tail import ARM_PER_HOUR, ZERO_DOUBT_NM, block_peaks, margin_after, null_tail
 from collaudit.core.numeric.runs import run_bounds, whole_window_minima
 
 #: Level of the stretches at rest or after a reversal: nine of ten of them, and at most so many times three of four.
@@ -84,7 +84,8 @@ def motion_levels(
         seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
         over = float(np.mean(sustained > level))
         false, interval = lasting.rate(level), lasting.interval(level)
-        out.append(ThresholdLevel(max(counts), seconds, margin * level, false, interval, over, margin))
+        gamma = margin * level + ZERO_DOUBT_NM
+        out.append(ThresholdLevel(max(counts), seconds, gamma, false, interval, over, margin))
     return out
 
 

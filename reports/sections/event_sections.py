@@ -137,10 +137,8 @@ def near_miss_section(result: AuditResult) -> Section:
 def near_levels(result: AuditResult) -> str:
     """From where on a near miss counts."""
     rule = result.rule
-    if rule.motion_nm:
-        return "what motion does by itself"
-    shares = {f"{rule.near_miss_nm[joint] / gamma:.3g}" for joint, gamma in rule.gamma_nm.items() if gamma > 0}
-    return f"{100 * float(shares.pop()):g} % of γ" if len(shares) == 1 else "a share of γ"
+    shares = {f"{100 * rule.near_miss_nm[joint] / gamma:.0f}" for joint, gamma in rule.gamma_nm.items() if gamma > 0}
+    return f"{' to '.join(sorted({min(shares), max(shares)}, key=float))} % of γ" if shares else "a share of γ"
 
 
 def closeness(near: NearMiss, rule: RuleFacts) -> str:

@@ -21,7 +21,7 @@ from simulated_days import Arm, Push, arm_of, day
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.fitting import fit_logs
-from collaudit.core.numeric.null_tail import block_peaks
+from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM, block_peaks
 from collaudit.core.numeric.runs import whole_window_minima
 from collaudit.core.provenance import make_provenance
 
@@ -84,7 +84,8 @@ def reached(audit: Audit, friction: FrictionFile) -> Iterator[float]:
         size = np.where(moving, np.abs(signals.residual_nm[:, j]), 0.0)
         peaks = block_peaks(whole_window_minima(size, n), moving, period_s)
         if peaks.size:
-            yield float(peaks.max()) * known.levels[-1].margin / known.levels[-1].gamma_nm
+            level = known.levels[-1]
+            yield float(peaks.max()) * level.margin / (level.gamma_nm - ZERO_DOUBT_NM)
 
 
 def _times(audit: Audit) -> float:

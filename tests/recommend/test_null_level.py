@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 
 from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import exceeded_findings
+from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM
 from collaudit.core.recommend.null_level import NullEvidence, motion_levels, rest_level
 
 PERIOD = 0.002
@@ -43,7 +44,7 @@ def test_the_level_is_seldom_passed_and_not_high(seconds: float) -> None:
     """Over an hour and more of the same no run of n samples passes 3 to 6 deviations, and a margin."""
     for seed in range(10):
         level = level_of(evidence(coloured(seconds, seed)))
-        assert 3.0 < level.gamma_nm / level.margin < 6.0
+        assert 3.0 < (level.gamma_nm - ZERO_DOUBT_NM) / level.margin < 6.0
         low, high = level.false_alarms_ci95
         assert low <= level.false_alarms_per_hour <= high
         over = np.abs(coloured(600.0, 100 + seed)) > level.gamma_nm
@@ -107,7 +108,8 @@ def test_little_evidence_stands_further_off() -> None:
     """Half a minute, ten, an hour of the same: the margin shrinks, the level without it stays."""
     short, usual, long = (level_of(evidence(coloured(seconds, 5))) for seconds in (30.0, 600.0, 3600.0))
     assert short.margin > usual.margin > long.margin > 1.0
-    assert short.gamma_nm / short.margin == pytest.approx(long.gamma_nm / long.margin, rel=0.2)
+    bare = [(one.gamma_nm - ZERO_DOUBT_NM) / one.margin for one in (short, usual, long)]
+    assert bare == pytest.approx([bare[-1]] * 3, rel=0.2)
 
 
 def test_what_most_standstills_stay_below() -> None:

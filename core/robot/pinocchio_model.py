@@ -17,7 +17,8 @@ import pinocchio as pin
 from collaudit.core.config.schema import DhRow
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.newton_euler import FramePlacement, Link
+from collaudit.core.numeric.parallel import threads
+from collaudit.core.robot.link_forces import FramePlacement, Link
 
 
 def urdf_model(xml: str, where: str) -> PinocchioModel:
@@ -74,6 +75,10 @@ def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
     """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll), angles in degrees: base axes in the world."""
     roll, pitch, yaw = np.radians(rpy_deg)
     return np.asarray(pin.utils.rotate("z", yaw) @ pin.utils.rotate("y", pitch) @ pin.utils.rotate("x", roll))
+
+
+#: Way of all joints together in a step of a difference along the motion, rad (m).
+_STEP = 1e-3
 
 
 class PinocchioModel:
@@ -219,6 +224,37 @@ class PinocchioModel:
         places = [data.oMf[self.frame_number(frame)] for frame in frames]
         return [(np.array(place.rotation), np.array(place.translation)) for place in places]
 
+    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(j, m) torque of each joint, M(q) a + C(q, v) v + G(q), rotor inertia included; motion (j, m)."""
+        out = np.empty(q.shape, order="F")
+        count = threads()
+        pin.rneaInParallel(count, pin.ModelPool(self._model, count), *map(np.asfortranarray, (q, v, a)), out)
+        return out
+
+    def momentum(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """(2 j, m) momenta p = M(q) v, then C(q, v)^T v - G(q); motion (j, m).
+
+        As Ṁ = C + C^T, the second is Ṁ v - (C v + G). Ṁ v is the derivative of M(q) v along v: a difference of fourth
+        order over steps so short that its error is below 1e-9 of it.
+        """
+        still, weightless = np.zeros_like(v), self.without_gravity()
+        step = _STEP / np.maximum(np.abs(v).sum(axis=0), _STEP)
+
+        def at(steps: float) -> FloatArray:
+            return weightless.inverse_dynamics(q + steps * step * v, still, v)
+
+        change = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step)
+        return np.concatenate([at(0.0), change - self.inverse_dynamics(q, v, still)])
+
+    def point_mass(self, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
+        """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
+        out = self.without_gravity()
+        out.set_armature(np.zeros(len(self.joint_names)))
+        for k in range(len(out._model.inertias)):
+            out._model.inertias[k] = pin.Inertia.Zero()
+        out.add_point_mass(frame, mass_kg, com_m)
+        return out
+
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray, expansion: FloatArray) -> FloatArray:
         """(n, j, 10 k) derivative of the torques of j joints by the inertial parameters; rotor inertia is not in it.
 
@@ -237,22 +273,19 @@ class PinocchioModel:
         return out
 
     def frame_placement(self, frame: str) -> FramePlacement:
-        """Where a frame is, for the recursions."""
+        """Where a frame is, in the axes of :attr:`links`."""
         at = self._frame(frame)
         pose = self._aligned[at.parentJoint].inverse() * at.placement
         return FramePlacement(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
 
     @cached_property
     def links(self) -> list[Link]:
-        """The recursions' constants, one joint and its body each; asked for when the model is finished."""
+        """Every joint with its z along its motion; asked for when the model is finished."""
         model, aligned, axes, out = self._model, self._aligned, self._axes, []
         for k in range(1, model.njoints):
             pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
-            mass, *rest = aligned[k].actInv(model.inertias[k]).toDynamicParameters()
-            xx, xy, yy, xz, yz, zz = rest[3:]
-            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            out.append(Link(model.parents[k] - 1, _slides(axes[k]), pose.rotation.copy(), pose.translation.copy(),
-                            float(mass), np.array(rest[:3]), inertia, float(model.armature[k - 1])))  # fmt: skip
+            slides = _slides(axes[k])
+            out.append(Link(model.parents[k] - 1, slides, pose.rotation.copy(), pose.translation.copy()))
         return out
 
     def forward(self) -> ForwardModel:

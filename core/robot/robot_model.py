@@ -12,8 +12,8 @@ from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot import newton_euler
-from collaudit.core.robot.newton_euler import evaluate
+from collaudit.core.robot import link_forces
+from collaudit.core.robot.link_forces import evaluate
 from collaudit.core.robot.pinocchio_model import PinocchioModel
 from collaudit.core.robot.robot_description import unknown_name
 
@@ -96,14 +96,11 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        bodies = self.inertial_bodies()
-        return self._torques(partial(newton_euler.inverse_dynamics, bodies.links, bodies.gravity_m_s2), (q, v, a))
+        return self._torques(self.inertial_bodies().inverse_dynamics, (q, v, a))
 
     def torque_beyond(self, other: RobotModel, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """What :meth:`inverse_dynamics` gives more than that of the same arm with other inertials."""
-        bodies = self.inertial_bodies()
-        more = [own.less(its) for own, its in zip(bodies.links, other.inertial_bodies().links, strict=True)]
-        return self._torques(partial(newton_euler.inverse_dynamics, more, bodies.gravity_m_s2), (q, v, a))
+        return self.inverse_dynamics(q, v, a) - other.inverse_dynamics(q, v, a)
 
     def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Momentum M(q) v, and C(q, v)^T v - G(q), with rotor inertia and tool.
@@ -117,19 +114,18 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        bodies, count = self.inertial_bodies(), len(self.joint_names)
-        recursion = partial(newton_euler.momentum, bodies.links, bodies.gravity_m_s2)
-        both = self._torques(recursion, (q, v), parts=2)
+        count = len(self.joint_names)
+        both = self._torques(self.inertial_bodies().momentum, (q, v), parts=2)
         return both[:, :count], both[:, count:]
 
     def _torques(
         self,
-        recursion: Callable[..., FloatArray],
+        compute: Callable[..., FloatArray],
         motion: Sequence[FloatArray],
         wrench: FloatArray | None = None,
         parts: int = 1,
     ) -> FloatArray:
-        """(n, j · parts) of a recursion of :mod:`newton_euler`, from motion (n, j) and a wrench (n, 6)."""
+        """(n, j · parts) of a computation in the model's joints, from motion (n, j) and a wrench (n, 6)."""
         for name, array in zip("qva", motion, strict=False):
             self._check(array, len(self.joint_names), name)
         count, signals = len(motion), list(motion)
@@ -139,15 +135,14 @@ class RobotModel:
 
         def of_rows(*rows: FloatArray) -> FloatArray:
             moving = [self.expansion @ x + (0.0 if k else self.offset[:, None]) for k, x in enumerate(rows[:count])]
-            found = np.split(recursion(*moving, *rows[count:]), parts)
+            found = np.split(compute(*moving, *rows[count:]), parts)
             return np.concatenate([self.expansion.T @ x for x in found])
 
         return evaluate(of_rows, signals, parts * len(self.joint_names))
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
-        bodies = self.inertial_bodies()
-        return self._torques(partial(newton_euler.holding, bodies.links, bodies.gravity_m_s2), (q,))
+        return self.inverse_dynamics(q, still := np.zeros_like(q), still)
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
@@ -198,7 +193,7 @@ class RobotModel:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
         bodies = self._with_frame(frame)
-        return self._torques(partial(newton_euler.force, bodies.links, bodies.frame_placement(frame)), (q,), wrench)
+        return self._torques(partial(link_forces.force, bodies.links, bodies.frame_placement(frame)), (q,), wrench)
 
     def torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame at (n, j): J_v^T."""
@@ -224,11 +219,8 @@ class RobotModel:
             wrench, frame: as for :meth:`wrench_torque`, the body's weight taken out.
             carried: the body as a point mass: frame, kg, (3,) m of that frame.
         """
-        for name in (frame, carried[0]):
-            bodies = self._with_frame(name)
-        place, where = (bodies.frame_placement(name) for name in (frame, carried[0]))
-        recursion = partial(newton_euler.force_less_body, bodies.links, place, (where, carried[1], carried[2]))
-        return self._torques(recursion, (q, v, a), wrench)
+        body = self._with_frame(carried[0]).point_mass(*carried)
+        return self.wrench_torque(q, wrench, frame) - self._torques(body.inverse_dynamics, (q, v, a))
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -263,7 +255,7 @@ class RobotModel:
 
         def of_rows(rows: FloatArray) -> FloatArray:
             moving = self.expansion @ rows + self.offset[:, None]
-            return newton_euler.weight(bodies.links, place, mass_kg, np.asarray(com_m), gravity, moving)
+            return link_forces.weight(bodies.links, place, mass_kg, np.asarray(com_m), gravity, moving)
 
         return evaluate(of_rows, [q], 6)
 

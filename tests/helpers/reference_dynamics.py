@@ -36,33 +36,11 @@ def momentum(model: PinocchioModel) -> Sample:
     return sample
 
 
-def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
-    """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
-    alone = model.without_gravity()
-    alone.set_armature(np.zeros(len(model.joint_names)))
-    for k in range(len(alone._model.inertias)):
-        alone._model.inertias[k] = pin.Inertia.Zero()
-    alone.add_point_mass(frame, mass_kg, com_m)
-    return alone
-
-
-def force(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
-    """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes."""
+def force(model: PinocchioModel, frame: str) -> Sample:
+    """From q and a wrench in a frame to J^T F."""
     count, number, own = len(model.joint_names), model.frame_number(frame), model.library_model()
     data = own.createData()
-
-    def felt(q: FloatArray, wrench: FloatArray) -> FloatArray:
-        return np.array(pin.computeFrameJacobian(own, data, q, number, pin.LOCAL).T @ wrench)
-
-    if carried is None:
-        return lambda x: felt(x[:count], x[count:])
-    alone = inverse_dynamics(only_point_mass(model, *carried))
-
-    def sample(x: FloatArray) -> FloatArray:
-        motion, wrench = np.split(x, [3 * count])
-        return felt(motion[:count], wrench) - alone(motion)
-
-    return sample
+    return lambda x: np.array(pin.computeFrameJacobian(own, data, x[:count], number, pin.LOCAL).T @ x[count:])
 
 
 def weight(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> Sample:

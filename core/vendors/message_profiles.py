@@ -19,13 +19,14 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS
 from collaudit.core.vendors.controller_modes import FRANKA_MODE, UR_ROBOT_MODE, UR_SAFETY_MODE
 
 #: Stands before the name of an annotation where quantities are named.
 ANNOTATION = "annotation:"
-#: Interfaces of ros2_control to quantities.
-INTERFACES = {"position": "position", "velocity": "velocity", "effort": "effort", "torque": "effort",
-              "current": "current"}  # fmt: skip
+#: Words behind a joint's name, such as the interfaces of ros2_control, to quantities.
+INTERFACES = {word: "current" if word in CURRENTS else quantity for quantity in ("position", "velocity", "effort")
+              for word in QUANTITY_WORDS[quantity] if len(word) > 1}  # fmt: skip
 Role = Literal["joint_states", "wrench", "label", "phase", "other"]
 
 

@@ -137,14 +137,16 @@ def test_a_message_of_no_joints_at_all_is_refused(written) -> None:
         read_log((written(lambda k: [GPIO, FTS]),), LogConfig(), robot_joints=NAMES)
 
 
-def said_by_name(path: Path, words: tuple[str, ...], *, alone: bool = False, turned: bool = False) -> Path:
+def said_by_name(
+    path: Path, words: tuple[str, ...], *, alone: bool = False, turned: bool = False, mark: str = "/"
+) -> Path:
     """JointState with a name for each joint and interface; ``alone``: all values in the array of positions."""
     said = []
     for k in range(COUNT):
         values = {"position": 0.01 * k + np.arange(3), "velocity": 0.1 + np.zeros(3), "effort": 5.0 * np.arange(3)}
         pairs = [(j, q, word) for j in range(3) for q, word in zip(values, words, strict=True)]
         pairs = pairs[::-1] if turned and k % 2 else pairs
-        names = [f"{NAMES[j]}/{word}" for j, _, word in pairs]
+        names = [f"{NAMES[j]}{mark}{word}" for j, _, word in pairs]
         columns = [[values[q][j] if alone or q == own else np.nan for j, q, _ in pairs] for own in values]
         said.append(w.joint_state(names, columns[0], *([] if alone else columns[1:]), stamp_ns=w.EPOCH + k * w.PERIOD))
     return w.write_mcap(path, said)
@@ -157,6 +159,15 @@ def test_names_of_joint_and_interface_are_understood(tmp_path: Path, effort: str
     for robot in (NAMES, None):
         check(read_log((path,), LogConfig(), robot_joints=robot), 5.0 * np.arange(3))
     assert describe((path,)).topics[0].joints in (NAMES, NAMES[::-1])
+
+
+@pytest.mark.parametrize("mark", ["/", ".", "_"])
+@pytest.mark.parametrize(
+    "words", [("position", "velocity", "effort"), ("pos", "vel", "tau"), ("angle", "speed", "torque")]
+)
+def test_other_words_behind_a_joint_are_understood(tmp_path: Path, mark: str, words: tuple[str, str, str]) -> None:
+    path = said_by_name(tmp_path / "x.mcap", words, mark=mark)
+    check(read_log((path,), LogConfig(), robot_joints=NAMES), 5.0 * np.arange(3))
 
 
 def test_names_of_currents_are_currents(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from collaudit.core.logs.messages.decoded_columns import MOTION
 from collaudit.core.logs.messages.layout import MISSING, Numbers
 from collaudit.core.vendors.message_profiles import INTERFACES
@@ -33,10 +35,10 @@ def joints_of_names(named: tuple[str, ...], found: dict[str, Runs]) -> tuple[tup
         named: names as the message lists them; anything but joint and interface is left as it is.
         found: quantity to its runs, one number a name.
     """
-    pairs = [name.rpartition("/") for name in named]
-    told = {INTERFACES[interface] for _, _, interface in pairs if interface in INTERFACES}
-    if not all(joint for joint, _, _ in pairs) or "position" not in told or len(told) < 2:
+    pairs = next(filter(_tell_quantities, ([name.rpartition(mark) for name in named] for mark in "/._")), None)
+    if pairs is None:
         return named, found
+    told = {INTERFACES[interface] for _, _, interface in pairs if interface in INTERFACES}
     values = {quantity: _each(runs) for quantity, runs in found.items() if runs}
     if any(len(numbers) != len(named) for numbers in values.values()):
         return named, found
@@ -49,6 +51,12 @@ def joints_of_names(named: tuple[str, ...], found: dict[str, Runs]) -> tuple[tup
                if INTERFACES.get(interface) == quantity}  # fmt: skip
         out[quantity] = tuple(own.get(joint, MISSING) for joint in joints)
     return joints, {**{name: runs for name, runs in found.items() if name not in _MOTION}, **out}
+
+
+def _tell_quantities(pairs: Sequence[tuple[str, str, str]]) -> bool:
+    """Whether names are joints with a word of a quantity behind each, of positions and of another."""
+    told = {INTERFACES.get(interface) for _, _, interface in pairs}
+    return all(joint for joint, _, _ in pairs) and "position" in told and len(told - {None}) > 1
 
 
 def _each(runs: Runs) -> Runs:

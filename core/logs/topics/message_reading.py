@@ -140,7 +140,7 @@ def read_message_log(
         conflicts += contradictions(seconds_since(base.stamp_ns, origin_ns), names.model, position, effort)
     findings += conflicts or alternation(columns, names.model, joints.name)
     if "effort" not in columns:
-        text = "The joint states hold no efforts."
+        text = "The joint states hold no efforts. If another topic has them, state it: [log] efforts."
         findings.append(Finding("log-effort-missing", "warning", text, where=joints.name))
     return JointLog(
         time_s=frozen(seconds_since(stamps, origin)),

@@ -12,10 +12,10 @@ import click
 from collaudit.cli.settings import all_of, free_option, labels_option
 from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
+from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import Signals
 from collaudit.core.errors import ConfigError
-from collaudit.core.policy.contact_states import Precedents
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from collaudit.core.scoring.detection_score import TruthFile
 if TYPE_CHECKING:
     import pandas as pd
 
+    from collaudit.core.contacts.contact_states import Precedents
     from collaudit.core.logs.log_summary import LogSummary
-    from collaudit.core.policy.contact_states import Precedents
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation

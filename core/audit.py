@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_scene import arm_geometry
+from collaudit.core.contacts.contact_states import Precedents, with_states
 from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import controller_alarms
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
@@ -16,7 +17,6 @@ from collaudit.core.detection.judgement import OnSignals, judge
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.policy.contact_states import Precedents, with_states
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.preparation import calibrated
@@ -77,15 +77,15 @@ def audit_log(
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
     step(6, 10)
+    log, events = log_facts(series), (detected.collisions, detected.near_misses)
     contacts = find_contacts(prepared, run, config)
+    contacts = with_states(contacts, known, log.sha256, log.start, config.policy.max_accepted_days)
     arm = arm_geometry(prepared, config.robot.tool.frame)
     alarms = controller_alarms(series, run, inputs, config.detect, contacts)
     disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, run, inputs, config.detect, truth)
     unlabelled = missing_labels(series, config) if truth is None else []
-    log, events = log_facts(series), (detected.collisions, detected.near_misses)
-    contacts = with_states(contacts, known, log.sha256, log.start, config.policy.max_accepted_days)
     rules = recommended_of_log(evidence_of(log, inputs.rule, judged.signals, phases, events), inputs.rule.persistence_s)
     ranges = ranges_behind(config.detect.evidence, judged.thresholds, judged.automatic)
     beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)

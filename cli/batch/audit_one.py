@@ -19,10 +19,10 @@ from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.remote_logs import local_copy, remote_stamp
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.api import LogFiles, Progress
+from collaudit.core.contacts.contact_states import Precedents, day_refusal
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.logs.log_hashing import sha256_of
 from collaudit.core.logs.opening import also_files
-from collaudit.core.policy.contact_states import Precedents, day_refusal
 from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
+from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.night_row import NightFrom, NightRow, rows_of_result
 from collaudit.core.logs.log_hashing import sha256_of
-from collaudit.core.policy.contact_states import Precedents
 from collaudit.reports.values.entries import IndexEntry
 
 #: In ``--robot``: the name of the folder that a log lies in.

@@ -44,7 +44,7 @@ def _check(path: Path) -> None:
     from collaudit.cli.fleet.robot_matching import fleet_robots, robot_settings
     from collaudit.core.config import load_config
     from collaudit.core.config.key_needs import without_effect
-    from collaudit.core.policy.contact_states import day_refusal
+    from collaudit.core.contacts.contact_states import day_refusal
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)

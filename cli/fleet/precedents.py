@@ -12,10 +12,10 @@ from collaudit.core.api import LogFiles, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
 from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.contacts.contact_states import EarlierContact, Precedents, tool_place
+from collaudit.core.contacts.name_patterns import program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
-from collaudit.core.policy.contact_states import EarlierContact, Precedents, tool_place
-from collaudit.core.policy.name_patterns import program_of
 from collaudit.core.small_files import read_object
 from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME

@@ -12,9 +12,9 @@ from pathlib import Path
 from collaudit.core.api import LogFiles, describe
 from collaudit.core.config import LoadedConfig, config_sha256, load_config
 from collaudit.core.config.schema import FleetConfig, FleetRobot
+from collaudit.core.contacts.name_patterns import matches
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.logs.log_summary import LogSummary
-from collaudit.core.policy.name_patterns import matches
 from collaudit.core.small_files import read_small
 
 _HEAD_BYTES = 1 << 16

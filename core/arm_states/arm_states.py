@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
+from typing import assert_never
 
 import numpy as np
 
@@ -79,13 +80,20 @@ def _flagged(
         if first < span.start:
             start = float(series.time_s[first])
             text += _braked(start)
-        if kind == "stopped" or first < span.start:
-            findings.append(Finding("arm-stopped", "warning", text, label.source, None, start, end))
-        elif kind == "guided":
-            findings.append(Finding("arm-guided", "info", text, label.source, None, start, end))
-        else:
-            findings.append(fact(text, label.source, None, start, end))
+        findings.append(_flag_finding("stopped" if first < span.start else kind, text, label.source, start, end))
     return findings
+
+
+def _flag_finding(kind: StateKind, text: str, source: str, start: float, end: float) -> Finding:
+    match kind:
+        case "stopped":
+            return Finding("arm-stopped", "warning", text, source, None, start, end)
+        case "guided":
+            return Finding("arm-guided", "info", text, source, None, start, end)
+        case "off":
+            return fact(text, source, None, start, end)
+        case _:
+            assert_never(kind)
 
 
 def _stated(series: UniformSeries, true_events: Collection[str]) -> list[tuple[Annotation, StateKind, Span]]:

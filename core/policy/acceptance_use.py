@@ -8,8 +8,8 @@ from datetime import date
 from typing import Literal
 
 from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.contacts.contact_states import Precedents, concerns, day_refusal, means, refusal
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.policy.contact_states import Precedents, concerns, day_refusal, means, refusal
 
 UseState = Literal["counted", "expired", "too long", "no longer matches", "unused", "not asked"]
 

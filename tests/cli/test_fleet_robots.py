@@ -13,8 +13,8 @@ from camera_log import write_camera_log
 from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_settings, robots_of, stated_serials
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetRobot
+from collaudit.core.contacts.name_patterns import matches, program_of, runs_program
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.policy.name_patterns import matches, program_of, runs_program
 
 FLEET = """
 [fleet.robots.left]

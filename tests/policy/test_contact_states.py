@@ -8,10 +8,10 @@ import pytest
 
 from collaudit.core.config.schema_accepted import Acceptance
 from collaudit.core.config.schema_policy import PolicyConfig
+from collaudit.core.contacts.contact_states import EarlierContact, Precedents, with_states
 from collaudit.core.data.audit_result import Coverage
 from collaudit.core.data.detection_result import Contact, ContactScene
 from collaudit.core.data.sensitivity_result import Sensitivity
-from collaudit.core.policy.contact_states import EarlierContact, Precedents, with_states
 from collaudit.core.verdict.verdict import Evidence, decide, uncounted_texts
 
 TODAY, PEAKS, HERE = date(2026, 6, 15), {"j2": 12.0, "j3": 5.0}, (0.5, 0.0, 0.3)

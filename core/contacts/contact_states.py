@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from datetime import date, timedelta
 
 from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.contacts.name_patterns import matches, program_of, runs_program
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.policy.name_patterns import matches, program_of, runs_program
 
 #: A contact is clearly harder where a joint's residual is so many times the other's: peaks of one event that a program
 #: repeats differ by less, with the noise and the phase of the samples.

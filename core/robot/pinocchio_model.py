@@ -288,6 +288,11 @@ class PinocchioModel:
             out.append(Link(model.parents[k] - 1, slides, pose.rotation.copy(), pose.translation.copy()))
         return out
 
+    def link_inertials(self) -> FloatArray:
+        """(j, 10) parameters of each joint's body, as of :meth:`torque_regressor`, in the axes of :attr:`links`."""
+        pairs = zip(self._aligned[1:], list(self._model.inertias)[1:], strict=True)
+        return np.array([aligned.actInv(body).toDynamicParameters() for aligned, body in pairs])
+
     def forward(self) -> ForwardModel:
         """Forward dynamics of this model, for simulation."""
         return ForwardModel(self)

@@ -69,9 +69,13 @@ def command(
     With --limits, forces and limits are shown side by side, with what cannot be concluded from them: on stdout, or with
     -o on an HTML page.
 
+    The events of each run are counted again from its signals.parquet; where audit.json says otherwise, nothing is
+    written.
+
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
     from collaudit.cli.formats import parse_formats, report_paths
+    from collaudit.reports.files.event_recount import check_events
 
     if limits is not None:
         if output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
@@ -89,7 +93,9 @@ def command(
     audits = []
     with progress("reading runs") as step:
         for k, run in enumerate(runs, 1):
-            audits.append(read(run))
+            stored = open_run(run)
+            check_events(run, stored.result, stored.signals)
+            audits.append(stored if read is open_run else read(run))
             step(k, len(runs))
     if given_config() is not None:
         sha256 = load_settings().sha256

@@ -8,6 +8,7 @@ from math import ceil
 
 import numpy as np
 
+from collaudit.core.conditioning.clock_steps import clock_step_findings
 from collaudit.core.conditioning.lost_samples import SEVERAL, filled, interpolated, picked_rows
 from collaudit.core.conditioning.measured.doubled_samples import (
     duplicate_findings,
@@ -85,6 +86,7 @@ def condition(
     conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
     findings = [*log.findings, *conflicts, *angles.findings, *about_cuts, *base.findings, *motion.findings]
     findings += duplicate_findings(recorded, base.order)
+    findings += clock_step_findings(recorded.time_s, angles.position_rad)
     findings += missing
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None

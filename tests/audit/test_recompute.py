@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,10 @@ from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.errors import CollauditError
 from collaudit.fixtures.simulation import SimulatedFiles
-from collaudit.reports.files.run_files import write_run
+from collaudit.reports.files.event_recount import check_events
+from collaudit.reports.files.run_files import open_run, write_run
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
 Made = Callable[..., SimulatedFiles]
@@ -54,3 +57,28 @@ def test_every_event_follows_from_the_files_of_its_run(
     assert all(m.ratio < 1.0 for m in result.near_misses)
     for event in result.collisions:
         assert abs(event.peak_nm) > event.gamma_nm >= result.rule.gamma_nm[event.joint] * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("detector", ["direct", "momentum", "energy", "combined"])
+def test_a_report_counts_the_events_again(
+    made: Made, friction_of: Callable[[str], FrictionFile], tmp_path: Path, detector: str
+) -> None:
+    files = made("free-hits", "paper6")
+    settings = load_config(files.config, {"detect.gamma_nm": 4.0, "detect.detector": detector})
+    friction = friction_of("paper6")
+    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY)
+    write_run(tmp_path, audit, friction)
+    result, signals = audit.result, open_run(tmp_path).signals
+    check_events(tmp_path, result, signals)
+    first, *others = result.collisions
+    for edited in (
+        replace(result, collisions=tuple(others)),
+        replace(result, collisions=(*result.collisions, replace(first, onset_s=first.onset_s + 1.0))),
+        replace(result, collisions=(replace(first, onset_s=first.onset_s + 0.1), *others)),
+        replace(result, collisions=(replace(first, duration_s=first.duration_s + 0.1), *others)),
+        replace(result, collisions=(replace(first, peak_nm=0.5 * first.peak_nm), *others)),
+        replace(result, near_misses=result.near_misses[1:]) if result.near_misses else replace(result, collisions=()),
+        replace(result, rule=replace(result.rule, n=10 * result.rule.n)),
+    ):
+        with pytest.raises(CollauditError, match=r"contradicts signals\.parquet"):
+            check_events(tmp_path, edited, signals)

@@ -109,7 +109,8 @@ def document(head: Iterable[str], sections: Mapping[str, Section]) -> str:
 
 
 def _comments(remarks: Iterable[str]) -> list[str]:
-    return [f"# {row}" for remark in remarks for row in textwrap.wrap(remark, _WIDTH)]
+    """Lines of comment; names in them may hold anything, and TOML allows next to no control characters."""
+    return [f"# {row}" for remark in remarks for row in textwrap.wrap(visible(remark), _WIDTH)]
 
 
 #: By section the lines that every draft begins with.

@@ -119,3 +119,16 @@ def test_a_stated_name_wins_over_a_joint_of_another_arm_that_is_called_so() -> N
     assert any("own elbow, wrist: left out" in f.text for f in found.findings)
     with pytest.raises(ConfigError, match="both the robot's 'elbow'"):
         map_names(log, {"right_elbow": "elbow", "right_wrist": "elbow"}, ["elbow", "wrist"], "x.csv")
+
+
+@pytest.mark.parametrize("extra", [["rail"], ["lift", "rail"], ["axis_e1"]])
+@pytest.mark.parametrize("form", ["q_{}", "{}_pos", "pos.{}"])
+def test_a_joint_beside_numbered_ones_is_the_robots(extra: list[str], form: str) -> None:
+    """An arm on a rail: numbering would lose the rail."""
+    robot = [*extra, *(f"joint{k}" for k in range(1, 7))]
+    effort = form.replace("q_", "tau_").replace("pos", "tau")
+    columns_of = [shape.format(joint) for shape in (form, effort) for joint in robot]
+    found = recognise(["time", *columns_of], 0, robot)[0]
+    assert set(found["position"].joints) == set(found["effort"].joints) == set(robot)
+    without = recognise(["time", *columns_of], 0, [])[0]
+    assert without["position"].pattern != found["position"].pattern, "no robot says that the rail is a joint"

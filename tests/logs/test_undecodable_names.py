@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -53,3 +54,11 @@ def test_names_are_printed_escaped(tmp_path: Path) -> None:
     shown = (done.stdout + done.stderr).decode()  # it is UTF-8
     assert not {"\x1b", "\t", "\x7f"} & set(shown)
     assert all(text in shown for text in ("caf\\udce9.csv", "new\\x0aline.csv", "esc\\x1b[31m.csv"))
+
+
+@pytest.mark.parametrize("stem", NAMES)
+def test_a_draft_of_a_configuration_is_toml(stem: bytes, tmp_path: Path) -> None:
+    log, draft = write(tmp_path, stem, "csv"), tmp_path / "draft.toml"
+    command = [sys.executable, "-c", "from collaudit.cli.main import main; main()", "init", os.fsencode(log)]
+    subprocess.run([*command, "-o", str(draft)], capture_output=True, check=False)
+    tomllib.loads(draft.read_text(encoding="utf-8"))

@@ -211,7 +211,7 @@ def _keeps_names(named: Found, choice: Choice, alike: set[str], robot: Sequence[
     other = {joint for column, joint in joint_of.items() if column not in numbered} & alike
     own = alike & set(robot)
     return numbered <= joint_of.keys() and (
-        (bool(other) and own == set(robot))  # each joint of the robot has its columns, by its name
+        (bool(other) and bool(robot) and own == set(robot))  # each joint of the robot has its columns, by its name
         or any(max(len(other), len(own - set(group.joints))) >= len(group.columns) for group in groups)
     )
 

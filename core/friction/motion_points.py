@@ -55,8 +55,8 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     if rows.size == 0:
         return ()
     velocity = series.velocity_rad_s[:, j][rows]
-    second = np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64)
-    return _points(velocity, np.sign(velocity) * unexplained[rows], second - second[0])
+    _, second = np.unique(np.floor(series.time_s[rows] / _STRETCH_S), return_inverse=True)
+    return _points(velocity, np.sign(velocity) * unexplained[rows], second)
 
 
 def _points(velocity: FloatArray, friction: FloatArray, second: IntArray) -> tuple[FrictionPoint, ...]:

@@ -105,7 +105,8 @@ def rough_friction(prepared: Prepared) -> dict[str, Friction]:
     if rigid is None or series.effort is None:
         return {}
     effort, contact = series.effort, prepared.contact_nm
-    stretch = ((series.time_s - series.time_s[0]) / _STRETCH_S).astype(np.int64)
+    # counted by the stretches that were recorded: a gap may be of years
+    _, stretch = np.unique(np.floor((series.time_s - series.time_s[0]) / _STRETCH_S), return_inverse=True)
 
     def of_joint(joint: str) -> tuple[float, float] | None:
         j = series.column(joint)

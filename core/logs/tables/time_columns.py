@@ -52,7 +52,7 @@ UNIT_OF_WORD = {
 #: and milliseconds at 20 kHz step by as much.
 _SLOW_S = 0.04
 #: Such steps are no seconds, whatever is stated: the arm does anything between two of them.
-LONGEST_STEP_S = 10.0
+LONGEST_STEP_S = 2.5
 
 #: Since 2001 seconds since the epoch are a number of ten digits: no count of samples, no time since a start.
 _OUR_TIME_NS = 10**18

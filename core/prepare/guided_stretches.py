@@ -13,7 +13,7 @@ from collaudit.core.arm_states.hand_guiding import Friction, Gravity, HandGuidin
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, quantile_of
@@ -117,7 +117,7 @@ def rough_friction(prepared: Prepared) -> dict[str, Friction]:
     return {joint: partial(_sliding, *line) for joint, line in lines.items() if line is not None}
 
 
-def _line(stretch: FloatArray, velocity: FloatArray, rest: FloatArray) -> tuple[float, float] | None:
+def _line(stretch: IntArray, velocity: FloatArray, rest: FloatArray) -> tuple[float, float] | None:
     """F in N·m and D in N·m·s/rad, both at least 0; None where there is no friction to be seen."""
     use = np.isfinite(rest) & (np.abs(velocity) >= MOVING_RAD_S)
     size, stretch, velocity, rest = int(stretch[-1]) + 1, stretch[use], velocity[use], rest[use]

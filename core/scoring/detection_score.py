@@ -207,12 +207,13 @@ class TruthFile:
     text: str
 
 
-def read_truth(path: Path) -> TruthFile:
+def read_truth(path: str | Path) -> TruthFile:
     """Read a truth file (``.json``) or a table of labels (``.csv``), without looking into it.
 
     Raises:
         LogError: it cannot be read.
     """
+    path = Path(path)
     try:
         return TruthFile(str(path), read_small(path).decode("utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:

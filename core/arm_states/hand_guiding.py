@@ -18,10 +18,10 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+import scipy
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.filters import lfilter
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 
@@ -301,4 +301,4 @@ def _low_passed(values: FloatArray, step: float, start: FloatArray) -> FloatArra
     """
     share = step / (1.0 + step)
     b, a = np.array([share]), np.array([1.0, share - 1.0])
-    return lfilter(b, a, values, (1.0 - share) * start[None])
+    return np.asarray(scipy.signal.lfilter(b, a, values, axis=0, zi=(1.0 - share) * start[None])[0])

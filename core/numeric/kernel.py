@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.filters import filtered, first_order_hold
+from collaudit.core.numeric.filters import filtered
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05
@@ -115,7 +116,8 @@ def _held(
     numerator: tuple[float, ...], denominator: tuple[float, ...], period_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Coefficients in z, exact for inputs that are straight between samples (first-order hold); asked for often."""
-    b, a = first_order_hold(np.array(numerator), np.array(denominator), period_s)
+    b, a, _ = scipy.signal.cont2discrete((np.array(numerator), np.array(denominator)), period_s, method="foh")
+    b = b[0]
     b.flags.writeable = a.flags.writeable = False
     return b, a
 

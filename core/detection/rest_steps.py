@@ -46,13 +46,13 @@ def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) ->
     Args:
         prepared: the log.
         run: states of its samples.
-        inputs: the rule, watched joints; joints judged for changes alarm by themselves.
+        inputs: the rule, watched joints.
     """
     blocks = RestBlocks.of(prepared, run)
     if blocks is None:
         return ()
     names, gamma = prepared.judged_series.joint_names, inputs.rule.gamma_nm
-    judged = [j for j, joint in enumerate(names) if joint in inputs.rule.watch and joint not in inputs.quiet]
+    judged = [j for j, joint in enumerate(names) if joint in inputs.rule.watch]
     steps = list(ordered_map(lambda j: _steps_of(blocks, j, gamma[names[j]]), judged))
     asked, pushed = (np.zeros(blocks.time_s.size) for _ in range(2))
     for one in (one for its in steps for one in its):

@@ -95,6 +95,19 @@ def test_a_push_that_friction_hides_is_a_disturbance(rise: float) -> None:
     assert joint.deflection_rad == pytest.approx(-6 * COUNT, abs=2 * COUNT)
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_an_arm_that_never_moves_is_looked_at_alike(known: bool) -> None:
+    """What its quiet level does not show, the step of its place does; with a friction file and without."""
+    q, v, effort = (x[-rest().size :].copy() for x in moved())
+    q -= 6.0 * COUNT * push()
+    noise = np.random.default_rng(2).normal(0.0, NOISE_NM, q.size)
+    log = prepared(q, np.gradient(q, PERIOD), effort + 1.5 * push() + noise)
+    config = Config.of(CONFIG)
+    result = audit_log(log, config, friction() if known else None, NOBODY).result
+    assert [one.onset_s for one in result.disturbances] == pytest.approx([ON_S], abs=0.3)
+    assert result.verdict == "not_judged"
+
+
 def test_no_plain_pass_stands_beside_it() -> None:
     result = judged(1.5 * push(), -6.0 * push())
     (finding,) = [f for f in result.findings if f.code == "disturbed-at-rest"]

@@ -22,8 +22,21 @@ from typing import Any, Literal
 from collaudit.core.numeric.linear_algebra import one_thread_of_linear_algebra
 
 _CONTEXT = multiprocessing.get_context("forkserver")
-#: What a process that judges a log needs; the last one's page draws its report.
-_PRELOADED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
+#: What judging a log, whatever its format, imports sooner or later: once in the server, not once a log.
+_PRELOADED = (
+    "collaudit.cli.batch.audit_one",
+    "collaudit.core.audit",
+    "collaudit.core.logs.csv.csv_table",
+    "collaudit.core.logs.mcap.mcap_file",
+    "collaudit.core.logs.rosbag1.bag_file",
+    "collaudit.core.logs.rosbag2.db3_file",
+    "collaudit.core.logs.tables.table_reading",
+    "collaudit.core.logs.topics.message_reading",
+    "collaudit.reports.files.signals_file",
+    "collaudit.reports.page.html",
+    "rosbags.typesys",
+    "scipy.signal",
+)
 _POLL_S, _END_S = 0.5, 5.0
 #: What cannot be sent, or is no whole message here.
 _UNSENT = (pickle.PicklingError, AttributeError, ImportError, MemoryError, TypeError, ValueError)

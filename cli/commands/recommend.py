@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
-DEFAULT_PER_HOUR = 0.001
+DEFAULT_PER_HOUR = 0.1
 
 
 @example_command(
@@ -52,7 +52,7 @@ DEFAULT_PER_HOUR = 0.001
     type=click.FloatRange(min=0.0, min_open=True),
     default=DEFAULT_PER_HOUR,
     show_default=True,
-    help="False alarms of the whole arm per hour that are accepted.",
+    help="False alarms of the whole arm per hour that the hours should show; it moves no threshold.",
 )
 @click.option(
     "--max-delay-ms",
@@ -87,15 +87,15 @@ def command(
     snippet: str | None,
     truth: tuple[Path, ...],
 ) -> int:
-    """Recommend gamma and n per joint so that the arm's false alarms stay below a rate, with the evidence.
+    """Recommend gamma per joint, between what motion does and what must be noticed, with what it rests on.
 
-    All inputs count together, all runs of an audit's folder included; the same log twice counts once. The bound
-    (95 %) carries the error of the counts and how far minutes and logs differ. Where the hours do not support the
-    rate asked for, it says so, and how many more would. Alarms and near misses of all joints, and what lies far
+    All inputs count together, all runs of an audit's folder included; the same log twice counts once. What the clean
+    hours show of false alarms is counted, with its bound (95 %), and how many more hours would show the rate asked
+    for. Alarms and near misses of all joints, and what lies far
     beyond the usual, are left out and listed to be confirmed: --truth or --labels say what was contact, and --clean
     that nothing touched the arm.
 
-    Three lines say what to set, what that notices, and how many hours are missing; -v prints the evidence. Of a fleet,
+    Three lines say what to set, what it rests on, and what it notices; -v prints the evidence. Of a fleet,
     each robot gets an answer.
 
     The persistence stays as it was set; --n or --persistence-ms state another. How many alarms other thresholds and

@@ -21,7 +21,7 @@ from collaudit.core.data.identification_result import (
     Identified,
     LeftOut,
 )
-from collaudit.core.data.recommendation_result import FittedThresholds, TailFacts
+from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.findings import Finding
@@ -215,33 +215,25 @@ class RecommendedRule:
     """Recommended threshold for one joint.
 
     Attributes:
-        gamma_nm: rounded up; None when the data do not support one (see ``missing``).
+        gamma_nm: three digits; None when the data do not support one (see ``missing``).
         n: samples.
+        motion_nm: what contact-free motion reaches by itself, with the doubt of little evidence.
         largest_clean_nm: the largest level that lasted n samples without a collision.
-        margin: gamma_nm / largest_clean_nm.
         clean_hours: judged hours free of events that support it.
-        false_alarms_per_hour: at the recommended rule at most this, at 95 % confidence, extrapolated from
-            the tail of the clean residual; None where there is too little of it to have a tail.
-        false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the observed hours only, without the tail.
+        false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the alarms that it would have given in them.
         missing: what evidence is missing.
-        tail: the tail of the clean residual that it is extrapolated by; None without one.
         noticed_nm: an external torque of this size that lasts n samples is noticed at 95 % of the moments, whatever the
             residual is: gamma and the residual's 95 % quantile.
-        loose: gamma is at most (95 %) so many times the least threshold that would have no alarm in 50 h of such logs;
-            above 1.5 it is loose, which ``missing`` says. None without gamma.
     """
 
     gamma_nm: float | None
     n: int
+    motion_nm: float | None
     largest_clean_nm: float | None
-    margin: float | None
     clean_hours: float
-    false_alarms_per_hour: float | None
     false_alarms_per_hour_upper95: float | None
     missing: tuple[str, ...]
-    tail: TailFacts | None = None
     noticed_nm: float | None = None
-    loose: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,7 +79,7 @@ class CleanTime:
     Attributes:
         hours: clean hours that there are.
         hours_for_rate: that support the rate asked for.
-        gamma_nm: threshold that these hours give at that rate; None where no run says.
+        gamma_nm: the motion's level by these hours; None where no run says.
         gamma_after_nm: the same with the planned motion as further clean time.
         hours_for_gamma: clean hours for the threshold that was asked for; None where none was, or none reaches it.
     """

@@ -8,33 +8,6 @@ PersistenceReason = Literal["stated", "set"]
 
 
 @dataclass(frozen=True, slots=True)
-class TailFacts:
-    """The tail of one joint's sustained peaks: a generalised Pareto law of their squares over a level.
-
-    Attributes:
-        begins_nm: the level it begins at.
-        scale_nm2: of the law of the squares, (N·m)².
-        shape: of it; 0 is the tail of Gaussian peaks, a negative one ends.
-        shape_ci95: interval of the shape.
-        peaks: number of separate peaks over the level.
-        fit_p: chance of a worse fit if the law holds; below 0.05 it does not.
-        dispersion_minutes, dispersion_logs: variance of the counts of peaks over their mean, between minutes and
-            between logs; 1 if they come by pure chance. None: too few to tell.
-        drift: last third's level over the first third's, where they differ by more than chance.
-    """
-
-    begins_nm: float
-    scale_nm2: float
-    shape: float
-    shape_ci95: tuple[float, float]
-    peaks: int
-    fit_p: float
-    dispersion_minutes: float | None
-    dispersion_logs: float | None
-    drift: float | None
-
-
-@dataclass(frozen=True, slots=True)
 class RangeOfEvidence:
     """What one joint's evidence covers; a log that leaves it is judged by a threshold without evidence there.
 
@@ -66,9 +39,9 @@ class SetRule:
 
     Attributes:
         gamma_nm: as set.
-        opinion: too tight: more false alarms than asked for are likely; too loose: it is more than half as large again
-            as the evidence asks for; supported; not judged.
-        false_alarms_per_hour: expected of this joint, counted below its tail; None where nothing is judged.
+        opinion: too tight: motion reaches it by itself; too loose: it is more than half as large again as the
+            recommended one; supported; not judged.
+        false_alarms_per_hour: of this joint, as counted in its clean time; None where nothing is judged.
         false_alarms_per_hour_upper95: bound.
         unnoticed_nm: (recommended, set): external torques between these would alarm with the recommended threshold and
             do not with the set one; None unless too loose.
@@ -123,24 +96,20 @@ class CleanPeak:
 
 @dataclass(frozen=True, slots=True)
 class ArmRate:
-    """False alarms of the whole arm at the recommended thresholds.
+    """False alarms of the whole arm at the recommended thresholds, as counted in the clean time.
 
     Attributes:
         target_per_hour: asked for.
-        extrapolated_per_hour: bound (95 %): the sum over joints of what their tails leave room for. None without.
-        bound_per_hour: what is stated: that sum, and no less than the evidence supports. None without evidence.
-        supported_per_hour: the rarest alarms that these hours support: one in five times the hours.
-        observed_per_hour: bound (95 %) from observed hours only, without any tail: the rule of three.
-        supported: whether the target is met by what is stated.
+        bound_per_hour: at most this (95 %); None without evidence.
+        alarms: that the thresholds would have given.
+        supported: whether the target is met by the bound.
         hours: clean hours of the joint that has fewest.
-        more_hours: further hours of such logs that would support the target; 0 when it is supported.
+        more_hours: further hours without an alarm that would show the target; 0 when there are enough.
     """
 
     target_per_hour: float
-    extrapolated_per_hour: float | None
     bound_per_hour: float | None
-    supported_per_hour: float | None
-    observed_per_hour: float | None
+    alarms: int
     supported: bool
     hours: float
     more_hours: float

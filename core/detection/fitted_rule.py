@@ -57,7 +57,7 @@ def with_fitted_thresholds(
     """
     if not isinstance(config.detect.gamma_nm, str):
         return config, MotionLevels(), []
-    gamma = {joint: _typed(level.gamma_nm) for joint, level in still.items()}
+    gamma = {joint: typed(level.gamma_nm) for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
     stated = {} if usable is None else usable.joints
@@ -73,12 +73,12 @@ def with_fitted_thresholds(
             motion.beyond_nm[joint] = level.gamma_nm + known.rest_nm
         else:
             used[joint] = level
-            motion.level_nm[joint], motion.at_rest_nm[joint] = _typed(level.gamma_nm), known.rest_nm
+            motion.level_nm[joint], motion.at_rest_nm[joint] = typed(level.gamma_nm), known.rest_nm
             motion.known[joint] = known
     times = 1.0
     if usable is not None and config.detect.gamma_nm == "auto":
         times = times_motion(motion.level_nm, usable.forces, config.policy)
-    gamma |= {joint: _typed(times * level) for joint, level in motion.level_nm.items()}
+    gamma |= {joint: typed(times * level) for joint, level in motion.level_nm.items()}
     for joint in series.joint_names:
         if joint not in gamma:
             known = stated.get(joint)
@@ -113,10 +113,15 @@ def times_motion(level_nm: Mapping[str, float], forces: Mapping[str, PlaceForce]
             needed = required_force(policy, place, force.exerted_n)
             if needed is not None and force.level_n is not None:
                 room.append(needed.force_n / force.level_n)
-    return float(np.clip(sqrt(min(room, default=inf) / _SPARE), 1.0, _MOST_TIMES))
+    return in_room(min(room, default=inf))
 
 
-def _typed(torque_nm: float) -> float:
+def in_room(room: float) -> float:
+    """How many times the motion's level, by how many times what is asked for is what alarms at that level."""
+    return float(np.clip(sqrt(room / _SPARE), 1.0, _MOST_TIMES))
+
+
+def typed(torque_nm: float) -> float:
     """A number that a person can type."""
     return float(f"{torque_nm:.{_DIGITS}g}")
 

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
+from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.plan_result import CleanTime, Delivered, Outcome, PlanFile, Prediction
+from collaudit.core.data.recommendation_result import ThresholdLevel
+from collaudit.core.detection.fitted_rule import typed
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.law_candidates import parameter_symbol
+from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM, margin_after
 from collaudit.core.plan.excitation import Excitation, Unknowns, half_width, reported_half_widths
 from collaudit.core.plan.limits import ArmLimits
 from collaudit.core.plan.sweeps import JointSweeps
 from collaudit.core.recommend.arm_evidence import gather_evidence
-from collaudit.core.recommend.joint_thresholds import REACH, joint_evidence, threshold_with_hours
-from collaudit.core.recommend.tail_fit import JointTail
+from collaudit.core.recommend.joint_thresholds import recommend_joints
 
 #: Half widths within this factor of the prediction are as predicted.
 FACTOR = 1.3
@@ -111,9 +114,6 @@ def _half_widths(fit: FrictionFit | None) -> dict[str, float]:
     return {symbol: half for symbol, half in halves.items() if half is not None and np.isfinite(half)}
 
 
-_STEPS = 48  # hours that are looked at, from those at hand to a hundred times those that support the rate
-
-
 def clean_times(
     names: Sequence[str], audits: Sequence[Audit], friction: FrictionFile | None, per_hour: float, more_h: float,
     gamma_nm: float | None,
@@ -128,38 +128,56 @@ def clean_times(
         more_h: clean hours that the planned motion adds.
         gamma_nm: threshold asked for, N·m.
     """
-    enough = 1.0 / (REACH * per_hour)
-    tails, hours = _tails(audits) if audits else ({}, _fitted_hours(friction))
+    enough = -log(0.05) / per_hour
+    known = _told(audits) if audits else {}
+    hours = {name: one.hours for name, one in known.items()} if audits else _fitted_hours(friction)
     out = {}
     for name in names:
-        tail, known = tails.get(name), hours.get(name, 0.0)
-        now, after = ((None, None) if tail is None else (
-            threshold_with_hours(tail, per_hour, len(tails), tail.hours),
-            threshold_with_hours(tail, per_hour, len(tails), tail.hours + more_h),
-        ))  # fmt: skip
-        needed = None if tail is None or gamma_nm is None else _hours_for(tail, per_hour, len(tails), gamma_nm)
-        out[name] = CleanTime(known, enough, now, after, needed)
+        one, there = known.get(name), hours.get(name, 0.0)
+        if one is None or one.level is None:
+            out[name] = CleanTime(there, enough, None, None, None)
+            continue
+        needed = None if gamma_nm is None else one.hours_for(gamma_nm)
+        out[name] = CleanTime(there, enough, one.gamma(there), one.gamma(there + more_h), needed)
     return out
 
 
-def _tails(audits: Sequence[Audit]) -> tuple[dict[str, JointTail], dict[str, float]]:
+_STEPS, _MOST_H = 48, 1000.0  # hours that are looked at, from those at hand on
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What the runs tell of one joint: clean hours, its motion's level, and how many times that gamma is."""
+
+    hours: float
+    level: ThresholdLevel | None
+    times: float
+
+    def gamma(self, hours: float) -> float:
+        """The threshold if so many hours had shown the same, N·m: the margin shrinks."""
+        assert self.level is not None
+        bare = (self.level.gamma_nm - ZERO_DOUBT_NM) / self.level.margin
+        margin = self.level.margin if hours <= self.hours else margin_after(3600.0 * hours)
+        return typed(self.times * typed(ZERO_DOUBT_NM + bare * min(margin, self.level.margin)))
+
+    def hours_for(self, gamma_nm: float) -> float | None:
+        """The fewest hours, at hand or more, whose threshold is no higher; None where none of them is enough."""
+        every = np.geomspace(max(self.hours, 1e-3), _MOST_H, _STEPS)
+        return next((float(hours) for hours in every if self.gamma(float(hours)) <= gamma_nm), None)
+
+
+def _told(audits: Sequence[Audit]) -> dict[str, _Told]:
     evidence = gather_evidence(audits)
     persistence = max(audit.result.rule.persistence_s for audit in audits)
-    found = {joint: joint_evidence(evidence, joint, persistence) for joint in evidence.joints}
-    tails = {joint: one.tail for joint, one in found.items() if one.tail is not None}
-    return tails, {joint: one.peaks.hours for joint, one in found.items()}
+    judged = [(audit.result.rule, audit.result.sensitivity) for audit in audits]
+    rules, found = recommend_joints(evidence, persistence, judged)
+    return {
+        joint: _Told(one.peaks.hours, one.level, (rules[joint].gamma_nm or 0.0) / (rules[joint].motion_nm or 1.0))
+        for joint, one in found.items()
+    }
 
 
 def _fitted_hours(friction: FrictionFile | None) -> Mapping[str, float]:
     return {} if friction is None or friction.thresholds is None else {
         name: joint.hours for name, joint in friction.thresholds.joints.items()
     }  # fmt: skip
-
-
-def _hours_for(tail: JointTail, per_hour: float, joints: int, gamma_nm: float) -> float | None:
-    """The fewest hours, at hand or more, whose threshold is no higher; None where none of them is enough."""
-    most = max(100.0 / (REACH * per_hour), 2.0 * tail.hours)
-    for hours in np.geomspace(tail.hours, most, _STEPS):
-        if (threshold_with_hours(tail, per_hour, joints, float(hours)) or inf) <= gamma_nm:
-            return float(hours)
-    return None

@@ -13,6 +13,7 @@ from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.recommend.null_level import NullEvidence
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks
 
 #: Start and end of stretches of time, s.
@@ -78,6 +79,12 @@ class LogEvidence:
             self.signals.residual_nm[:, k], self.clean[:, k], self.period_s, float(lost) * self.period_s
         )
 
+    def motion_of(self, joint: str) -> NullEvidence:
+        """One joint's clean motion."""
+        k = self.signals.joint_names.index(joint)
+        moving = self.clean[:, k] & (self.signals.state[:, k] == State.JUDGED)
+        return NullEvidence(self.signals.residual_nm[:, k], moving, self.period_s)
+
     def without(self, stretches: Sequence[LeftOutStretch]) -> LogEvidence:
         """The same with further stretches left out."""
         if not stretches:
@@ -103,6 +110,10 @@ class ArmEvidence:
     def of_joint(self, joint: str) -> list[CleanResidual]:
         """Clean residuals of one joint, one entry for each log that watches it."""
         return [log.of_joint(joint) for log in self.logs if joint in log.watched]
+
+    def motion_of(self, joint: str) -> list[NullEvidence]:
+        """Clean motion of one joint, one entry for each log that watches it."""
+        return [log.motion_of(joint) for log in self.logs if joint in log.watched]
 
     def peaks(self, joint: str, persistence_s: float) -> SustainedPeaks:
         """Declustered peaks of one joint over its logs, found once for a persistence."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from collaudit.core.data.audit_result import Audit, RecommendedRule
+from collaudit.core.data.audit_result import Audit, RecommendedRule, RuleFacts
 from collaudit.core.data.recommendation_result import (
     ArmRate,
     CleanPeak,
@@ -16,6 +16,7 @@ from collaudit.core.data.recommendation_result import (
     SetRule,
     StretchToConfirm,
 )
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.distinct_names import distinct
@@ -25,7 +26,6 @@ from collaudit.core.recommend.evidence_range import ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import (
     DEFAULT_PER_HOUR,
     LEAST_S,
-    REACH,
     arm_rate,
     judge_set_rules,
     recommend_joints,
@@ -42,11 +42,8 @@ _HIGHEST = 5
 ASSUMPTIONS = (
     "The logs to be judged are like these in motion, load, temperature and wear.",
     "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
-    f"Tails are extrapolated at most {REACH:g} times the observed hours; rarer alarms are not claimed. Gamma "
-    "keeps what is claimed with 95 %, and is no lower than any number of further hours like these would ask for, up to "
-    "those that support the rate asked for; from one log alone, 95 % hold at that rate as well.",
-    "Peaks thin out upwards at least as fast as Gaussian ones, unless they show otherwise themselves.",
-    "Joints add up: the arm's bound is the sum of the joints' bounds, whether their alarms coincide or not.",
+    "Rates of false alarms are counted in the clean time, with the bound (95 %) of the count; nothing is extrapolated.",
+    "Joints add up: alarms of several joints count apart, whether they coincide or not.",
     "gamma is compared with the residual as logged; what a run's own uncertainty of friction adds to it, as for a gear "
     "ripple that is not at its place, is not counted on.",
     f"Less than {LEAST_S / 60.0:g} min of clean time of a joint give no threshold.",
@@ -123,12 +120,13 @@ def recommend_arm(
     gathered = gather_evidence(audits, known)
     outliers = outlying_stretches(gathered, wanted)
     evidence = without_outliers(gathered, outliers)
-    joints, found = recommend_joints(evidence, wanted, per_hour)
+    noticed = [(audit.result.rule, audit.result.sensitivity) for audit in audits]
+    joints, found = recommend_joints(evidence, wanted, noticed)
     recorded = {joint: unit for audit in audits for joint, unit in audit.result.log.units.items()}
     units = {joint: recorded.get(joint, "N·m") for joint in joints}
     stated = {log.name for log in evidence.logs if log.contact_known}
     unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
-    opinions = _set_rules(audits, evidence, per_hour)
+    opinions = _set_rules(audits, evidence)
     return ArmRecommendation(
         persistence_s=wanted,
         rate=arm_rate(found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
@@ -136,7 +134,7 @@ def recommend_arm(
         ranges=ranges_of_evidence(evidence),
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
         counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
-        if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
+        if_clean_nm=_if_clean(audits, known, joints, wanted) if unconfirmed else {},
         set_rules=opinions,
         logs=tuple(_use(log) for log in evidence.logs),
         highest={joint: _highest(found[joint].peaks, evidence, joint) for joint in joints},
@@ -209,11 +207,11 @@ def _if_clean(
     known: Sequence[Times | None],
     joints: Mapping[str, RecommendedRule],
     persistence_s: float,
-    per_hour: float,
 ) -> dict[str, float]:
     """Gamma of the joints for which it were higher if nothing had touched the arm where contacts are not known."""
     clean = gather_evidence(audits, [() if times is None else times for times in known])
-    rules, _ = recommend_joints(clean, persistence_s, per_hour)
+    noticed = [(audit.result.rule, audit.result.sensitivity) for audit in audits]
+    rules, _ = recommend_joints(clean, persistence_s, noticed)
     out = {}
     for joint, rule in rules.items():
         without = joints[joint].gamma_nm
@@ -222,7 +220,7 @@ def _if_clean(
     return out
 
 
-def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) -> dict[str, SetRule]:
+def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence) -> dict[str, SetRule]:
     """Opinions on the thresholds of the latest audit that has one for the joint, at its own persistence."""
     latest: dict[float, dict[str, float]] = {}
     for joint in evidence.joints:
@@ -231,11 +229,14 @@ def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) 
             latest.setdefault(rules[-1].persistence_s, {})[joint] = rules[-1].gamma_nm[joint]
     found: dict[str, SetRule] = {}
     for persistence_s, gammas in latest.items():
-        found |= judge_set_rules(*recommend_joints(evidence, persistence_s, per_hour), gammas, per_hour)
+        noticed = [(audit.result.rule, audit.result.sensitivity) for audit in audits]
+        found |= judge_set_rules(*recommend_joints(evidence, persistence_s, noticed), gammas)
     return {joint: found[joint] for joint in evidence.joints if joint in found}
 
 
-def recommended_of_log(log: LogEvidence, persistence_s: float) -> dict[str, RecommendedRule]:
+def recommended_of_log(
+    log: LogEvidence, rule: RuleFacts, sensitivity: Sensitivity | None
+) -> dict[str, RecommendedRule]:
     """A threshold for each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
-    evidence = unsuspicious(ArmEvidence((log,), log.watched), persistence_s)
-    return recommend_joints(evidence, persistence_s)[0]
+    evidence = unsuspicious(ArmEvidence((log,), log.watched), rule.persistence_s)
+    return recommend_joints(evidence, rule.persistence_s, [(rule, sensitivity)])[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import floor, log10
 
 import numpy as np
 
@@ -38,22 +37,6 @@ class SustainedPeaks:
     hours: float
     window_hours: FloatArray
     log_of_window: IntArray
-
-    def part(self, windows: IntArray) -> SustainedPeaks:
-        """The peaks of some windows only, which are numbered anew."""
-        renumbered = np.full(self.window_hours.size, -1, dtype=np.int64)
-        renumbered[windows] = np.arange(windows.size)
-        kept = renumbered[self.window] >= 0
-        hours = self.window_hours[windows]
-        return SustainedPeaks(
-            self.level_nm[kept],
-            self.log[kept],
-            renumbered[self.window[kept]],
-            self.time_s[kept],
-            float(hours.sum()),
-            hours,
-            self.log_of_window[windows],
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,12 +138,3 @@ class CleanResidual:
         count = np.append(0, np.cumsum(last - starts))
         run = np.searchsorted(starts, edges, side="right")  # so many begin before an edge; the last may go on behind it
         return np.asarray(np.diff(count[run] - np.maximum(np.append(0, last)[run] - edges, 0)))
-
-
-def round_up(level_nm: float, digits: int = 2) -> float:
-    """So many significant digits, upwards; a level that has no more stays as it is."""
-    if not level_nm > 0:
-        return 0.0
-    step = 10.0 ** (floor(log10(level_nm)) - digits + 1)
-    steps = level_nm / step
-    return float(f"{(round(steps) if abs(steps - round(steps)) < 1e-9 else floor(steps) + 1) * step:.6g}")

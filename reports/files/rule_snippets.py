@@ -19,10 +19,12 @@ SNIPPETS = ("config", "franka", "ur")
 _FRANKA = """\
 // libfranka, from collaudit: {claim}
 // Joints in this order: {joints}
-// Torques only. What these logs say of forces is not here: keep the force limits that are set ({{...}} below).
+// External torque above the lower threshold is reported as a contact; above the upper one the robot stops. The logs
+// tell the lower one. Where the robot must stop is yours to state: upper_torque_nm, above the lower one.
+// What these logs say of forces is not here: keep the force thresholds that are set ({{...}} below).
 // The controller estimates external torque by a filter of its own: try these before relying on them.
-const std::array<double, {count}> torque_nm{{{{{values}}}}};
-robot.setCollisionBehavior(torque_nm, torque_nm, {{...}}, {{...}});
+const std::array<double, {count}> lower_torque_nm{{{{{values}}}}};
+robot.setCollisionBehavior(lower_torque_nm, upper_torque_nm, {{...}}, {{...}});
 """
 _UR = """\
 # Universal Robots: not comparable. Safety limits bound force, power, momentum, speed and stopping at the level of the

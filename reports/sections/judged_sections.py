@@ -8,7 +8,7 @@ from collaudit.core.data.signals import reason_text
 from collaudit.core.verdict.noticed_words import force_text, time_text
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import apart, duration, fixed, percent, rate, significant, stated, time_decimals
+from collaudit.reports.values.numbers import apart, duration, fixed, percent, significant, stated, time_decimals
 from collaudit.reports.values.words import NONE, counted, torque_unit
 
 #: Shares of the time that tables show.
@@ -174,10 +174,9 @@ def threshold_evidence(result: AuditResult) -> Section:
         "γ in force",
         "recommended γ",
         "largest clean level",
-        "margin over it",
+        "motion's level",
         "clean time",
-        "false alarms, extrapolated",
-        "from observed time",
+        "false alarms at most (95 %)",
     )
     missing = [(joint, text) for joint, rule in result.recommended.items() for text in rule.missing]
     lines = (f"Missing: {line}" for line in joint_lines(missing, len(result.recommended)))
@@ -191,14 +190,12 @@ def threshold_evidence(result: AuditResult) -> Section:
 
 def _threshold_row(joint: str, rule: RecommendedRule, result: AuditResult) -> tuple[str, ...]:
     unit, used = torque_unit(result, joint), result.rule.gamma_nm.get(joint)
-    texts = apart([used, rule.gamma_nm, rule.largest_clean_nm])
-    values = zip((used, rule.gamma_nm, rule.largest_clean_nm), texts, strict=True)
-    expected, upper = rule.false_alarms_per_hour, rule.false_alarms_per_hour_upper95
+    numbers = (used, rule.gamma_nm, rule.largest_clean_nm, rule.motion_nm)
+    values = zip(numbers, apart(numbers), strict=True)
+    upper = rule.false_alarms_per_hour_upper95
     return (
         joint,
         *(NONE if value is None else f"{text} {unit}" for value, text in values),
-        NONE if rule.margin is None else f"× {significant(rule.margin)}",
         duration(3600 * rule.clean_hours),
-        NONE if expected is None else rate(expected, rule.clean_hours),
         NONE if upper is None else f"≤ {significant(upper)} /h",
     )

@@ -22,12 +22,12 @@ def set_rule_section(set_rules: Mapping[str, SetRule], units: Mapping[str, str])
         "set",
         "n",
         "asked for",
-        "false alarms expected",
+        "false alarms counted",
         "at most (95 %)",
         "goes unnoticed",
         "verdict",
     )
-    note = "False alarms as they follow from the largest peaks, rarer than the hours show."
+    note = "False alarms as counted in the clean time."
     return Section(title, head, rows, (note,) if rows else ())
 
 

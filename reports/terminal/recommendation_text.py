@@ -10,7 +10,7 @@ from collaudit.reports.sections.rule_sections import set_rule_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import sections_text
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import duration, rate, rate_words
+from collaudit.reports.values.numbers import duration, rate_words
 from collaudit.reports.values.visible_text import wrapped
 from collaudit.reports.values.words import plural, with_unit
 
@@ -31,8 +31,9 @@ def recommendation_text(
         gamma = _listed({joint: f"{rule.gamma_nm:g}" for joint, rule in rules.items()}, found.units)
         torque = _listed({j: f"{r.noticed_nm:.3g}" for j, r in rules.items() if r.noticed_nm is not None}, found.units)
         persistence = f"{1e3 * found.persistence_s:.4g} ms"
+        n = " and ".join(sorted({str(rule.n) for rule in rules.values()}))
         lines = [
-            f"Set      gamma {gamma}; persistence {persistence} (as {found.chosen_by})",
+            f"Set      γ {gamma}, n {n} ({persistence}, as {found.chosen_by})",
             f"Notices  torques of {torque} that last so long, at 95 % of the judged moments; {_forces(as_set)}",
         ]
     else:
@@ -41,7 +42,8 @@ def recommendation_text(
         if not found.joints:
             missing = ["a joint that is judged: none of these logs has one; collaudit detect says why"]
         lines = ["Set      nothing: the evidence supports no threshold", *(f"Missing  {line}" for line in missing[:1])]
-    text = "".join(f"{wrapped(line, width, ' ' * 9)}\n" for line in (*lines, f"Hours    {claim(found.rate)}"))
+    lines.insert(1, f"Rests on {claim(found.rate)}")
+    text = "".join(f"{wrapped(line, width, ' ' * 9)}\n" for line in lines)
     return text + (sections_text(recommendation_sections(found), width) if detail else "")
 
 
@@ -58,13 +60,16 @@ def _forces(as_set: str) -> str:
 
 
 def claim(arm: ArmRate) -> str:
-    """How many false alarms of the arm the hours support, and how many hours are missing for what was asked."""
-    asked, hours = rate_words(arm.target_per_hour), duration(3600.0 * arm.hours)
+    """What the clean hours support, first; and how many more would show the rate asked for."""
+    hours = duration(3600.0 * arm.hours)
+    if arm.bound_per_hour is None:
+        return f"{hours} of clean motion, which supports no rate of false alarms"
+    seen = "" if not arm.alarms else f" ({arm.alarms} counted)"
+    shown = f"{hours} of clean motion: at most {rate_words(arm.bound_per_hour)} false alarms of the arm (95 %){seen}"
     if arm.supported:
-        return f"enough: {hours} without contact support at most {asked} false alarms of the arm (95 %)"
-    so_far = "" if arm.supported_per_hour is None else f"; {hours} support {rate_words(arm.supported_per_hour)}"
-    more = duration(3600.0 * arm.more_hours)
-    return f"NOT SUPPORTED: {more} without contact are missing for {asked} false alarms of the arm{so_far}"
+        return shown
+    more = f"{duration(3600.0 * arm.more_hours)} more without one" if arm.more_hours > 0 else "a higher γ"
+    return f"{shown}; {more} would show {rate_words(arm.target_per_hour)}"
 
 
 #: More stretches than this are counted, not listed.
@@ -72,7 +77,7 @@ _LISTED = 8
 _TO_CONFIRM = "left out as possible contact; please confirm (--clean if nothing touched the arm, else --truth)"
 _COUNTED = "counted as clean, as stated, though higher than usual in such motion"
 _NOTICES = "Notices: an external torque of this size that lasts n samples alarms at 95 % of the judged moments."
-_UNTIL_THEN = 'Until then: gamma_nm = "auto" takes the thresholds of the friction file, which claim less.'
+_UNTIL_THEN = 'Until then: gamma_nm = "auto" stands on what the friction file tells of motion.'
 
 
 def recommendation_sections(found: ArmRecommendation) -> tuple[Section, ...]:
@@ -97,9 +102,9 @@ def _thresholds(found: ArmRecommendation) -> Section:
     for joint, rule in found.joints.items():
         torques = (
             "" if value is None else with_unit(f"{value:.3g}", joint, found.units)
-            for value in (rule.noticed_nm, rule.largest_clean_nm)
+            for value in (rule.noticed_nm, rule.largest_clean_nm, rule.motion_nm)
         )
-        notices, largest = torques
+        notices, largest, motion = torques
         rows.append(
             (
                 joint,
@@ -108,21 +113,21 @@ def _thresholds(found: ArmRecommendation) -> Section:
                 notices,
                 duration(3600.0 * rule.clean_hours),
                 largest,
-                "" if rule.false_alarms_per_hour is None else rate(rule.false_alarms_per_hour, rule.clean_hours),
+                motion,
+                "" if (most := rule.false_alarms_per_hour_upper95) is None else f"{most:.2g} /h",
             )
         )
-    head = ("joint", "γ", "n", "notices", "clean time", "largest clean", "false alarms at most (95 %)")
-    return Section("Thresholds", head, tuple(rows), (_NOTICES, *_arm(found.rate)))
-
-
-def _arm(arm: ArmRate) -> tuple[str, ...]:
-    """The arm's false alarms with these thresholds, by both bounds; nothing where there is none."""
-    if arm.extrapolated_per_hour is None or arm.observed_per_hour is None:
-        return ()
-    return (
-        f"False alarms of the arm (95 %): at most {rate_words(arm.extrapolated_per_hour)} if rarer peaks follow those "
-        f"seen, at most {rate_words(arm.observed_per_hour)} by counting alone.",
+    head = (
+        "joint",
+        "γ",
+        "n",
+        "notices",
+        "clean time",
+        "largest clean",
+        "motion's level",
+        "false alarms at most (95 %)",
     )
+    return Section("Thresholds", head, tuple(rows), (_NOTICES,))
 
 
 def _highest(found: ArmRecommendation) -> Section:

@@ -421,8 +421,8 @@ def _coverage(signals: Signals, judged: dict[str, float], recorded: float) -> Co
 
 
 def _recommended() -> dict[str, RecommendedRule]:
-    good = RecommendedRule(2.2, 13, 1.42, 2.2 / 1.42, 0.0471, 0.0, 63.6, ("at least 3 h without collisions",))
-    none = RecommendedRule(None, 13, None, None, 0.0, None, None, ("no judged sample",))
+    good = RecommendedRule(2.2, 13, 1.1, 1.42, 0.0471, 63.6, ("at least 3 h without collisions",))
+    none = RecommendedRule(None, 13, None, None, 0.0, None, ("no judged sample",))
     return {joint: none if joint == "wrist_3" else good for joint in JOINTS}
 
 

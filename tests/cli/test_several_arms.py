@@ -61,6 +61,8 @@ def _numbers(path: Path) -> str:
     """An audit without what tells which file and settings it is of, and what else is in the file."""
     content = json.loads(path.read_text())
     del content["provenance"], content["log"]["name"], content["log"]["sha256"]
+    for contact in content["contacts"]:
+        del contact["id"]  # it holds the log's hash
     content["findings"] = [
         found for found in content["findings"] if "joints that the robot does not have" not in found["text"]
     ]

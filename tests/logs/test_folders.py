@@ -35,8 +35,9 @@ def test_a_link_that_leads_nowhere_is_a_log_and_a_pipe_is_not(tmp_path: Path) ->
     assert names(tmp_path, other_files([tmp_path])) == ["pipe.csv"]
 
 
-def test_other_files_are_told_and_companions_are_not(tmp_path: Path) -> None:
+def test_other_files_are_told_but_for_hidden_ones(tmp_path: Path) -> None:
     for name in ("log.csv", "log.txt", "log.csv.part", "log.zip", "log.toml", "log.truth.json", "README.md", ".hidden"):
         (tmp_path / name).write_text(CSV)
-    assert names(tmp_path, other_files([tmp_path])) == ["log.csv.part", "log.txt", "log.zip"]
+    told = ["README.md", "log.csv.part", "log.toml", "log.truth.json", "log.txt", "log.zip"]
+    assert names(tmp_path, other_files([tmp_path])) == told
     assert other_files([tmp_path / "log.txt", "*.csv"]) == []

@@ -20,10 +20,10 @@ from worker_deeds import descendants
 SCRIPT = """
 import os, signal, sys, time
 import numpy as np
-from collaudit.cli import log_arguments
+from collaudit.cli.batch import audit_one
 from collaudit.cli.main import main
 
-judge = log_arguments.audit_files
+judge = audit_one.audit_files
 
 def audit_files(files, *rest, **known):
     name = files[0].name
@@ -37,7 +37,7 @@ def audit_files(files, *rest, **known):
         raise np.linalg.LinAlgError("singular")
     return judge(files, *rest, **known)
 
-log_arguments.audit_files = audit_files
+audit_one.audit_files = audit_files
 if __name__ == "__main__":
     main()
 """
@@ -115,7 +115,7 @@ def test_an_ended_audit_leaves_no_verdict_no_part_and_no_worker(number: int, cod
     while not (out / "0-clean" / "report.html").exists() and time.monotonic() < deadline:
         time.sleep(0.1)
     children = descendants(process.pid)
-    assert len(children) >= 4, "what starts processes, and two of them"
+    assert len(children) >= 3, "two that start processes, and one that hangs at least: the other may be about to begin"
     started = time.monotonic()
     process.send_signal(number)
     process.communicate(timeout=30)

@@ -98,7 +98,7 @@ def test_a_push_that_friction_hides_is_a_disturbance(rise: float) -> None:
 @pytest.mark.parametrize("known", [True, False])
 def test_an_arm_that_never_moves_is_looked_at_alike(known: bool) -> None:
     """What its quiet level does not show, the step of its place does; with a friction file and without."""
-    q, v, effort = (x[-rest().size :].copy() for x in moved())
+    q, _, effort = (x[-rest().size :].copy() for x in moved())
     q -= 6.0 * COUNT * push()
     noise = np.random.default_rng(2).normal(0.0, NOISE_NM, q.size)
     log = prepared(q, np.gradient(q, PERIOD), effort + 1.5 * push() + noise)

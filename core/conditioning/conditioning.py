@@ -28,7 +28,7 @@ from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.uniform_series import LoneRows, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, frozen
@@ -98,7 +98,6 @@ def condition(
     inner = (Span(span.start + margin, max(span.stop - margin, span.start + margin)) for span in segments)
     edge = ~covered(inner, base.n)
     edge.flags.writeable = base.bridged.flags.writeable = False
-    lone_rows, lone_effort = _lone(whole, base)
     saturated.flags.writeable = False
     velocity = frozen(motion.velocity_rad_s)
     return UniformSeries(
@@ -126,8 +125,7 @@ def condition(
         bridged=base.bridged,
         couplings=log.couplings,
         joint_torque_nm=None if sensed is None else frozen(sensed),
-        lone_rows=lone_rows,
-        lone_effort=lone_effort,
+        lone=_lone(whole, base),
     )
 
 
@@ -173,19 +171,39 @@ def _on_clock(wrench: WrenchSeries, log: JointLog, base: Timebase) -> WrenchSeri
     )
 
 
-def _lone(log: JointLog, base: Timebase) -> tuple[IntArray | None, FloatArray | None]:
-    """Rows of the log as recorded that lie in gaps of the grid: (k,) nearest grid samples, and (k, j) efforts.
+def _continued(time_s: FloatArray, position: FloatArray, velocity: FloatArray) -> FloatArray:
+    """(m, j) positions; a missing one is the way that the velocity makes between the known ones beside it."""
+    way = np.zeros_like(position)
+    steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time_s)[:, None]
+    np.cumsum(np.nan_to_num(steps), axis=0, out=way[1:])
+    out = position.copy()
+    for j in range(position.shape[1]):
+        known = np.isfinite(position[:, j])
+        if known.any() and not known.all():
+            lost = ~known
+            off = np.interp(time_s[lost], time_s[known], (position - way)[known, j])
+            out[lost, j] = way[lost, j] + off
+    return out
 
-    They lack a position, or are too few in a row to be judged.
-    """
+
+def _lone(log: JointLog, base: Timebase) -> LoneRows | None:
+    """Rows of the log as recorded that lie in gaps of the grid; a missing position follows from logged velocity."""
     gap = ~covered(base.grid, base.n)
     if log.effort is None or not gap.any():
-        return None, None
+        return None
     times = base.time_s
     right = np.clip(np.searchsorted(times, log.time_s), 1, times.size - 1)
     place = right - (log.time_s - times[right - 1] < times[right] - log.time_s)
     alone = gap[place] & (np.abs(times[place] - log.time_s) < base.period_s)
-    return place[alone], frozen(log.effort[alone])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        step_s, position, velocity = np.diff(log.time_s)[:, None], log.position_rad, log.velocity_rad_s
+        if velocity is None:
+            velocity = np.gradient(position, log.time_s, axis=0)
+        else:
+            position = _continued(log.time_s, position, velocity)
+        slope = np.pad(np.diff(velocity, axis=0) / step_s, ((1, 1), (0, 0)), mode="edge")
+    slopes = np.stack([slope[:-1][alone], slope[1:][alone]])
+    return LoneRows(place[alone], *map(frozen, (log.effort[alone], position[alone], velocity[alone], slopes)))
 
 
 def wrench_on_grid(

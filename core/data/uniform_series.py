@@ -23,6 +23,24 @@ LEAST_EFFORT_CHANGE = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LoneRows:
+    """Rows recorded in gaps of the grid: they lack a position, or are too few in a row to be judged.
+
+    Attributes:
+        at: (k,) nearest grid samples.
+        effort: (k, j) as recorded.
+        position_rad, velocity_rad_s: (k, j) as recorded; NaN where unknown.
+        slopes_rad_s2: (2, k, j) slope of the velocity from the row before and to the row after.
+    """
+
+    at: IntArray
+    effort: FloatArray
+    position_rad: FloatArray
+    velocity_rad_s: FloatArray
+    slopes_rad_s2: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class UniformSeries:
     """Joint signals on a uniform time base, with gaps kept as gaps.
 
@@ -53,8 +71,7 @@ class UniformSeries:
             positions before the first sample and after the last, s.
         not_driven: (n,) True where the drives were off, braking or stopped, or the arm was guided by hand; None
             where that never was.
-        lone_rows, lone_effort: (k,) grid samples in gaps at which a row was recorded, too few in a row to be judged,
-            and (k, j) its effort; None where there is none.
+        lone: rows recorded in gaps; None where there is none.
     """
 
     time_s: FloatArray
@@ -82,8 +99,7 @@ class UniformSeries:
     couplings: tuple[Coupling, ...] = ()
     off_grid_s: float = 0.0
     not_driven: BoolArray | None = None
-    lone_rows: IntArray | None = None
-    lone_effort: FloatArray | None = None
+    lone: LoneRows | None = None
 
     @property
     def settling(self) -> int:

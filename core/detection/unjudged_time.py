@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import LoneRows, UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import run_bounds, widened
 from collaudit.core.prepare.calibration import calibrated_series
 from collaudit.core.prepare.prepared import Prepared
 
@@ -28,7 +29,7 @@ _SEVERAL = 2.0
 _FEWEST, _FEWEST_APART = 3, 2
 #: In a stretch of this length, s, or next to motion slower than this, rad/s (m/s), a joint may have reversed.
 _REVERSES_S, _REVERSES_RAD_S = 0.3, 0.1
-#: Motion next to a stretch that is looked at at least, s.
+#: Motion next to a stretch that is looked at at least, and time about a turn in which friction is a range, s.
 _NEAR_S = 0.1
 _LISTED = 20
 
@@ -55,7 +56,7 @@ def unjudged_effort_findings(prepared: Prepared, run: DetectorRun, inputs: Detec
     effort = _recorded_nm(prepared)
     if effort is None:
         return []
-    model = run.residual.model_nm
+    model, own = run.residual.model_nm, _own_torques(prepared)
     found: list[_Stretch] = []
     for joint, gamma_nm in inputs.rule.gamma_nm.items():
         law, j = inputs.laws.get(joint), series.column(joint)
@@ -67,6 +68,7 @@ def unjudged_effort_findings(prepared: Prepared, run: DetectorRun, inputs: Detec
                 residual=run.residual.torque_nm[:, j],
                 rigid=prepared.explained_nm(joint),
                 velocity=series.velocity_rad_s[:, j],
+                own=_own_range(own, law, prepared.series, prepared.series.column(joint)),
             )
             found += _of_joint(joint, law, seen, gamma_nm, inputs.rule.n, series.period_s)
     return _findings(found, series.time_s)
@@ -75,17 +77,69 @@ def unjudged_effort_findings(prepared: Prepared, run: DetectorRun, inputs: Detec
 def _recorded_nm(prepared: Prepared) -> FloatArray | None:
     """(n, j) efforts of all joints, calibrated, states and lone rows included; None where they are not in N·m."""
     series = prepared.start.series
-    if series.effort is not None and series.lone_rows is not None and series.lone_effort is not None:
+    if series.effort is not None and series.lone is not None:
         effort = series.effort.copy(order="F")
-        effort[series.lone_rows] = series.lone_effort
+        effort[series.lone.at] = series.lone.effort
         series = replace(series, effort=effort)
     recorded = calibrated_series(series, prepared.calibration)
     return recorded.effort if recorded.effort_unit == "Nm" else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _OwnTorques:
+    """Torque (…, k, j) of lone rows by their own motion, before friction, with either slope of velocity."""
+
+    lone: LoneRows
+    rigid_nm: FloatArray
+
+
+def _own_torques(prepared: Prepared) -> _OwnTorques | None:
+    """With the commanded force and the known load of the samples beside the gap; None without lone rows."""
+    lone = prepared.series.lone
+    if lone is None or lone.at.size == 0:
+        return None
+    q, v, (before, after) = lone.position_rad, lone.velocity_rad_s, lone.slopes_rad_s2
+    slopes = (before, after, 0.5 * (before + after))
+    rigid = np.stack([prepared.robot.inverse_dynamics(q, v, a) for a in slopes])
+    for more in (prepared.contact_nm, prepared.start.load_nm):
+        if more is not None:
+            rigid = np.concatenate([rigid + beside for beside in _beside(more, lone.at)])
+    return _OwnTorques(lone, rigid)
+
+
+def _beside(torque_nm: FloatArray, at: IntArray) -> list[FloatArray]:
+    """(k, j) torques of the last known sample before some samples and of the first after them; of (n, j)."""
+    known = np.flatnonzero(np.isfinite(torque_nm).all(axis=1))
+    if known.size == 0:
+        return [np.full((at.size, torque_nm.shape[1]), np.nan)]
+    right = np.searchsorted(known, at)
+    return [torque_nm[known[np.clip(k, 0, known.size - 1)]] for k in (right - 1, right)]
+
+
+def _own_range(
+    own: _OwnTorques | None, law: FrictionModel, series: UniformSeries, j: int
+) -> tuple[FloatArray, FloatArray] | None:
+    """(n,) least and most effort of one joint by the motion of the lone rows, N·m; NaN at other samples."""
+    if own is None:
+        return None
+    at, velocity, rigid = own.lone.at, own.lone.velocity_rad_s[:, j], own.rigid_nm[:, :, j]
+    friction = law.torque(velocity)
+    turns = np.zeros(series.time_s.size, dtype=np.bool_)
+    turns[at] = (np.abs(velocity) < law.speed_range[0]) | (velocity * np.append(0.0, velocity[:-1]) < 0.0)
+    loose = widened(turns, round(_NEAR_S / series.period_s))[at]
+    hold = np.maximum(law.hold, np.abs(friction))
+    least, most = (np.full(series.time_s.size, np.nan) for _ in range(2))
+    least[at] = rigid.min(axis=0) + np.where(loose, -hold, friction)
+    most[at] = rigid.max(axis=0) + np.where(loose, hold, friction)
+    return least, most
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What is known of one joint, (n,) each: effort as recorded, model with friction, rigid-body torque, residual."""
+    """What is known of one joint, (n,) each: effort as recorded, model with friction, rigid-body torque, residual.
+
+    ``own`` is the range of effort by the motion of a lone row, where one is.
+    """
 
     state: NDArray[np.int8]
     effort: FloatArray
@@ -93,6 +147,7 @@ class _Seen:
     residual: FloatArray
     rigid: FloatArray | None
     velocity: FloatArray
+    own: tuple[FloatArray, FloatArray] | None
 
 
 def _of_joint(joint: str, law: FrictionModel, seen: _Seen, gamma_nm: float, n: int, period_s: float) -> list[_Stretch]:
@@ -120,6 +175,10 @@ def _of_joint(joint: str, law: FrictionModel, seen: _Seen, gamma_nm: float, n: i
             at = seen.rigid[rows[idle]]
             least_nm[idle] = np.fmin(least_nm[idle], np.fmin(at - held, 0.0))
             most_nm[idle] = np.fmax(most_nm[idle], np.fmax(at + held, 0.0))
+        if seen.own is not None:
+            least_nm, most_nm = (
+                np.where(np.isfinite(x[rows]), x[rows], y) for x, y in zip(seen.own, (least_nm, most_nm), strict=True)
+            )
         beyond = np.maximum(effort[rows] - most_nm, least_nm - effort[rows])
         torque = np.abs(seen.residual[rows])  # beside a gap the model's torque holds noise: both must be far
         edge = (state[rows] == State.EDGE) & np.isfinite(torque)

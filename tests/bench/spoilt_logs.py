@@ -43,7 +43,13 @@ from collaudit.fixtures.robots.robot_registry import robot_named
 KEPT = Path(__file__).resolve().parents[2] / "build" / "spoilt"
 FAULTS = tuple(
     fault
-    for family in (*FAMILIES, stretch_faults.stretches, stretch_faults.stamps, stretch_faults.missing)
+    for family in (
+        *FAMILIES,
+        stretch_faults.stretches,
+        stretch_faults.stamps,
+        stretch_faults.missing,
+        stretch_faults.unjudged,
+    )
     for fault in family()
 )
 #: Fitted and judged log, s, and of 500 Hz one row of how many.

@@ -1,4 +1,4 @@
-"""Faults of stretches and stamps: rows filled, frozen, replayed, doubled, lost; cells without a value; clocks; rates.
+"""Faults of stretches and stamps: rows filled, frozen, replayed, doubled, lost; cells without a value; flags; clocks.
 
 See ``log_faults``.
 """
@@ -6,12 +6,13 @@ See ``log_faults``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from log_faults import LogFault, Place, columns_of, with_values
 
-from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.joint_log import Annotation, JointLog
 
 #: Of most of a log a little is left in each so many seconds.
 _EVERY_S = 2.5
@@ -156,3 +157,40 @@ def missing() -> Iterator[LogFault]:
             change = partial(lost, fields=fields, who=who, where=where)
             blinds = words == "efforts" and where != other  # others may feel little of the push
             yield LogFault("missing values", f"{words} of {who}, {where}", change, blinds=blinds)
+
+
+#: Efforts that swing by so much, N·m, so many times a second.
+_SWING_NM, _SWING_HZ = 68.0, 5.0
+
+
+def unjudged() -> Iterator[LogFault]:
+    """The push lies in time that is not judged, and its efforts are on record."""
+
+    def flagged(log: JointLog, place: Place, name: str, length: float) -> JointLog:
+        times = tuple((at - length / 2, at + length / 2) for at in place.times)
+        return replace(log, annotations=(*log.annotations, Annotation(name, "mode", times)))
+
+    def sparse(log: JointLog, place: Place, every: int, length: float) -> JointLog:
+        keep = np.ones(log.time_s.size, dtype=np.bool_)
+        for part in _stretches(log, place, length):
+            keep[part] = np.arange(part.stop - part.start) % every == 0
+        return log.samples(keep)
+
+    def placeless(log: JointLog, place: Place, length: float, swing_nm: float) -> JointLog:
+        values = _copies(log, ("position_rad", "effort"))
+        for part in _stretches(log, place, length):
+            values["position_rad"][part] = np.nan
+            swing = swing_nm * np.sin(2 * np.pi * _SWING_HZ * (log.time_s[part] - log.time_s[part.start]))
+            values["effort"][part] += swing[:, None]
+        return with_values(log, **values)
+
+    for name in ("freedrive", "protective_stop", "power_off"):
+        for length in (0.4, 1.5):
+            yield LogFault("mode flag", f"{name}, {length:g} s", partial(flagged, name=name, length=length))
+    for every, length in ((3, 1.0), (6, 1.0), (12, 1.0), (25, 1.0), (12, 3.0)):
+        words = f"one row of {every}, {length:g} s"
+        yield LogFault("rows thinned", words, partial(sparse, every=every, length=length))
+    for length in (0.4, 1.0):
+        for swing_nm in (0.0, _SWING_NM):
+            words = f"{length:g} s, efforts " + (f"that swing by {swing_nm:g} N·m" if swing_nm else "as they are")
+            yield LogFault("no positions", words, partial(placeless, length=length, swing_nm=swing_nm))

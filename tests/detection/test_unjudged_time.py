@@ -29,19 +29,19 @@ def clean(made: Maker) -> Path:
 TIMES_S, LASTS_S, LOADS_NM = (4.0, 9.0, 14.0), 0.2, (60.0, 45.0)
 
 
-def around(log: JointLog) -> np.ndarray:
+def around(log: JointLog, margin_s: float = AROUND_S) -> np.ndarray:
     """(n,) samples around the pushes."""
     since = log.time_s - log.time_s[0]
-    return np.logical_or.reduce([(since > t - AROUND_S) & (since < t + LASTS_S + AROUND_S) for t in TIMES_S])
+    return np.logical_or.reduce([(since > t - margin_s) & (since < t + LASTS_S + margin_s) for t in TIMES_S])
 
 
-def pushed(log: JointLog) -> JointLog:
-    """The log with pushes against the motion."""
+def pushed(log: JointLog, share: float = 1.0) -> JointLog:
+    """The log with pushes against the motion, or so large a share of them."""
     assert log.effort is not None and log.velocity_rad_s is not None
     effort, since = log.effort.copy(), log.time_s - log.time_s[0]
     for t in TIMES_S:
         rows = (since >= t) & (since < t + LASTS_S)
-        effort[rows, 1:3] += np.sign(log.velocity_rad_s[rows, 1:3].mean(axis=0)) * LOADS_NM
+        effort[rows, 1:3] += np.sign(log.velocity_rad_s[rows, 1:3].mean(axis=0)) * np.multiply(share, LOADS_NM)
     return replace(log, effort=effort)
 
 
@@ -79,6 +79,15 @@ def test_pushes_in_time_that_is_not_judged_are_no_pass(clean: Path, friction: Fr
     assert [any(t - AROUND_S <= x <= t + LASTS_S for x in times) for t in TIMES_S] == [True] * 3
     same = judged(SPOILT[how](log, around(log)), clean, friction)
     assert "unjudged-effort" not in {f.code for f in same.findings}, "said of clean motion"
+
+
+@pytest.mark.parametrize("how", ["no position", "thinned"])
+def test_rows_in_a_gap_are_held_against_their_own_motion(clean: Path, friction: FrictionFile, how: str) -> None:
+    """A third of the push lies within what motion beside the gap might become; not within what the rows' motion is."""
+    log = open_log(clean, load_config(clean.with_suffix(".toml")))
+    found = judged(SPOILT[how](pushed(log, 0.33), around(log, 0.5)), clean, friction)
+    times = [f.start_s or 0.0 for f in found.findings if f.code == "unjudged-effort"]
+    assert [any(t - AROUND_S <= x <= t + LASTS_S for x in times) for t in TIMES_S] == [True] * 3
 
 
 def test_a_flag_that_the_drives_contradict_masks_nothing(clean: Path, friction: FrictionFile) -> None:

@@ -162,8 +162,7 @@ def command(
 
     Each log has one verdict, in audit.json, report, index and all formats. A contact that earlier nights had, too, is
     called known and breaks the policy like a new one; only accepted.toml (collaudit accept) takes one out. Files of a
-    folder that were not judged are named, and count as [policy] other_files says. SHA256SUMS holds the hashes of all
-    that was written: sha256sum -c SHA256SUMS.
+    folder that were not judged are named, and count as [policy] other_files says. Check OUT by sha256sum -c SHA256SUMS.
 
     With --store, what was found of every log is appended to a store, which collaudit trend and query read.
 

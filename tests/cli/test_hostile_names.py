@@ -67,6 +67,9 @@ _EVIL = (
     "ünïcödé 关节",
 )
 _CONFIG = """
+[log]
+joint_states = {topic}
+effort_kind = "motor-torque"
 [robot]
 joints = [{joints}]
 dh_convention = "standard"
@@ -128,7 +131,9 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monk
     config = tmp_path / "c.toml"
     quoted = [visible_json(json.dumps(name)) for name in names]
     rows = ", ".join(_ROW.replace("NAME", name) for name in quoted)
-    config.write_text(_CONFIG.format(joints=", ".join(quoted), rows=rows), encoding="utf-8")
+    config.write_text(
+        _CONFIG.format(topic=visible_json(json.dumps(topic)), joints=", ".join(quoted), rows=rows), encoding="utf-8"
+    )
     out, run, store = tmp_path / "out", tmp_path / "run", tmp_path / "store"
     friction = tmp_path / "friction.json"
     formats = "html,json,junit,sarif,markdown,github,csv,mcap"

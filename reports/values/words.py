@@ -189,5 +189,5 @@ def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:
         return "no joint is watched"
     if len(shared) == 1:
         [(value, names)] = shared.items()
-        return f"all {len(names)} watched joints {value}" if len(names) > 1 else f"{names[0]} {value}"
+        return f"all {len(names)} joints {value}" if len(names) > 1 else f"{names[0]} {value}"
     return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())

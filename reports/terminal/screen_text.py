@@ -68,14 +68,13 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
         _counted(near_misses.part(0, _MOST_NEAR), "Near misses", len(near_misses.rows), f"the {_MOST_NEAR} closest"),
         *(() if nothing_judged(result) else (_noticed(result),)),
     ]
-    last = [] if more is None else [f"More: {more}.\n"]
+    rule = rule_text(result) if more is None else f"{rule_text(result)}. More: {more}."
     return "".join(
         (
             verdict_text(result, _MOST_REASONS, width),
             sections_text(sections, width),
             *_important(result, width),
-            f"\n{wrapped(rule_text(result), width, '  ')}\n",
-            *last,
+            f"\n{wrapped(rule, width, '  ')}\n",
             f"{wrapped(BRIEF_STATEMENT, width)}\n",
         )
     )

@@ -25,8 +25,10 @@ from collaudit.core.prepare.prepared import Prepared
 _LOOKED_INTO = (State.EDGE, State.NOT_A_NUMBER, State.GAP, State.NOT_DRIVEN, State.TOO_BRIEF)
 #: Thresholds beyond what is allowed from which an effort is no motion: beside gaps clean logs stay within 1.1.
 _SEVERAL = 2.0
-#: Efforts in a row that must lie so far off; two, where rows are further apart than the persistence.
-_FEWEST, _FEWEST_APART = 3, 2
+#: ... and from which one is that is held against its row's own motion, which tells as much as a judged sample does.
+_OF_OWN_MOTION = 1.25
+#: Efforts in a row that must lie so far off, where rows are no further apart than the persistence.
+_FEWEST = 3
 #: In a stretch of this length, s, or next to motion slower than this, rad/s (m/s), a joint may have reversed.
 _REVERSES_S, _REVERSES_RAD_S = 0.3, 0.1
 #: Motion next to a stretch that is looked at at least, and time about a turn in which friction is a range, s.
@@ -160,7 +162,7 @@ def _of_joint(joint: str, law: FrictionModel, seen: _Seen, gamma_nm: float, n: i
     found = []
     for start, stop in zip(*run_bounds(blind), strict=True):
         rows = start + np.flatnonzero(np.isfinite(effort[start:stop]))
-        if rows.size < _FEWEST_APART:
+        if rows.size < 2:
             continue
         left = rows - start < stop - rows
         least_nm, most_nm = np.empty(rows.size), np.empty(rows.size)
@@ -175,15 +177,16 @@ def _of_joint(joint: str, law: FrictionModel, seen: _Seen, gamma_nm: float, n: i
             at = seen.rigid[rows[idle]]
             least_nm[idle] = np.fmin(least_nm[idle], np.fmin(at - held, 0.0))
             most_nm[idle] = np.fmax(most_nm[idle], np.fmax(at + held, 0.0))
+        several = np.full(rows.size, _SEVERAL)
         if seen.own is not None:
-            least_nm, most_nm = (
-                np.where(np.isfinite(x[rows]), x[rows], y) for x, y in zip(seen.own, (least_nm, most_nm), strict=True)
-            )
+            own = np.isfinite(seen.own[0][rows])
+            least_nm[own], most_nm[own] = (x[rows[own]] for x in seen.own)
+            several[own] = _OF_OWN_MOTION
         beyond = np.maximum(effort[rows] - most_nm, least_nm - effort[rows])
         torque = np.abs(seen.residual[rows])  # beside a gap the model's torque holds noise: both must be far
         edge = (state[rows] == State.EDGE) & np.isfinite(torque)
         beyond[edge] = np.minimum(beyond[edge], torque[edge])
-        worst = _lasting_beyond(beyond > _SEVERAL * gamma_nm, rows, n)
+        worst = _lasting_beyond(beyond > several * gamma_nm, rows, n)
         if worst is not None:
             first, last = int(rows[worst.start]), int(rows[worst.stop - 1])
             found.append(_Stretch(joint, first, last + 1, float(beyond[worst].max())))
@@ -205,15 +208,17 @@ def _allowed(law: FrictionModel, seen: _Seen, known: BoolArray, near: slice, rea
 
 
 def _lasting_beyond(far: BoolArray, rows: IntArray, n: int) -> slice | None:
-    """The longest run of efforts that lie far off, where it is long enough; None otherwise."""
+    """The longest run of efforts that lie far off, where it is long enough; None otherwise.
+
+    Rows further apart than ``n`` samples count one by one: a contact of the persistence may show in a single one.
+    """
     starts, stops = run_bounds(far)
     if starts.size == 0:
         return None
     k = int(np.argmax(stops - starts))
     run = slice(int(starts[k]), int(stops[k]))
-    count = run.stop - run.start
-    apart = count >= _FEWEST_APART and rows[run.stop - 1] - rows[run.start] >= (count - 1) * n
-    return run if count >= _FEWEST or apart else None
+    apart = np.diff(rows[max(run.start - 1, 0) : run.stop + 1])
+    return run if run.stop - run.start >= _FEWEST or (apart >= n).all() else None
 
 
 def _findings(found: list[_Stretch], time_s: FloatArray) -> list[Finding]:

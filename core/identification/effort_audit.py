@@ -78,7 +78,7 @@ def _words(
         return (
             f"The effort looks like a motor current or another unit, not like N·m{also}{_or_masses(typical, alike)}. "
             "To correct it: [log.units] "
-            'effort = "A" with torque_constant_nm_per_a of the manufacturer (collaudit init estimates unknown ones), '
+            'effort = "A" with torque_constant_nm_per_a of the manufacturer, '
             f'or [fit] estimate = ["friction", "gain"].{mend}'
         )
     if _DOUBLED[0] <= typical <= _DOUBLED[1]:

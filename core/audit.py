@@ -86,14 +86,14 @@ def audit_log(
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, run, inputs, config.detect, truth)
     unlabelled = missing_labels(series, config) if truth is None else []
-    ranges = ranges_behind(config.detect.evidence, judged.thresholds, judged.automatic)
-    beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     step(8, 10)
     time = log_time(prepared, run, [joint for joint in inputs.rule.watch if joint not in inputs.not_judged])
     coverage = measure_coverage(series, detected.state, inputs.watch, time)
     sensitivity = measure_sensitivity(prepared, run, inputs, config, time)
     evidence_here = evidence_of(log, inputs.rule, judged.signals, phases, events)
     rules = recommended_of_log(evidence_here, inputs.rule, sensitivity)
+    ranges = ranges_behind(config.detect.evidence, judged.thresholds, judged.automatic)
+    beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     short = (
         *shortfalls(
             config.policy, coverage, sensitivity, inputs, sliding, None if friction is None else friction.choice

@@ -13,9 +13,8 @@ pytestmark = pytest.mark.real
 @pytest.mark.parametrize(
     ("arm", "estimate", "most_n"),
     [
-        ("ur10", ["friction"], (90, 125)),
-        ("ur10", ["friction", "inertials"], (55, 65)),
-        ("panda", ["friction", "inertials"], (20, 25)),
+        ("ur10", ["friction", "inertials"], (60, 80)),
+        ("panda", ["friction", "inertials"], (25, 35)),
     ],
 )
 def test_sound_arms_would_have_noticed_what_is_asked(

@@ -137,8 +137,10 @@ def near_miss_section(result: AuditResult) -> Section:
 def near_levels(result: AuditResult) -> str:
     """From where on a near miss counts."""
     rule = result.rule
-    shares = {f"{100 * rule.near_miss_nm[joint] / gamma:.0f}" for joint, gamma in rule.gamma_nm.items() if gamma > 0}
-    return f"{' to '.join(sorted({min(shares), max(shares)}, key=float))} % of γ" if shares else "a share of γ"
+    shares = [100 * rule.near_miss_nm[joint] / gamma for joint, gamma in rule.gamma_nm.items() if gamma > 0]
+    if not shares:
+        return "a share of γ"
+    return f"{' to '.join(dict.fromkeys(f'{x:.0f}' for x in (min(shares), max(shares))))} % of γ"
 
 
 def closeness(near: NearMiss, rule: RuleFacts) -> str:

@@ -140,7 +140,7 @@ class NearMissConfig(ConfigTable, frozen=True, kw_only=True):
     amplitude: Annotated[
         float,
         Meta(gt=0, lt=1),
-        about("Share of a stated gamma; where thresholds are automatic, what motion does by itself stands for it."),
+        about("Share of gamma; where thresholds are automatic it is no less than what motion does by itself."),
     ] = 0.8
     persistence: Annotated[float, Meta(gt=0, lt=1), about("Share of n.")] = 0.5
 

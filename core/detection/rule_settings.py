@@ -69,8 +69,8 @@ def make_rule(
 
 
 def _near_miss(config: Config, gamma_nm: float, motion_nm: float | None) -> float:
-    """From which level on a joint's residual is nearly an alarm, N·m: what motion does, or of a stated gamma a share."""
-    return config.near_miss.amplitude * gamma_nm if motion_nm is None else min(motion_nm, gamma_nm)
+    """From which level on a joint's residual is nearly an alarm: beyond what motion does where that is known, N·m."""
+    return max(config.near_miss.amplitude * gamma_nm, min(motion_nm or 0.0, gamma_nm))
 
 
 def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, float | None]:

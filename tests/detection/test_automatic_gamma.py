@@ -62,5 +62,7 @@ def test_the_same_file_gives_the_same_thresholds_to_every_log(
         assert all(float(f"{x:.3g}") == x for x in (*one.gamma_nm.values(), *one.motion_nm.values()))
     auto, sharp = rules["free-hits", "auto"], rules["free-hits", "sharpest"]
     assert sharp.gamma_nm == sharp.motion_nm == auto.motion_nm == sharp.near_miss_nm
-    assert auto.near_miss_nm == auto.motion_nm
+    assert auto.near_miss_nm == {
+        joint: max(0.8 * gamma, auto.motion_nm[joint]) for joint, gamma in auto.gamma_nm.items()
+    }
     assert all(1.0 < auto.gamma_nm[joint] / level <= 2.005 for joint, level in auto.motion_nm.items())

@@ -96,6 +96,7 @@ class AskedForce:
         longest_unnoticed_s: the longest stretch of that.
         limited_by: the joint that a larger force would have alarmed first where this one did not alarm; None where
             it always did, or no force would.
+        directions: share of all directions, over the time that counts, from which it would have alarmed; 0 to 1.
     """
 
     force_n: float
@@ -105,6 +106,7 @@ class AskedForce:
     unnoticed_s: float
     longest_unnoticed_s: float
     limited_by: str | None
+    directions: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

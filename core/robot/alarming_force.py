@@ -30,12 +30,18 @@ class AlarmingForces:
         force_n: (m,) in those the smallest force that alarms from :data:`DIRECTIONS` of such directions.
         first: (m,) joint that alarms first from the last of them.
         unfelt: share of all directions over all poses that load no watched joint.
+        smallest_n: (k, d) that alarms by pose and direction; infinite where none does.
     """
 
     felt: BoolArray
     force_n: FloatArray
     first: IntArray
     unfelt: float
+    smallest_n: FloatArray
+
+    def noticed(self, force_n: float) -> float:
+        """Share of all directions over all poses from which a force of this size alarms."""
+        return float(np.mean(self.smallest_n <= force_n)) if self.smallest_n.size else 0.0
 
 
 def alarming_forces(
@@ -67,4 +73,5 @@ def alarming_forces(
     column = np.take_along_axis(order, place_in[:, None], axis=1)
     value = np.take_along_axis(smallest, column, axis=1)[:, 0]
     first = np.array(felt)[np.take_along_axis(force.argmin(axis=1), column, axis=1)[:, 0]]
-    return AlarmingForces(here, value[here], first[here], float(1.0 - any_joint.mean()) if any_joint.size else 1.0)
+    unfelt = float(1.0 - any_joint.mean()) if any_joint.size else 1.0
+    return AlarmingForces(here, value[here], first[here], unfelt, smallest)

@@ -120,7 +120,7 @@ def exclusions(
     away = [*left_out, *(joint for joint, cover in coverage.joints.items() if not cover.watched)]
     if away:
         out.append(f"Joints not watched: {', '.join(away)}.")
-    out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.whole_s, units or {})]
+    out += [*_missed(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.whole_s, units or {})]
     return tuple(out) if effort_stated else (*out, _NOT_STATED)
 
 
@@ -141,13 +141,20 @@ def _not_judged(coverage: Coverage) -> list[str]:
     return out
 
 
-def _unfelt(sensitivity: Sensitivity) -> list[str]:
-    """Directions that no watched joint feels, at the places where a force is asked for."""
-    return [
+def _missed(sensitivity: Sensitivity) -> list[str]:
+    """Directions from which what is asked for would not have alarmed, or that no watched joint feels."""
+    missed = [
+        f"From {100 * (1.0 - force.asked.directions):.0f} % of the directions {force.asked.force_n:.3g} N at "
+        f"{place_text(force)} would not have alarmed."
+        for force in sensitivity.forces
+        if force.asked is not None and 1.0 - force.asked.directions >= _WORTH_SAYING_OF_DIRECTIONS
+    ]
+    unfelt = [
         f"From {100 * force.unfelt:.0f} % of the directions a force at {place_text(force)} loads no watched joint."
         for force in sensitivity.forces
-        if force.unfelt >= _WORTH_SAYING_OF_DIRECTIONS and (force.asked is not None or force.kind in (TOOL, FOREARM))
+        if force.unfelt >= _WORTH_SAYING_OF_DIRECTIONS and force.asked is None and force.kind in (TOOL, FOREARM)
     ]
+    return missed + unfelt
 
 
 def _hidden(sensitivity: Sensitivity, whole_s: float, units: Mapping[str, str]) -> list[str]:

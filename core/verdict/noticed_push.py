@@ -199,6 +199,7 @@ def _at(
             unnoticed_s=each_s * float(np.count_nonzero(~seen)),
             longest_unnoticed_s=longest_unseen(whole.time_s[always.felt], seen),
             limited_by=_most(here.first[missed & np.isfinite(here.force_n)], robot.joint_names),
+            directions=here.noticed(asked.force_n),
         )
     return NoticedForce(place.name, place.link, place.frame, joints, levels, here.unfelt, found)
 

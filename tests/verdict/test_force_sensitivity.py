@@ -89,6 +89,14 @@ def test_two_links_in_a_plane(noticed: tuple[float, float], bend: float) -> None
     assert found.at(0.9) == pytest.approx(by_hand(levers, list(noticed), least), rel=0.03)
 
 
+@pytest.mark.parametrize("asked_n", [15.0, 40.0])
+def test_the_share_of_directions_that_alarm(asked_n: float) -> None:
+    """One lever of 0.5 m that alarms from 5 N·m on: at F·0.5·|y| >= 5, of |y| evenly spread over 0 to 1."""
+    asked = force(planar(0.5), moments((0.3,), (5.0,)), asked_n=asked_n).asked
+    assert asked is not None
+    assert asked.directions == pytest.approx(1.0 - 10.0 / asked_n, abs=0.02)
+
+
 def test_no_joint_beyond_a_place_counts() -> None:
     robot = planar(0.4, 0.3)
     blind_outer, both = (moments((0.2, 0.4), (4.0, s)) for s in (np.inf, 0.1))

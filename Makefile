@@ -93,7 +93,7 @@ LOCK_FLAGS := --universal --python-version 3.11 --no-header --no-annotate --no-e
 lock: $(RUN)/.dev
 	$(RUN)/bin/python -m pip install --quiet uv
 	$(RUN)/bin/uv pip compile --quiet $(LOCK_FLAGS) --generate-hashes setup.cfg --extra test -o requirements/ci.txt
-	$(RUN)/bin/uv pip compile --quiet $(LOCK_FLAGS) setup.cfg --extra mat73 -o requirements/run.txt
+	$(RUN)/bin/uv pip compile --quiet $(LOCK_FLAGS) setup.cfg --extra hdf5 -o requirements/run.txt
 
 sbom: $(RUN)/.dev
 	$(RUN)/bin/python -m pip install --quiet 'cyclonedx-bom >= 7'

@@ -11,6 +11,7 @@ from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
+from collaudit.core.logs.storage.trace_files import AXIS
 from collaudit.core.logs.tables.column_findings import stated_units
 from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.file_quantities import (
@@ -90,6 +91,10 @@ class TablePart:
         self.folder = table.reader.path.resolve().parent
         alone = holds_time_alone(table.reader)
         self.quantities = {"time"} if alone else set(table.assignment.quantities)
+        axis = AXIS.fullmatch(table.reader.path.stem) if table.reader.format == "kuka-trace" else None
+        self.recording = axis[1] if axis is not None else None
+        if axis is not None:  # traces hold the same quantities, each of its own axis
+            self.quantities = {f"{quantity} of axis {axis[2]}" for quantity in self.quantities}
         time = None if alone else table.assignment.time
         self.stamps = () if time is None else table.reader.first_cells(time)
         self.timeless = _timeless_name(table) if time is None else None
@@ -98,7 +103,7 @@ class TablePart:
     @property
     def shared(self) -> tuple[object, ...]:
         """What all parts of one log have in common."""
-        return self.folder, self.stamps, self.timeless
+        return self.folder, self.stamps, self.timeless, self.recording
 
     def joins(self, others: Sequence[TablePart]) -> bool:
         """Whether this table, which shares the log's folder and stamps, is a further part of it."""

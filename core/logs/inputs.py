@@ -59,7 +59,7 @@ def _expand(path: Path, *, strict: bool = True) -> list[Path]:
         return [path]
     found = _inside(path)
     if not found and strict:
-        *suffixes, last = (known.suffixes[0] for known in log_formats.FORMATS)
+        *suffixes, last = (known.suffixes[0] for known in log_formats.FORMATS if known.suffixes)
         raise LogError(
             "the folder holds no logs",
             where=str(path),

@@ -234,7 +234,7 @@ def _describe_tables(paths: Sequence[Path], settings: LogConfig, robot: Sequence
     return LogSummary(
         name=name,
         format=readers[0].format,
-        size_bytes=sum(path.stat().st_size for path in paths),
+        size_bytes=sum(file.stat().st_size for path in paths for file in data_files(path)),
         start_ns=start,
         duration_s=duration,
         topics=(topic,),

@@ -20,6 +20,7 @@ from collaudit.core.logs.storage.file_content import (
 )
 from collaudit.core.logs.storage.records import Damage, MessageReader, Overview
 from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.trace_files import TRACE
 
 _LOGS = "collaudit.core.logs"
 
@@ -34,7 +35,7 @@ class LogFormat:
         name: of the format, unique.
         title: what messages about unreadable files call it.
         holds: ``messages`` (by topic) or a ``table`` (one row a sample).
-        suffixes: of its files, lower case; the usual one first.
+        suffixes: of its files, lower case; the usual one first; none where others name their files so, too.
         recognises: tells from the first bytes of a file whether it is one.
         reader: ``module:name`` of what opens a file. Of messages it takes the path and returns a
             :class:`~collaudit.core.logs.storage.records.MessageReader`; of a table it takes the path and
@@ -68,7 +69,7 @@ class LogFormat:
         """Open a table, compressed as a whole or not."""
         reader: Callable[[Path, CsvConfig], TableReader] = pkgutil.resolve_name(self.reader)
         table, damage = open_unpacked(path, lambda inner: reader(inner, settings), table=True)
-        table.path, table.damage = path, damage
+        table.path, table.damage = path, damage or table.damage
         return table
 
     def overview_of(self, path: Path) -> Overview | None:
@@ -93,6 +94,12 @@ def _npz(head: bytes) -> bool:
     return first_member(head).endswith(".npy")
 
 
+def _json_lines(head: bytes) -> bool:
+    """Whether a file begins with an object on a line of its own."""
+    first, end, _ = head.removeprefix(b"\xef\xbb\xbf").lstrip().partition(b"\n")
+    return first.startswith(b"{") and (not end or first.rstrip().endswith(b"}"))
+
+
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
@@ -113,6 +120,12 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mat", "MATLAB file", "table", (".mat",),
               begins_with(b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"),
               f"{_LOGS}.column_files.matlab_file:open_mat"),
+    LogFormat("hdf5", "HDF5", "table", (".h5", ".hdf5"), begins_with(b"\x89HDF\r\n\x1a\n"),
+              f"{_LOGS}.column_files.hdf5_file:open_hdf5"),
+    LogFormat("kuka-trace", "KUKA trace", "table", (), begins_with(TRACE),
+              f"{_LOGS}.column_files.kuka_trace:open_kuka_trace"),
+    LogFormat("jsonl", "JSON lines", "table", (".jsonl", ".ndjson"), _json_lines,
+              f"{_LOGS}.column_files.json_lines:open_json_lines", by_content=False),
     LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
 )  # fmt: skip
 

@@ -13,10 +13,12 @@ from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import LogFormat, format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
 from collaudit.core.logs.storage.chunked_file import ChunkedFile
-from collaudit.core.logs.storage.file_content import compression_of, head_of, inner_head, looks_like_text, workbook_in
+from collaudit.core.logs.storage.file_content import compression_of, head_of, inner_head, looks_like_text
+from collaudit.core.logs.storage.other_formats import other_format
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.trace_files import trace_values
 from collaudit.core.numeric.stage_progress import Progress, stage
 
 
@@ -89,12 +91,14 @@ def check_there(paths: Sequence[Path]) -> None:
 
 
 def data_files(path: Path) -> tuple[Path, ...]:
-    """The files that hold a log's data: itself, or those of a bag folder in recording order.
+    """The files that hold a log's data: itself and what lies beside it, or those of a bag folder in recording order.
 
     Raises:
         LogError: a folder holds no storage file.
     """
-    return folder_files(path, is_bag_storage)[0] if path.is_dir() else (path,)
+    if path.is_dir():
+        return folder_files(path, is_bag_storage)[0]
+    return (path, *trace_values(path))
 
 
 def open_messages(paths: Sequence[Path], bounds: ReadingBounds | None = None) -> MessageReader:
@@ -144,7 +148,7 @@ def open_tables(paths: Sequence[Path], settings: CsvConfig) -> list[TableReader]
 def _format(path: Path, holds: str) -> LogFormat:
     """The format of a file, which holds messages or a table."""
     known = format_of(path)
-    if known is None or known.holds != holds:
+    if known is None or known.holds != holds or other_format(path) is not None:
         raise _unreadable(path)
     return known
 
@@ -164,12 +168,11 @@ def _unreadable(path: Path) -> LogError:
     head = head_of(path)
     if not head:
         return LogError("the file is empty", where=where, found="0 bytes", expected=expected)
-    if workbook_in(head):
-        hint = (
-            "write it as a table of text: in Excel or LibreOffice, File > Save As > CSV UTF-8 (.csv); or with pandas, "
-            f'pandas.read_excel("{path.name}").to_csv("{path.stem}.csv", index=False)'
-        )
-        return LogError("is an Excel workbook, which is not read", where=where, expected=expected, hint=hint)
+    if (other := other_format(path)) is not None:
+        return LogError(f"is {other.title}, which {other.why}", where=where, expected=expected, hint=other.hint(path))
+    if path.suffix.lower() == ".r64":
+        text, hint = "holds the values of a KUKA trace", f"name its header instead: {path.with_suffix('.dat').name}"
+        return LogError(text, where=where, expected="the header, a .dat of the same name", hint=hint)
     packed = compression_of(head)
     within = inner_head(path, packed) if packed is not None else head
     found = "text" if looks_like_text(within) else f"bytes beginning with {within[:8]!r}"

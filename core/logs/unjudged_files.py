@@ -16,6 +16,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import named_format
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS
 from collaudit.core.logs.storage.file_content import compression_of, head_of, opened_packed
+from collaudit.core.logs.storage.other_formats import named_other
+from collaudit.core.logs.storage.trace_files import is_part_of_trace
 
 #: What lies beside logs and is none: settings, results, pictures, films, shapes.
 _COMPANIONS = {
@@ -78,6 +80,8 @@ def _of_file(path: Path) -> tuple[str, LeftOutKind, str]:
     elif kind == "archive" and (inside := _log_inside(path)) is not None:
         text = inside or text
         kind = "archive" if inside else "other"
+    elif is_part_of_trace(path):
+        kind, text = "companion", "of the trace whose header lies beside it"
     return path.as_posix(), kind, text
 
 
@@ -93,6 +97,8 @@ def _by_name(name: str) -> tuple[LeftOutKind, str]:
         return "archive", "an archive that may hold logs; unpack it"
     if Path(low).suffix in _COMPANIONS or low.startswith(_COMPANION_NAMES):
         return "companion", "usual beside logs"
+    if (known := named_other(low)) is not None:
+        return "other", f"{known.title}, which {known.why}; name it as an argument to see how it is converted"
     return "other", "no log by its name; name it as an argument to have it judged"
 
 

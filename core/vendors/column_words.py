@@ -32,8 +32,9 @@ STRONGEST: tuple[Role, ...] = (
 
 #: Words of each quantity in the names of columns, and of files that hold one quantity, the usual first.
 QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
-    "position": ("q", "position", "positions", "pos", "angle", "angles", "ang", "jpos", "theta"),
-    "velocity": ("dq", "qd", "qdot", "velocity", "velocities", "vel", "speed", "speeds", "jvel", "omega", "dtheta"),
+    "position": ("q", "qpos", "position", "positions", "pos", "angle", "angles", "ang", "jpos", "theta"),
+    "velocity": ("dq", "qd", "qdot", "qvel", "velocity", "velocities", "vel", "speed", "speeds", "jvel", "omega",
+                 "dtheta"),
     "effort": ("tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "moments", "tor",
                "current", "currents", "curr", "cur", "i"),
     "temperature": ("temperature", "temperatures", "temp", "temps"),
@@ -52,23 +53,24 @@ ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "side": ("sensor", "sensors", "motor", "motors", "rotor", "rotors"),
     "desired": ("d", "des", "desired", "target", "targets", "tgt", "ref", "refs", "reference", "references", "goal",
                 "goals", "set", "setpoint", "setpoints", "sp", "planned", "nominal", "ipo", "demand", "demanded",
-                "requested"),
-    "commanded": ("c", "cmd", "cmds", "command", "commanded", "commands", "u", "control"),
+                "requested", "programmed"),
+    "commanded": ("c", "cmd", "cmds", "command", "commanded", "commands", "u", "control", "action", "actions"),
     "model": ("model", "sim", "simulated", "rnea", "id", "gravity", "grav", "coriolis", "ff", "feedforward", "pred",
-              "predicted", "dynamic", "est", "estimated", "hat", "nominal_model", "friction"),
+              "predicted", "computed", "calculated", "dynamic", "est", "estimated", "hat", "nominal_model", "friction"),
     "external": ("ext", "external", "contact", "disturbance", "dist", "residual", "res"),
     "error": ("e", "err", "error", "diff", "deviation", "delta"),
     "derivative": ("ddot", "acceleration", "accelerations", "acc", "accel", "jerk", "dot"),
 }  # fmt: skip
 ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for word in words}
-#: Words of columns that say nothing of a topic: DynamicJointState is published as ``dynamic_joint_states``.
-NO_TOPIC = frozenset({"dynamic"})
+#: Words of columns that say nothing of a topic: DynamicJointState is published as ``dynamic_joint_states``, feedback of
+#: an action below ``_action``.
+NO_TOPIC = frozenset({"dynamic", "action", "actions"})
 #: Words of desired and commanded signals that name robots and nodes as well: above a topic they say nothing.
 NO_NAMESPACE = frozenset({"d", "c", "u", "ref", "set", "sp", "nominal", "control"})
 #: Words that say nothing but "of a joint".
 JOINT_WORDS = frozenset({"joint", "joints", "j", "axis", "axes", "jnt", "actuator", "actuators"})
 #: Words that carry nothing in front of a quantity.
-FILLERS = frozenset({"raw", "robot", "state", "states", "field", "data", "link", "load"})
+FILLERS = frozenset({"raw", "robot", "robot0", "robot1", "state", "states", "field", "data", "link", "load"})
 #: Words of other things than joints: no joint signal has them.
 ELSEWHERE = frozenset({"tcp", "tool", "ee", "eef", "cartesian", "cart", "force", "wrench", "pose", "base", "imu"})
 #: Units inside names.
@@ -111,6 +113,12 @@ KNOWN: dict[str, Meaning] = {
     "axisactmeas": Meaning("position", "measured", "axis", "deg"),
     "aspos": Meaning("position", "desired", "aspos", "deg"),  # KUKA RSI: setpoint
     "macur": Meaning("effort", "measured", "macur", "current"),  # KUKA RSI: motor currents
+    "istposition": Meaning("position", "measured", "istposition"),  # KUKA traces in German
+    "sollposition": Meaning("position", "desired", "sollposition"),
+    "istgeschwindigkeit": Meaning("velocity", "measured", "istgeschwindigkeit"),
+    "sollgeschwindigkeit": Meaning("velocity", "desired", "sollgeschwindigkeit"),
+    "istmoment": Meaning("effort", "measured", "istmoment"),
+    "sollmoment": Meaning("effort", "desired", "sollmoment"),
     "targetmoment": Meaning("effort", "model", "moment", "Nm"),  # UR RTDE: from the model, not measured
     "jointcontroloutput": Meaning("effort", "commanded", "output", "current"),  # UR RTDE
     "feedbackjoints": Meaning("position", "measured", "joints", "deg"),  # ABB EGM

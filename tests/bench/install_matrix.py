@@ -18,7 +18,7 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[2]
 PYTHONS = ("3.11", "3.12", "3.13")
-EXTRAS = ("mat73",)
+EXTRAS = ("hdf5",)
 
 
 def requirements() -> list[str]:

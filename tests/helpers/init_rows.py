@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -149,6 +150,75 @@ def _workbook(folder: Path, motion: Motion) -> list[Path]:
     return [folder / "run.xlsx"]
 
 
+def _hdf5(folder: Path, arrays: Mapping[str, Any]) -> list[Path]:
+    import h5py
+
+    with h5py.File(folder / "run.h5", "w") as file:
+        for name, values in arrays.items():
+            file[name] = values
+    return [folder / "run.h5"]
+
+
+def _of_observations(folder: Path, motion: Motion) -> list[Path]:
+    q, dq, tau = motion.signals
+    held = {"qpos": q, "qvel": dq, "effort": tau}
+    return _hdf5(folder, {"action": q} | {f"observations/{name}": values for name, values in held.items()})
+
+
+def _demonstrations(folder: Path, motion: Motion) -> list[Path]:
+    half = len(motion.time_s) // 2
+    names = ("robot0_joint_pos", "robot0_joint_vel", "robot0_joint_torque")
+    return _hdf5(folder, {f"data/demo_{k}/obs/{name}": values[part] for name, values in
+                          zip(names, motion.signals, strict=True)
+                          for k, part in enumerate((slice(0, half), slice(half, None)))})  # fmt: skip
+
+
+def kuka_trace(folder: Path, motion: Motion) -> list[Path]:
+    """One pair of header and values an axis."""
+    written = []
+    period = float(np.median(np.diff(motion.time_s)))
+    for k in range(motion.signals[0].shape[1]):
+        q, dq, tau = (values[:, k] for values in motion.signals)
+        channels = (("Actual_Velocity", "°/s", np.degrees(dq)), ("Calculated_Moment", "Nm", 0.9 * tau),
+                    ("Actual_Moment", "Nm", tau), ("Actual_Position", "°", np.degrees(q)))  # fmt: skip
+        stem = f"CELL_NextGenDrive#{k + 1}"
+        head = [{200: "Zeit", 202: "sec", 210: "IMPLIZIT", 220: q.size, 240: 0, 241: period}]
+        head += [{200: name, 202: unit, 210: "EXPLIZIT", 211: f"{stem}.r64", 213: "BLOCK", 214: "REAL64", 220: q.size,
+                  221: place, 240: 0, 241: 1} for place, (name, unit, _) in enumerate(channels, 1)]  # fmt: skip
+        lines = ["DIAEXTENDED", "#BEGINGLOBALHEADER", "112,High -> Low", "#ENDGLOBALHEADER"]
+        for channel in head:
+            lines += ["#BEGINCHANNELHEADER", *(f"{number},{said}" for number, said in channel.items())]
+            lines.append("#ENDCHANNELHEADER")
+        (folder / f"{stem}.dat").write_bytes("\r\n".join([*lines, ""]).encode("cp1252"))
+        np.column_stack([values for _, _, values in channels]).tofile(folder / f"{stem}.r64")
+        written.append(folder / f"{stem}.dat")
+    return written
+
+
+def _json_lines(name: str, row: Callable[[Motion, int], Mapping[str, Any]]) -> Build:
+    def build(folder: Path, motion: Motion) -> list[Path]:
+        rows = (json.dumps(row(motion, k)) for k in range(len(motion.time_s)))
+        (folder / name).write_text("\n".join(rows) + "\n", encoding="utf-8")
+        return [folder / name]
+
+    return build
+
+
+def _joint_state_row(motion: Motion, k: int) -> Mapping[str, Any]:
+    q, dq, tau = (values[k].tolist() for values in motion.signals)
+    ns = 1_700_000_000_000_000_000 + round(1e9 * float(motion.time_s[k]))
+    stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
+    return {"header": {"stamp": stamp}, "name": ["joint1", "joint2"], "position": q, "velocity": dq, "effort": tau}
+
+
+def _begun_with(name: str, head: bytes) -> Build:
+    def build(folder: Path, motion: Motion) -> list[Path]:
+        (folder / name).write_bytes(head + bytes(64))
+        return [folder / name]
+
+    return build
+
+
 def _messages(kind: str) -> Build:
     def build(folder: Path, motion: Motion) -> list[Path]:
         q, dq, tau = motion.signals
@@ -250,7 +320,19 @@ ROWS: tuple[Row, ...] = (
     Row("Format", "NumPy `.npy`, a matrix, columns stated", _matrix,
         ("--set", "log.csv={ time = 1, position = [2, 3], velocity = [4, 5], effort = [6, 7] }")),
     Row("Format", "`*ang*`, `*vel*`, `*torque*`, no names of columns", _nameless_each),
+    Row("Format", "HDF5, an array a signal",
+        lambda folder, m: _hdf5(folder, {"t": m.time_s} | dict(zip(("q", "dq", "tau"), m.signals, strict=True)))),
+    Row("Format", "HDF5, `observations/qpos` …, no time", _of_observations),
+    Row("Format", "HDF5, `observations/qpos` …, rate stated", _of_observations, ("--set", "log.csv.rate_hz=125")),
+    Row("Format", "HDF5, `data/demo_0/obs/robot0_joint_pos` …, rate stated", _demonstrations,
+        ("--set", "log.csv.rate_hz=125"), finding="log-runs"),
+    Row("Format", "KUKA trace, a `.dat` and a `.r64` an axis", kuka_trace),
+    Row("Format", "JSON lines, a key a column", _json_lines(
+        "run.jsonl", lambda m, k: {name: float(values[k]) for name, values in m.plain().items()})),
+    Row("Format", "JSON lines, a JointState a line", _json_lines("run.ndjson", _joint_state_row)),
     Row("Format", "Excel `.xlsx`", _workbook),
+    Row("Format", "TDMS", _begun_with("run.tdms", b"TDSm")),
+    Row("Format", "a pickle", _begun_with("run.pkl", b"\x80\x04")),
     Row("Format", "MCAP, ROS 2", _messages("mcap-zstd")),
     Row("Format", "MCAP, ROS 1", _messages("mcap-ros1")),
     Row("Format", "ROS 1 bag", _messages("bag-lz4")),

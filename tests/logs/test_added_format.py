@@ -157,7 +157,9 @@ def test_folders_messages_and_names_know_an_added_format(tmp_path: Path) -> None
     (tmp_path / "empty").mkdir()
     with pytest.raises(LogError, match="no logs") as none:
         expand_inputs([tmp_path / "empty"])
-    assert ".toym, .toyt, .mcap, .bag, .db3, .parquet, .feather, .npz, .npy, .mat or .csv" in str(none.value.expected)
+    assert ".toym, .toyt, .mcap, .bag, .db3, .parquet, .feather, .npz, .npy, .mat, .h5, .jsonl or .csv" in str(
+        none.value.expected
+    )
 
 
 def test_every_format_names_a_reader_that_exists() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 import zipfile
 from collections.abc import Callable
@@ -75,6 +76,18 @@ def mat_73(path: Path, columns: dict[str, Any]) -> None:
         stream.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
 
 
+def hdf5(path: Path, columns: dict[str, Any]) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        for name, values in columns.items():
+            file[name] = str(values) if np.asarray(values).dtype.kind == "U" else values
+
+
+def json_lines(path: Path, columns: dict[str, Any]) -> None:
+    rows = zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True)
+    path.write_text("".join(json.dumps(dict(zip(columns, row, strict=True))) + "\n" for row in rows))
+
+
 WRITERS: dict[str, Callable[[Path, dict[str, Any]], None]] = {
     "csv": csv,
     "parquet": parquet,
@@ -82,9 +95,11 @@ WRITERS: dict[str, Callable[[Path, dict[str, Any]], None]] = {
     "npz": npz,
     "mat5": mat_5,
     "mat73": mat_73,
+    "hdf5": hdf5,
+    "jsonl": json_lines,
 }
-BY_COLUMN = [name for name in WRITERS if name != "csv"]
-OF_ARRAYS = ["npz", "mat5", "mat73"]
+BY_COLUMN = [name for name in WRITERS if name not in ("csv", "jsonl")]
+OF_ARRAYS = ["npz", "mat5", "mat73", "hdf5"]
 
 
 @pytest.fixture(params=list(WRITERS))
@@ -183,12 +198,13 @@ def test_a_matlab_file_without_arrays_says_how_to_export(tmp_path: Path) -> None
     assert "writetable" in str(refused.value.hint)
 
 
-def test_without_h5py_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    mat_73(tmp_path / "log.mat", COLUMNS)
+@pytest.mark.parametrize("write", [mat_73, hdf5])
+def test_without_h5py_the_extra_is_named(write: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "log", COLUMNS)
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(LogError, match="needs the package h5py") as refused:
-        read(tmp_path / "log.mat")
-    assert "collaudit[mat73]" in str(refused.value.hint)
+        read(tmp_path / "log")
+    assert "pip install 'collaudit[hdf5]'" in str(refused.value.hint)
 
 
 def test_pickled_objects_are_never_loaded(tmp_path: Path) -> None:

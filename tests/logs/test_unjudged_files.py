@@ -48,7 +48,7 @@ def test_what_a_recorder_left_counts_whatever_the_policy_says(name: str, tmp_pat
     assert [kind(tmp_path / name, rule) for rule in ("not_judged", "list", "ignore")] == 3 * [("leftover", True)]
 
 
-@pytest.mark.parametrize("name", ["collision.log", "run2.txt", "run3.dat", "run4.h5", "notes.1", "run", "r\nn.dat"])
+@pytest.mark.parametrize("name", ["collision.log", "run2.txt", "run3.dat", "run4.ulg", "notes.1", "run", "r\nn.dat"])
 def test_other_names_do_what_the_policy_says(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text("x")
     found = [kind(tmp_path / name, rule) for rule in ("not_judged", "list", "ignore")]

@@ -58,3 +58,10 @@ def test_what_a_night_left_out_is_named(cli, cases: Path) -> None:  # type: igno
     assert cli("audit", "night", *config, "-o", "out").code == 3
     summary = Path("out/summary.json").read_text(encoding="utf-8")
     assert "run2.txt" in summary and "run3.dat" in summary
+
+
+def test_traces_of_two_axes_are_one_log(cli, cases: Path) -> None:  # type: ignore[no-untyped-def]
+    seen = cli("inspect", cases / "kuka_trace_r64", "--json")
+    assert seen.code == 0, seen.err
+    topic = json.loads(seen.out)["logs"][0]["topics"][0]
+    assert (topic["joints"], topic["count"]) == (["joint_a1", "joint_a2"], 5000)

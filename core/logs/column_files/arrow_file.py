@@ -41,17 +41,30 @@ def open_arrow(path: Path, settings: object) -> NamedColumns:
         table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
     except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
         raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
-    while any(pa.types.is_struct(held) for held in table.schema.types):
-        table = table.flatten()
-    columns: dict[str, Any] = {}
-    for name, column in zip(table.column_names, table.columns, strict=True):
-        columns |= _of_lists(name, column) if _is_list(column.type) else {_index_name(name, column.type): column}
+    columns = columns_of_table(table, path)
     try:
         own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
     except (ValueError, RecursionError):  # another program's
         own = None
     signals = isinstance(own, dict) and "time_s" in columns and any(n.startswith("measured_nm:") for n in columns)
     return NamedColumns(path, title.lower(), title, columns, _SIGNALS if signals else None)
+
+
+def columns_of_table(table: Any, path: Path) -> dict[str, Any]:
+    """The columns of an Arrow table by name: fields of structs behind a dot, elements of lists by number.
+
+    Raises:
+        LogError: two columns have the same name.
+    """
+    while any(pa.types.is_struct(held) for held in table.schema.types):
+        table = table.flatten()
+    columns: dict[str, Any] = {}
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        found = _of_lists(name, column) if _is_list(column.type) else {_index_name(name, column.type): column}
+        if twice := found.keys() & columns.keys():
+            raise LogError("two columns have the same name", where=str(path), found=", ".join(sorted(twice)))
+        columns |= found
+    return columns
 
 
 def _feather(stream: IO[bytes], _size: int) -> Any:

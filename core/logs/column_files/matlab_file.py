@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.column_files.hdf5_file import hdf5_arrays
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.column_files.numpy_file import columns_of
 from collaudit.core.logs.storage.file_content import head_of
@@ -26,6 +27,7 @@ _HINT = (
     "(writetable(T, 'log.csv')), or as plain arrays (S = table2struct(T, 'ToScalar', true); save('log.mat', '-struct', "
     "'S'))"
 )
+_OLDER = "; or save the file in MATLAB with save(…, '-v7')"
 _HEADER = 128
 #: Bytes of a number by the type of its element; 14 is an array of elements, 15 a compressed element.
 _WIDTH = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
@@ -43,7 +45,7 @@ def open_mat(path: Path, settings: object) -> NamedColumns:
         LogError: it cannot be read, holds no columns, or needs a package that is not installed.
     """
     modern = head_of(path, len(_HDF5)) == _HDF5
-    arrays = dict(_from_hdf5(path) if modern else _from_version_5(path))
+    arrays = hdf5_arrays(path, "a MATLAB 7.3 file", _OLDER) if modern else dict(_from_version_5(path))
     try:
         columns, left_out = columns_of(arrays, path)
     except LogError as error:
@@ -72,30 +74,6 @@ def _fields(name: str, value: Any) -> Iterator[tuple[str, Any]]:
             yield from _fields(f"{name}.{field}", getattr(value, field))
     elif isinstance(value, np.ndarray) and value.dtype.names is None:
         yield name, value
-
-
-def _from_hdf5(path: Path) -> list[tuple[str, Any]]:
-    try:
-        import h5py
-    except ImportError as error:
-        raise LogError(
-            "is a MATLAB 7.3 file, which needs the package h5py",
-            where=str(path),
-            hint="install it: pip install 'collaudit[mat73]'; or save the file in MATLAB with save(…, '-v7')",
-        ) from error
-    found: list[tuple[str, Any]] = []
-
-    def visit(name: str, item: Any) -> None:
-        numbers = isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub" and not name.startswith("#")
-        if numbers and item.attrs.get("MATLAB_class", b"double") != b"char":
-            found.append((name.replace("/", "."), item[()]))
-
-    try:
-        with h5py.File(path) as file:
-            file.visititems(visit)
-    except Exception as error:  # h5py raises what the damage happens to cause
-        raise LogError(f"cannot be read as a MATLAB 7.3 file: {str(error)[:200]}", where=str(path)) from error
-    return found
 
 
 def check_elements(path: Path) -> None:

@@ -33,7 +33,7 @@ def open_numpy(path: Path, settings: object) -> NamedColumns:
     kind, title = ("npz", "NumPy archive") if head_of(path, len(_ARCHIVE)) == _ARCHIVE else ("npy", "NumPy array")
     try:
         # mapped: a header may claim more than there is
-        arrays = _archived(path) if kind == "npz" else _fields("", np.load(path, mmap_mode="r", allow_pickle=False))
+        arrays = _archived(path) if kind == "npz" else fields_of("", np.load(path, mmap_mode="r", allow_pickle=False))
     except LogError:
         raise
     except Exception as error:  # NumPy, zipfile and zlib raise what the damage happens to cause
@@ -51,11 +51,11 @@ def _archived(path: Path) -> dict[str, Any]:
     with np.load(path, allow_pickle=False) as loaded:
         for name in loaded.files:
             with suppress(ValueError):  # objects: loading them may run any code
-                arrays |= _fields(name, loaded[name])
+                arrays |= fields_of(name, loaded[name])
     return arrays
 
 
-def _fields(name: str, array: Any) -> dict[str, Any]:
+def fields_of(name: str, array: Any) -> dict[str, Any]:
     """An array, or the arrays of its fields."""
     if array.dtype.names is None:
         return {name: array}
@@ -86,9 +86,11 @@ def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], t
             columns[name] = pa.array(_plain(value))
         elif value.ndim == 2 and rows in value.shape:
             upright = value if value.shape[0] == rows else value.T
-            between = "_" if name[-1:].isdigit() else ""
-            for k in range(upright.shape[1]):
-                columns[f"{name}{between}{k + 1}"] = pa.array(_plain(np.ascontiguousarray(upright[:, k])))
+            numbers = range(1, upright.shape[1] + 1)
+            taken = name[-1:].isdigit() or any(f"{name}{k}" in kept for k in numbers)
+            between = "_" if taken else ""
+            for k in numbers:
+                columns[f"{name}{between}{k}"] = pa.array(_plain(np.ascontiguousarray(upright[:, k - 1])))
         elif value.dtype.kind in "fiub" and max(value.shape, default=0) * 2 >= rows:
             left_out.append(f"{name} {' x '.join(map(str, value.shape))}")
     return columns, tuple(left_out)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import shlex
 
 from collaudit.core.logs.csv.csv_text import is_number
+from collaudit.core.logs.storage.other_formats import python_line
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_patterns import MOTION
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
@@ -53,7 +53,7 @@ def widening_command(reader: TableReader) -> str | None:
         f'wide = long.pivot({pivot}); wide.columns = ["_".join(name) for name in wide.columns]; '
         f"wide.to_csv({json.dumps(wide)})"
     )
-    return f"python -c {shlex.quote(code)}"
+    return python_line(code)
 
 
 def _takes_turns(cells: tuple[str, ...]) -> bool:

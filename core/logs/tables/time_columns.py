@@ -28,8 +28,8 @@ _WORDS = frozenset({"t", "time", "timestamp", "stamp", "elapsed", "rosbagtimesta
 #: Words in front of them that say nothing; ``x`` is what MATLAB puts before a name that begins with no letter.
 _FRONT = frozenset({"x", "field", "header", "state", "robot", "sim", "ros", "log", "record", "recv", "receive", "time"})
 #: Words of the rest of a second, and its nanoseconds.
-REST = dict.fromkeys(("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds"), 1)
-REST |= dict.fromkeys(("us", "usec", "usecs", "microsec", "microsecond", "microseconds"), 1000)
+REST = dict.fromkeys(("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds", "nanos"), 1)
+REST |= dict.fromkeys(("us", "usec", "usecs", "microsec", "microsecond", "microseconds", "micros"), 1000)
 #: Group of the column of the rest of a second beside the time column.
 FRACTION = "rest of a second"
 NS = 1_000_000_000

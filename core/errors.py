@@ -7,7 +7,7 @@ Every expected failure is a :class:`CollauditError`. Only the command line catch
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 EXIT_PASS = 0
@@ -27,6 +27,7 @@ class CollauditError(Exception):
         found: what was there.
         expected: what should have been there.
         hint: what to do next.
+        keys: dotted keys of the configuration that the hint tells, with their values.
     """
 
     exit_code = EXIT_USAGE
@@ -39,6 +40,7 @@ class CollauditError(Exception):
         found: str | None = None,
         expected: str | None = None,
         hint: str | None = None,
+        keys: Mapping[str, object] | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
@@ -46,6 +48,7 @@ class CollauditError(Exception):
         self.found = found
         self.expected = expected
         self.hint = hint
+        self.keys = keys or {}
 
     def render(self) -> str:
         """The error as the few lines a user reads."""

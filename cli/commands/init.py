@@ -47,11 +47,12 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
     from collaudit.cli.drafts.draft import Known
-    from collaudit.cli.drafts.drafted_log import arms_in, drafted
+    from collaudit.cli.drafts.drafted_log import arms_in, drafted, key_paths
     from collaudit.cli.drafts.given_keys import guesses_of
     from collaudit.cli.drafts.trial import next_step
     from collaudit.cli.log_arguments import one_log
-    from collaudit.core.logs.column_guess import guess_csv_columns
+    from collaudit.core.config import load_config
+    from collaudit.core.logs.column_guess import guess_csv_columns, guess_layout
     from collaudit.core.logs.log_description import describe
     from collaudit.core.robot.robot_description import describe_robot
 
@@ -63,16 +64,19 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     files = one_log(logs, loaded)
     robot = describe_robot(loaded.config.robot, loaded.base_dir)
     movable = robot.movable if robot else ()
-    known = Known(
-        files,
+    summary, flags, guesses = (
         describe(files, loaded.config.log, movable),
-        guess_csv_columns(files, movable),
-        loaded,
-        robot,
-        given_paths(),
+        overrides(),
         guesses_of(loaded.path, overrides()),
     )
-    if arms := arms_in(known, overrides()):
+    if summary.csv_columns and not summary.topics[0].readable:
+        layout = guess_layout(files, loaded.config.log, movable)
+        flags, guesses = {**flags, **layout}, guesses | key_paths(layout)
+        loaded = load_config(loaded.path, flags)
+        summary = describe(files, loaded.config.log, movable)
+    columns = guess_csv_columns(files, movable, loaded.config.log.csv)
+    known = Known(files, summary, columns, loaded, robot, given_paths(), guesses)
+    if arms := arms_in(known, flags):
         if output is None or as_json:
             raise ConfigError(
                 "the log is of several arms",

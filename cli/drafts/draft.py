@@ -196,7 +196,7 @@ class Draft:
                 continue
             value = getattr(guess, key)
             if value is not None:
-                csv.add(key, value, "recognised by name", guess=True)
+                csv.add(key, value, "by its cells" if isinstance(value, list) else "recognised by name", guess=True)
             else:
                 csv.add(key, example, "derived from position when absent" if key == "velocity" else "", active=False)
         if guess.time is None:

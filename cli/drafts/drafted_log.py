@@ -21,6 +21,7 @@ from collaudit.cli.drafts.trial import Trial, missing, try_again, try_log
 from collaudit.core.api import LogFiles
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
+from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.arms_in_log import Arm, arms_of, same_arm
 from collaudit.core.prepare.prepared import Prepared
@@ -206,7 +207,7 @@ def arms_in(known: Known, flags: Mapping[str, object]) -> dict[str, tuple[Arm, K
     out = {}
     for name, arm in arms.items():
         loaded = load_config(known.loaded.path, {**flags, **arm.keys})
-        stated = frozenset(path for key in arm.keys for path in _paths(key, arm.keys[key]))
+        stated = key_paths(arm.keys)
         out[name] = (arm, replace(known, loaded=loaded, guesses=known.guesses | stated))
     return {} if _one_arm(out) else out
 
@@ -240,9 +241,11 @@ def friction_of(config: Path) -> Path:
     return config.with_name(f"{config.stem}.friction.json")
 
 
-def _paths(key: str, value: object) -> list[tuple[str, ...]]:
-    path = tuple(key.split("."))
-    return [path, *((*path, name) for name in value)] if isinstance(value, Mapping) else [path]
+def key_paths(keys: Mapping[str, object]) -> frozenset[KeyPath]:
+    """The paths of dotted keys, and of the names in those that are tables."""
+    tables = {key: value for key, value in keys.items() if isinstance(value, Mapping)}
+    inner = {(*key.split("."), name) for key, table in tables.items() for name in table}
+    return frozenset({tuple(key.split(".")) for key in keys} | inner)
 
 
 def _one_arm(arms: Mapping[str, tuple[Arm, Known]]) -> bool:

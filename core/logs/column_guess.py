@@ -24,7 +24,14 @@ from collaudit.core.logs.tables.file_quantities import (
     time_as_stated,
     written,
 )
+from collaudit.core.logs.tables.joined_tables import join_tables
+from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
+
+#: Keys that say how a table is written.
+_LAYOUT = ("delimiter", "decimal", "header", "skip_rows", "units_row", "comment")
+#: So many lines before the names of columns, and kinds of remarks between rows, are looked for.
+_MOST_LINES, _MOST_REMARKS = 20, 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +55,15 @@ class ColumnGuess:
     wrench: WrenchColumns | None = None
 
 
-def guess_csv_columns(paths: Sequence[Path], robot: Sequence[str] = ()) -> ColumnGuess | None:
+def guess_csv_columns(
+    paths: Sequence[Path], robot: Sequence[str] = (), settings: CsvConfig | None = None
+) -> ColumnGuess | None:
     """Column patterns and joint names recognised in tables.
 
     Args:
         paths: the files of one log.
         robot: the robot's joints.
+        settings: how the tables are written, where that is stated.
 
     Returns:
         None when no position columns are recognised.
@@ -61,7 +71,7 @@ def guess_csv_columns(paths: Sequence[Path], robot: Sequence[str] = ()) -> Colum
     if not all(path.is_file() and is_table(path) for path in paths):
         return None
     try:
-        tables = assign_columns(open_tables(paths, CsvConfig()), CsvConfig(), robot)
+        tables = assign_columns(open_tables(paths, _layout(settings or CsvConfig())), CsvConfig(), robot)
     except LogError:
         return None
     found = {q: parts for q in QUANTITIES if (parts := parts_of(tables, q))}
@@ -70,10 +80,56 @@ def guess_csv_columns(paths: Sequence[Path], robot: Sequence[str] = ()) -> Colum
         return None
     patterns = {quantity: as_stated(parts) for quantity, parts in found.items()}
     joints = tuple(dict.fromkeys(joint for _, part in found.get("position", ()) for joint in part.joints))
-    stated = {"time": time_as_stated(tables), **patterns, **written(tables)}
+    timed = next((table for table in tables if table.assignment.time is not None), tables[0])
+    whole = timed.assignment.fraction is None
+    time = (time_parts(timed.reader, timed.assignment.time) if whole else []) or time_as_stated(tables)
+    stated = {"time": time, **patterns, **written(tables)}
     passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
     wrench = next(filter(None, (find_wrench(table.reader.names) for table in tables if table.reader.named)), None)
     return ColumnGuess(CsvConfig.of(stated), joints, stated_units(tables), passed, undecided, wrench)
+
+
+def guess_layout(paths: Sequence[Path], settings: LogConfig, robot: Sequence[str]) -> dict[str, object]:
+    """Keys of the configuration without which tables are not read, by how their lines begin.
+
+    Lines before the names of columns, a row of units below them, remarks between the rows; a JointState in a line.
+
+    Args:
+        paths: the files of one log, which cannot be read as joint signals with ``settings``.
+        settings: what is stated.
+        robot: the robot's joints.
+
+    Returns:
+        Dotted keys and values; of a log that these do not mend, those that were found all the same.
+    """
+    keys: dict[str, object] = {}
+    csv = settings.csv
+    for skipped in range(1, _MOST_LINES if csv.skip_rows == "auto" else 1):
+        if guess_csv_columns(paths, robot, csv) is not None:
+            break
+        if guess_csv_columns(paths, robot, csv.changed({"skip_rows": skipped})) is not None:
+            keys["log.csv.skip_rows"] = skipped
+            csv = csv.changed({"skip_rows": skipped})
+    for _ in range(_MOST_REMARKS):
+        try:
+            join_tables(open_tables(paths, csv), settings.changed({"csv": csv}), robot)
+        except LogError as error:
+            names = error.keys.get("log.joint_names")
+            theirs = isinstance(names, dict) and bool(robot) and not {*names.values()} <= {*robot}
+            told = {key: value for key, value in error.keys.items() if key != "log.joint_names" or not theirs}
+            if not told or told.items() <= keys.items():
+                break
+            keys |= told
+            changes = {key.removeprefix("log.csv."): value for key, value in told.items() if key.startswith("log.csv.")}
+            csv = csv.changed(changes)
+        else:
+            break
+    return keys
+
+
+def _layout(settings: CsvConfig) -> CsvConfig:
+    """How tables are written, without what their columns are."""
+    return CsvConfig.of({key: getattr(settings, key) for key in _LAYOUT if key in settings.given})
 
 
 def table_part(path: Path, settings: LogConfig) -> TablePart | None:

@@ -24,6 +24,7 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import (
     BLANKS,
+    COMMENT,
     NULLS,
     Dialect,
     dialect_of,
@@ -183,14 +184,17 @@ class CsvTable:
         """Why a row is none, and the line of the configuration that reads the file where there is one."""
         first, numbers = cells[0].strip(), sum(is_number(cell, self.dialect.decimal) for cell in cells)
         hint = None
+        keys: dict[str, object] = {}
         if not numbers and line == self.dialect.skip + 1 and self.dialect.header:
+            keys = {"log.csv.units_row": True}
             hint = (
-                "[log.csv] units_row = true, if this row holds the units of the columns; skip_rows = …, if the line of "
-                "names comes later, with the number of lines before it"
+                "[log.csv] units_row = true, if this row holds the units of the columns; "
+                f"[log.csv] skip_rows = {line - 1}, if it holds their names"
             )
         elif not numbers and first:
-            begin = json.dumps(first[:40], ensure_ascii=False)
-            hint = f"lines that begin so are no rows: [log.csv] comment = [{begin}]"
+            begins = [*self.dialect.comment[len(COMMENT) :], first[:40]]
+            keys = {"log.csv.comment": begins}
+            hint = f"lines that begin so are no rows: [log.csv] comment = {json.dumps(begins, ensure_ascii=False)}"
         elif time in bad:
             hint = (
                 'name the columns that make a time together: [log.csv] time = ["Date", "Time"]; dates as 2026-11-24 or '
@@ -199,10 +203,12 @@ class CsvTable:
         where, width = f"{self.path}, line {line}", len(self.names)
         if len(cells) != width:
             message = "the row has another number of cells than the columns"
-            return LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}", hint=hint)
+            return LogError(
+                message, where=where, found=f"{len(cells)} cells", expected=f"{width}", hint=hint, keys=keys
+            )
         name = self.names[bad[0]] if self.named else f"number {bad[0] + 1}"
         found = repr(cells[bad[0]].strip()[:60])
-        return LogError(f"the cell in column {name!r} is not a number", where=where, found=found, hint=hint)
+        return LogError(f"the cell in column {name!r} is not a number", where=where, found=found, hint=hint, keys=keys)
 
     def _lacks_its_end(self) -> bool:
         """Whether the last line has no end; of UTF-16 that is not told."""

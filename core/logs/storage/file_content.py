@@ -155,7 +155,7 @@ def open_unpacked(path: Path, opened: Callable[[Path], Reader], *, table: bool) 
         reader = opened(inner)
     except LogError as error:
         shutil.rmtree(folder, ignore_errors=True)
-        raise LogError(error.message, where=str(path), found=error.found, hint=error.hint) from error
+        raise LogError(error.message, where=str(path), found=error.found, hint=error.hint, keys=error.keys) from error
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 
@@ -18,6 +19,7 @@ from collaudit.core.logs.tables.time_columns import (
     repeats_most,
     usual_step_s,
 )
+from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Quantity to the units that are converted, and how column names spell them.
@@ -83,9 +85,11 @@ def unusable_time(
             "State another unit, [log.units] time, or the column that holds the time, [log.csv] time."
         )
     elif repeats_most(time_s):
+        parts = time_parts(file.reader, file.assignment.time) or ["sec", "nanosec"]
         text = (
             f"Most rows have the stamp of the row before in the time column {name!r}: if it holds whole seconds, and "
-            'another column the rest of each, name both: [log.csv] time = ["sec", "nanosec"], or their numbers.'
+            f"another column the rest of each, name both: [log.csv] time = {json.dumps(parts, ensure_ascii=False)}, or "
+            "their numbers."
         )
     elif not known and (step_s >= LONGEST_STEP_S or (unit == "s" and is_doubtful(step_s, start_ns))):
         text = (

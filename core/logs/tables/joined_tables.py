@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,10 +28,11 @@ from collaudit.core.logs.tables.column_findings import (
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
 from collaudit.core.logs.tables.mode_columns import mode_columns
-from collaudit.core.logs.tables.other_layouts import echoed_lines, widening_command
+from collaudit.core.logs.tables.other_layouts import echoed_keys, echoed_lines, widening_command
 from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.time_columns import FRACTION, named_unit, seconds_of
+from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Two files share their time column when their stamps agree within this.
@@ -134,10 +136,10 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
     by_number = "name them by their numbers from 1: [log.csv] time = 1, position = [2, 3], effort = [4, 5]; "
-    echoed = None if files[0].reader.named else echoed_lines(files[0].reader)
+    echoed = {} if files[0].reader.named else echoed_keys(files[0].reader)
     wide = widening_command(files[0].reader)
     hint = (
-        f"it is a JointState as ros2 topic echo --csv writes it: {echoed}"
+        f"it is a JointState as ros2 topic echo --csv writes it: {echoed_lines(echoed)}"
         if echoed
         else f"it has one row a joint and stamp; this makes one row of each stamp: {wide}"
         if wide
@@ -160,6 +162,7 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             found=f"columns {listed(columns, 40)}{kinds}",
             expected="a time column and one position column per joint",
             hint=hint,
+            keys=echoed,
         )
     timeless = [file for file in files if file.assignment.time is None]
     if len(timeless) == len(files) and settings.row_period_s is None:
@@ -167,7 +170,9 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             "no time column was recognised",
             where=str(timeless[0].reader.path),
             found=f"columns {listed(timeless[0].reader.names, 40)}",
-            hint=NO_TIME_HINT,
+            hint=f"name those that make it together: [log.csv] time = {json.dumps(parts, ensure_ascii=False)}"
+            if (parts := time_parts(timeless[0].reader, None))
+            else NO_TIME_HINT,
         )
 
 

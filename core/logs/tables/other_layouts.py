@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from typing import Any
 
 from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.storage.other_formats import python_line
@@ -16,8 +18,8 @@ _HEADER = 3
 _MOST_NS = 1_000_000_000
 
 
-def echoed_lines(reader: TableReader) -> str | None:
-    """The configuration of a JointState as ``ros2 topic echo --csv`` writes it; None for another table.
+def echoed_keys(reader: TableReader) -> dict[str, object]:
+    """The keys that read a JointState as ``ros2 topic echo --csv`` writes it; none for another table.
 
     A line holds the stamp's seconds and nanoseconds, the frame, then the names, positions, velocities and efforts of
     all joints (ros2topic, ``ros2 topic echo --csv``).
@@ -29,12 +31,18 @@ def echoed_lines(reader: TableReader) -> str | None:
         names += 1
     values = first[_HEADER + names :]
     if not names or len(values) != len(MOTION) * names or not all(map(is_number, values)):
-        return None
+        return {}
     begin = _HEADER + names + 1
-    columns = {q: list(range(begin + k * names, begin + (k + 1) * names)) for k, q in enumerate(MOTION)}
-    joints = ", ".join(f"joint{k + 1} = {json.dumps(first[_HEADER + k])}" for k in range(names))
-    stated = "; ".join(f"{quantity} = {places}" for quantity, places in columns.items())
-    return f"[log] joint_names = {{ {joints} }}; [log.csv] time = [1, 2]; {stated}"
+    columns = {f"log.csv.{q}": list(range(begin + k * names, begin + (k + 1) * names)) for k, q in enumerate(MOTION)}
+    joints = {f"joint{k + 1}": first[_HEADER + k] for k in range(names)}
+    return {"log.joint_names": joints, "log.csv.time": [1, 2], **columns}
+
+
+def echoed_lines(keys: Mapping[str, Any]) -> str:
+    """Such keys as lines."""
+    joints = ", ".join(f"{joint} = {json.dumps(name)}" for joint, name in keys["log.joint_names"].items())
+    columns = "; ".join(f"{key.rpartition('.')[2]} = {keys[key]}" for key in keys if key != "log.joint_names")
+    return f"[log] joint_names = {{ {joints} }}; [log.csv] {columns}"
 
 
 def widening_command(reader: TableReader) -> str | None:

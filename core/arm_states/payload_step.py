@@ -63,14 +63,14 @@ def payload_findings(
             f"{half_kg:.2g} kg, 95 %) over all poses: a load that is carried for a part of the time, or a force up or "
             "down. The model knows one weight: alarms may come from the other."
         )
-        return (Finding("payload-carried", "warning", text, start_s=at_s),)
+        return (Finding("payload-changed", "warning", text, start_s=at_s),)
     verb = "gains" if mass_kg > 0 else "loses"
     text = (
         f"From {at_s:.4g} s on, the weight at the tool differs: over all poses it {verb} "
         f"{abs(mass_kg):.2g} kg (± {half_kg:.2g} kg, 95 %). A tool or payload was changed, "
         "or something pulls at the arm all the time; later alarms may come from it."
     )
-    return (Finding("payload-changed", "warning", text, start_s=at_s),)
+    return (Finding("payload-changed", "error", text, start_s=at_s),)
 
 
 def _found(

@@ -51,5 +51,5 @@ def _finding(at_s: float, by_s: float) -> Finding:
         f"The clock was set {'forward' if by_s > 0 else 'back'} by {abs(by_s):.7g} s at {at_s:.4g} s, {cause}: the arm "
         "goes on from sample to sample as if no time had passed. That time stands as a gap; no samples were lost in it."
     )
-    code = "time-gap" if by_s > 0 else "time-out-of-order"
+    code = "time-gap" if by_s > 0 else "log-clock"
     return Finding(code, "warning", text, start_s=at_s)

@@ -233,7 +233,7 @@ def wrench_on_grid(
     if lost:
         findings.append(
             Finding(
-                "log-wrench-missing",
+                "log-wrench",
                 "warning",
                 f"The wrench is missing in {lost} of {np.count_nonzero(recorded)} samples; they are not judged.",
                 where=wrench.topic,

@@ -83,7 +83,7 @@ def bridged_findings(count: int, holes: int, total: int, longest_s: float) -> li
         f"{count} lost samples ({100 * share:.2g} %) in {holes} holes of {1e3 * longest_s:.3g} ms at most were bridged "
         "by interpolation: they are short against the filter. What happened only inside a hole is not seen."
     )
-    return [Finding("time-bridged", "warning", text) if share > _MANY else fact(text)]
+    return [Finding("time-gap", "warning", text) if share > _MANY else fact(text)]
 
 
 def picked_rows(order: IntArray) -> IntArray | slice:

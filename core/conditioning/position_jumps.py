@@ -136,7 +136,7 @@ def _restless(joint: str, jumps: int, steps: int) -> Finding:
         "disturbed. Too many to be cut out: the joint is not judged, and the model's torque of joints before it "
         "is computed from them."
     )
-    return Finding("log-position-break", "error", text, joint=joint)
+    return Finding("not-measured", "error", text, joint=joint)
 
 
 #: A position goes too far where it bends on both sides of a step by so many times what it does in 99 of 100 steps.
@@ -238,4 +238,4 @@ def _finding(
     )
     who = {j for j, one in enumerate(leaps) if np.isin(one.rows, rows).any()} | set(jumps)
     joint = log.joint_names[who.pop()] if len(who) == 1 else None
-    return Finding("log-position-break", "warning", text, joint=joint, start_s=float(log.time_s[rows[0]]))
+    return Finding("not-measured", "warning", text, joint=joint, start_s=float(log.time_s[rows[0]]))

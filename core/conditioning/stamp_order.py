@@ -38,7 +38,7 @@ def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
     if finite.size < time_s.size:
         findings.append(
             Finding(
-                "time-garbage",
+                "log-nan",
                 "warning",
                 f"{time_s.size - finite.size} stamps are not numbers and were left out.",
             )
@@ -50,7 +50,7 @@ def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
         order = finite[np.argsort(stamps, kind="stable")]
         findings.append(
             Finding(
-                "time-out-of-order",
+                "log-clock",
                 "warning",
                 f"Stamps ran backwards {backwards} times; samples were sorted.",
             )

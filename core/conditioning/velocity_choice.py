@@ -18,7 +18,6 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import robust_sd
 
-_DERIVED, _OTHER = "log-velocity-derived", "log-velocity-disagrees"
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 #: A velocity that is wrong in this share of the motion at most is mended there, and derived whole otherwise.
 _FEW = 0.1
@@ -80,7 +79,7 @@ def choose_velocity(
     if logged is None:
         derived = differentiate(position, segments, period_s)
         text = "The log has no velocity; it was derived from position for all joints."
-        return Motion(derived, low_pass(derived, *filters), None, (Finding(_DERIVED, "info", text),))
+        return Motion(derived, low_pass(derived, *filters), None, (Finding("log-velocity", "info", text),))
     rows = lag_rows(*filters)
     velocity = np.empty(position.shape, order="F")
     changed: dict[int, FloatArray] = {}
@@ -91,14 +90,15 @@ def choose_velocity(
         whole, about_holes = _without_holes(own, derived, joint_names[j])
         smooth, compare = (low_pass(x, *filters) for x in (derived, whole))
         motion = compare
-        chosen, code, evidence = _choose(whole, compare, smooth, derived, joint_names[j], period_s)
+        chosen, evidence = _choose(whole, compare, smooth, derived, joint_names[j], period_s)
         said += about_holes
-        if code and source == "logged":
+        if evidence and source == "logged":
             chosen = whole
-            said.append(_kept(joint_names[j], own, code, evidence))
-        elif code:
+            said.append(_kept(joint_names[j], own, evidence))
+        elif evidence:
             what = "it was" if chosen is derived else "there it was"
-            said.append(Finding(code, "warning", f"{evidence}; {what} derived from position.", joint=joint_names[j]))
+            text = f"{evidence}; {what} derived from position."
+            said.append(Finding("log-velocity", "warning", text, joint=joint_names[j]))
         else:
             lag = None if whole is derived else velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
             if source == "position" or (source == "auto" and lag is not None and lag.heavy(period_s)):
@@ -139,7 +139,7 @@ def _without_holes(logged: FloatArray, derived: FloatArray, joint: str) -> tuple
         f"{lost} of {lost + count} velocity values of joint '{joint}' are missing or not a number; "
         f"{'there it' if few else 'all of it'} was derived from position."
     )
-    said = [Finding(_DERIVED, "warning", text, joint=joint)]
+    said = [Finding("log-velocity", "warning", text, joint=joint)]
     return np.where(missing, derived, logged) if few else derived, said
 
 
@@ -164,28 +164,27 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
             f"The logged velocity lags behind the positions, as a velocity filtered by the drive does: {named}. "
             f"For {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
         )
-        code = _OTHER if source == "logged" else _DERIVED
-        findings.append(Finding(code, "warning", text) if found is heavy else fact(text))
+        findings.append(Finding("log-velocity", "warning", text) if found is heavy else fact(text))
     return findings
 
 
 def _choose(
     logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, joint: str, period_s: float
-) -> tuple[FloatArray, str, str]:
+) -> tuple[FloatArray, str]:
     """The logged velocity, its derivative from position, or a mixture where few samples are wrong.
 
-    With the code and the evidence of what speaks against the logged one, both empty where nothing does.
+    With what speaks against the logged one, empty where nothing does.
     """
     both = np.isfinite(compare + smooth)
     if not both.any():
-        return derived, _DERIVED, f"Joint '{joint}' has no velocity values"
+        return derived, f"Joint '{joint}' has no velocity values"
     moving = both & (np.abs(smooth) > MOVING_RAD_S)
     way = np.cumsum(smooth[both]) * period_s
     if np.count_nonzero(moving) < 10 or np.ptp(way) < _NOWHERE_RAD:  # a way that never leaves a narrow band is none
-        return logged, "", ""
+        return logged, ""
     zero = moving & (logged == 0.0)
     if np.count_nonzero(zero) == np.count_nonzero(moving):
-        return derived, _DERIVED, f"The logged velocity of joint '{joint}' is zero while it moves"
+        return derived, f"The logged velocity of joint '{joint}' is zero while it moves"
     reference = smooth[moving]
     apart = compare[moving]
     apart -= reference
@@ -198,7 +197,7 @@ def _choose(
                 f"The logged velocity of joint '{joint}' is not the derivative of its position in "
                 f"{np.count_nonzero(wrong)} of {np.count_nonzero(both)} samples"
             )
-            return np.where(wrong, derived, logged), _OTHER, evidence
+            return np.where(wrong, derived, logged), evidence
         reference = smooth[moving]
         gain, off = _typical(compare[moving], reference)
         guess = " (degrees per second?)" if abs(gain / 57.29578 - 1.0) < 0.1 else ""
@@ -206,17 +205,17 @@ def _choose(
             f"The logged velocity of joint '{joint}' is {gain:.3g} times the derivative of its position{guess}, "
             f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(reference)):.3g} rad/s"
         )
-        return derived, _OTHER, evidence
+        return derived, evidence
     if np.count_nonzero(zero) <= _ZEROS:
-        return logged, "", ""
+        return logged, ""
     least = float(np.min(np.abs(logged), where=np.isfinite(logged) & (logged != 0.0), initial=np.inf))
     stuck = zero & (np.abs(smooth) > least)  # slower than its step, a velocity in counts is zero
     if np.count_nonzero(stuck) <= _ZEROS:
-        return logged, "", ""
+        return logged, ""
     evidence = (
         f"The logged velocity of joint '{joint}' is exactly zero in {np.count_nonzero(stuck)} samples in which it moves"
     )
-    return np.where(stuck, derived, logged), _DERIVED, evidence
+    return np.where(stuck, derived, logged), evidence
 
 
 def _wrong(
@@ -237,13 +236,13 @@ def _typical(said: FloatArray, reference: FloatArray) -> tuple[float, float]:
     return float(np.median(said[fast] / reference[fast])), float(np.median(np.abs(said - reference)))
 
 
-def _kept(joint: str, logged: FloatArray, code: str, evidence: str) -> Finding:
+def _kept(joint: str, logged: FloatArray, evidence: str) -> Finding:
     """What speaks against a velocity that the configuration asks for, as a warning."""
     if np.isfinite(logged).any():
         text = f"{evidence}. It was used all the same, as [conditioning] velocity asks."
-        return Finding(_OTHER, "warning", text, joint=joint)
-    text = f"{evidence}. [conditioning] velocity asks for it: the joint is not judged."
-    return Finding(code, "warning", text, joint=joint)
+    else:
+        text = f"{evidence}. [conditioning] velocity asks for it: the joint is not judged."
+    return Finding("log-velocity", "warning", text, joint=joint)
 
 
 #: Fewer samples than this are nothing; a lag of 2.7 ms left alone doubles the residual of fast joints.

@@ -99,13 +99,13 @@ def _zeros_off(residual: Residual, rule: RuleFacts) -> list[Finding]:
                 f"{zero.bound_nm:.2g} N·m of it, a quarter of the threshold, are taken off; the rest is in the "
                 "residual."
             )
-            findings.append(Finding("torque-zero", "warning", text, joint=joint))
+            findings.append(Finding("friction-level", "warning", text, joint=joint))
         elif far > _NOTABLE_ZERO * rule.gamma_nm.get(joint, np.inf):
             text = (
                 f"The zero of the torque of joint '{joint}' ran at {zero.lowest_nm:.2g} to {zero.highest_nm:.2g} N·m; "
                 "it was taken off."
             )
-            findings.append(Finding("torque-zero", "info", text, joint=joint))
+            findings.append(Finding("friction-level", "info", text, joint=joint))
     return findings
 
 
@@ -138,7 +138,7 @@ def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Fin
         "threshold. "
         f"{remedy}"
     )
-    return [Finding("detector-slow", "warning", text)]
+    return [Finding("rule-unfit", "warning", text)]
 
 
 def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: int) -> list[Finding]:
@@ -225,7 +225,7 @@ def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, flo
     """Joints whose friction points scatter about the curve by more than half the threshold."""
     return [
         Finding(
-            "friction-scatter",
+            "residual-level",
             "warning",
             f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
             f"fitted curve, against a threshold of {gamma_nm[joint]:g} {'N' if fit.effort_unit == 'N' else 'N·m'}: an "
@@ -270,9 +270,9 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
             f"residual spreads by {after:.3g} N·m (standard deviation), the measured torque by {before:.3g} N·m."
         )
         if after <= _SHOWS_NEITHER * before:
-            return Finding("model-no-gain", "warning", text, joint=joint)
+            return Finding("residual-level", "warning", text, joint=joint)
         text += " Its effort shows neither: nothing is judged by it."
-        return Finding("model-no-gain", "error", text, joint=joint)
+        return Finding("residual-level", "error", text, joint=joint)
 
     found = by_name(of_joint, [joint for joint in inputs.rule.watch if joint in inputs.laws])
     return [finding for finding in found.values() if finding is not None]

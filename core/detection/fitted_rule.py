@@ -130,9 +130,9 @@ def _missing(joint: str, setting: str, reason: str, travel_rad: float, others: b
     """That a joint has no threshold; an error unless it hardly moves and others have one."""
     if others and travel_rad < _HARDLY:
         text = f"Joint '{joint}' is not judged: it hardly moves ({travel_rad:.2g} rad in all), and {reason}."
-        return Finding("gamma-missing", "warning", text, joint=joint)
+        return Finding("rule-unfit", "warning", text, joint=joint)
     text = f"Joint '{joint}' is not judged: gamma_nm = \"{setting}\", and {reason}."
-    return Finding("gamma-missing", "error", text, joint=joint)
+    return Finding("rule-unfit", "error", text, joint=joint)
 
 
 def _travel(series: UniformSeries, joint: str) -> float:
@@ -240,7 +240,7 @@ def rise_findings(now: FittedThresholds | None, earlier: FittedThresholds | None
         f"Thresholds are more than {_RISEN:g} times those of the friction file that this fit replaces, N·m: "
         f"{', '.join(risen)}. The arm, its effort or the log has changed."
     )
-    return [Finding("gamma-rose", "warning", text)]
+    return [Finding("fit-exceeded", "warning", text)]
 
 
 def with_rest_thresholds(config: Config, levels: Mapping[str, QuietLevel], joints: Sequence[str]) -> Config:

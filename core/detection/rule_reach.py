@@ -58,13 +58,13 @@ def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) ->
             above_record.append(f"{joint} {gamma:.4g} (largest {seen:.4g})")
     if above_limit:
         text = f"Thresholds above the joints' limits, N·m: {', '.join(above_limit)}. Hardly any contact would alarm."
-        out.append(Finding("gamma-out-of-reach", "warning", text))
+        out.append(Finding("rule-unfit", "warning", text))
     if above_record:
         text = (
             f"Thresholds above the largest torque on record, N·m: {', '.join(above_record)}. Only a contact "
             "stronger than every torque of the joint in this log would alarm."
         )
-        out.append(Finding("gamma-out-of-reach", "warning", text))
+        out.append(Finding("rule-unfit", "warning", text))
     return out
 
 
@@ -89,7 +89,7 @@ def coarse_findings(series: UniformSeries, rule: RuleFacts) -> list[Finding]:
         f"Thresholds above a tenth of the range of the joint's own torque in this log, N·m: {', '.join(coarse)}. "
         "Contacts that are not small beside the arm's own torques go unseen there."
     )
-    return [Finding("gamma-coarse", "warning", text)]
+    return [Finding("rule-unfit", "warning", text)]
 
 
 def _range(series: UniformSeries) -> Mapping[str, float]:
@@ -107,7 +107,7 @@ def _hopeless(joint: str, gamma: float, most: float, limit: float | None) -> Fin
         f"The threshold of joint '{joint}', {gamma:.4g} N·m, is more than {_FAR:g} times what this arm exerts (at most "
         f"{most:.4g} N·m on record{limit_text}): no contact exceeds it, and nothing is judged by it."
     )
-    return Finding("gamma-out-of-reach", "error", text, joint=joint)
+    return Finding("rule-unfit", "error", text, joint=joint)
 
 
 def check_persistence(series: UniformSeries, n: int) -> None:
@@ -132,7 +132,7 @@ def persistence_findings(rule: RuleFacts) -> list[Finding]:
         f"The persistence n = {rule.n} is {rule.persistence_s:.4g} s: a contact shorter than that does not alarm, "
         "however hard it is."
     )
-    return [Finding("persistence-long", "warning", text)]
+    return [Finding("rule-unfit", "warning", text)]
 
 
 def largest_efforts(series: UniformSeries) -> Mapping[str, float]:

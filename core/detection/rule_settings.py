@@ -100,7 +100,7 @@ def watch_findings(watch: Mapping[str, Watch]) -> list[Finding]:
         if not (choice.watched and choice.in_contact):
             where = "in contact" if choice.watched else "at all"
             text = f"Joint '{joint}' is not judged {where}: {choice.why}."
-            findings.append(Finding("joint-not-watched", "info" if choice.watched else "warning", text, joint=joint))
+            findings.append(Finding("coverage-low", "info" if choice.watched else "warning", text, joint=joint))
     return findings
 
 

@@ -234,7 +234,7 @@ def _findings(found: list[_Stretch], time_s: FloatArray) -> list[Finding]:
             f"From {first:.4g} to {last:.4g} s, which is not judged, the recorded efforts of {names} lie up to "
             f"{worst.beyond_nm:.3g} N·m beyond what model and friction allow next to it: a contact may lie there."
         )
-        out.append(Finding("unjudged-effort", "warning", text, start_s=first, end_s=last))
+        out.append(Finding("event-cut", "warning", text, start_s=first, end_s=last))
 
     for one in sorted(found, key=lambda one: (one.start, one.joint)):
         if group and one.start >= max(x.stop for x in group):

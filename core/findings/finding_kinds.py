@@ -84,22 +84,20 @@ KINDS: dict[str, Kind] = {
         "Record again, or repair or reindex the file. What was read is judged; what is lost cannot be.",
         _PART,
     ),
-    "clock-drift": Kind(
-        "Two clocks of the log do not go alike: the header's drifts, was set or tells simulated time; or a signal has "
-        "no stamps of the clock that times the joints.",
-        "Synchronise the clocks of the machines that stamp and record, or choose one by [log] time.",
+    "log-clock": Kind(
+        "Stamps ran backwards, so samples were sorted or go on after a break; or two clocks of the log do not go "
+        "alike: the header's drifts, was set or tells simulated time, or a signal has no stamps of the clock that "
+        "times the joints.",
+        "Synchronise the clocks of the machines that stamp and record, and keep them from being set while recording; "
+        "look for messages that overtake one another; or choose the other clock by [log] time.",
         _EITHER,
     ),
     "log-joints-missing": Kind(
-        "The robot has joints that the log does not have.",
-        "Map differing names by [log] joint_names; state where joints stand by [robot] parked.",
-        _WARNING,
+        "The robot, a friction law or what was to be judged has joints that the log does not have.",
+        "Record these joints too, or map differing names by [log] joint_names; state where joints stand by [robot] "
+        "parked. Joints that are to be judged and missing (error) can also be left out of the fit.",
+        _JOINT,
         setting="log",
-    ),
-    "judged-joint-missing": Kind(
-        "A joint that was to be judged, or has a friction law, is not in the log.",
-        "Record this joint too, or fit friction on logs without it.",
-        _ABSENT,
     ),
     "log-publishers-conflict": Kind(
         "Two publishers, or two recordings in one, give different values of the same joints.",
@@ -108,26 +106,25 @@ KINDS: dict[str, Kind] = {
         {"warning": "not-judged-part", "error": "not-judged-log"},
     ),
     "log-label-missing": Kind(
-        "A topic or column of labels or phases was configured and is not available.",
-        "Correct the topic, field or column in [log], [log.csv] or [detect].",
+        "Labels or phases were configured and do not fit the log: their topic or column is not available, they lie "
+        "outside it, or force was commanded outside the contact phase.",
+        "Correct the topic, field or column in [log], [log.csv] or [detect]; or [phases]: times count from the log's "
+        "first sample, and force_control lies in the contact phase.",
         _WARNING,
     ),
-    "log-message-skipped": Kind(
-        "Messages were left out because they could not be decoded.",
-        "Record the message definitions too, or give their folder by [log] msg_path.",
+    "log-left-out": Kind(
+        "Parts of the file were left out: messages that could not be decoded, or arrays with another number of rows "
+        "than most, which are no columns of the same table.",
+        "Record the message definitions too, or give their folder by [log] msg_path; export signals of one length, "
+        "each with the same stamps.",
         _WARNING,
     ),
-    "log-velocity-derived": Kind(
-        "The log has no usable velocity (none, none of a joint, values missing, or one that a filter of the drive "
-        "makes late); it was derived from position.",
-        "Record the drive's unfiltered velocity. Derived velocities are noisier, and friction near rest is less "
-        "certain.",
+    "log-velocity": Kind(
+        "The logged velocity is not the derivative of the logged position, or the log has no usable one (none, none of "
+        "a joint, values missing, or one that a filter of the drive makes late) and it was derived from position.",
+        "Record the drive's unfiltered velocity, and check its unit and sign in [log.units]; [conditioning] velocity "
+        "chooses a source. Derived velocities are noisier, and friction near rest is less certain.",
         _EITHER,
-    ),
-    "log-velocity-disagrees": Kind(
-        "The logged velocity is not the derivative of the logged position.",
-        "Check unit and sign of the velocity in [log.units]; [conditioning] velocity chooses a source.",
-        _WARNING,
         setting="log",
     ),
     "log-effort-missing": Kind(
@@ -136,22 +133,15 @@ KINDS: dict[str, Kind] = {
         "[detect] watch.",
         _JOINT,
     ),
-    "log-effort-saturated": Kind(
-        "The effort stays at one extreme value, as a saturated drive does.",
-        "Look at the drive's limit. Saturated time counts as not judged: a contact may hide there.",
-        _SPAN,
-    ),
-    "effort-unmeasured": Kind(
-        "The effort is no measurement for a while: it is constant or a straight line, has less than its usual noise "
-        "while the joint moves, or is the exact copy of another stretch.",
-        "Look at the sensor, the drive's bus or the logger; log gaps as gaps, and fill in nothing. The stretch is not "
-        "judged: a contact may hide there.",
-        _SPAN,
-    ),
-    "position-frozen": Kind(
-        "A joint's position repeats one value while the joint moves.",
-        "Look at the encoder or the logger. No joint's torque is known then; the stretch counts as not judged.",
-        _SPAN,
+    "not-measured": Kind(
+        "A signal is no measurement for a while. An effort stays at one extreme value, is constant or a straight line, "
+        "has less than its usual noise while the joint moves, or is the exact copy of another stretch; a position "
+        "repeats one value while the joint moves, or goes on further than a joint can move in a step; or the logger "
+        "repeated one sample.",
+        "Look at the sensor, the drive's limit or bus, or the logger; log gaps as gaps, and fill in nothing. The "
+        "stretch is not judged: a contact may hide there. The log is cut at a jump; a joint that jumps in more than "
+        "2 % of its steps is not judged at all.",
+        {"warning": "not-judged-part", "error": "not-judged-joint"},
     ),
     "arm-stopped": Kind(
         "The arm was stopped: its controller says so (protective, emergency or user stop), or it braked and its drives "
@@ -168,11 +158,11 @@ KINDS: dict[str, Kind] = {
         setting="detect.hand_guiding",
     ),
     "effort-filtered": Kind(
-        "The efforts are smoothed on their way into the log, or no motion shows how far; what would have been noticed "
-        "counts what a push loses.",
-        "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show. In "
-        "a log of little else than contact, a controller that yields to it looks the same. Where no motion shows it, "
-        "let the log hold faster motion.",
+        "The efforts are smoothed on their way into the log, or no motion shows how far (what would have been noticed "
+        "counts what a push loses); or they come in steps that are coarse against their own noise.",
+        "Log the drives' unfiltered effort, in finer steps. Alarms count as they are; contact shorter than the filter "
+        "may not show. A controller that yields looks the same in a log of little else than contact. Where no motion "
+        "shows it, let the log hold faster motion.",
         _EXCLUDES,
     ),
     "effort-spikes": Kind(
@@ -186,40 +176,25 @@ KINDS: dict[str, Kind] = {
         _ABSENT,
     ),
     "payload-changed": Kind(
-        "The weight at the tool changes during the log, in all poses alike.",
-        "Cut the log there, and judge each part with its [robot.tool]; or look for what pulled at the arm.",
-        _SPAN,
-    ),
-    "payload-carried": Kind(
-        "The weight at the tool comes and goes during the log.",
-        "Judge what carries a load apart from what does not, each with its [robot.tool]; until then alarms may come "
-        "from the load, and thresholds fitted on such motion hold it.",
-        _WARNING,
+        "The weight at the tool changes during the log in all poses alike (error), or comes and goes (warning).",
+        "Cut the log there, or judge what carries a load apart from what does not, each with its [robot.tool]; or look "
+        "for what pulled at the arm. Until then alarms may come from the load, and thresholds fitted on such motion "
+        "hold it.",
+        {"warning": "none", "error": "not-judged-part"},
     ),
     "log-nan": Kind(
-        "Some values are missing: they are not numbers, or such as no arm can have.",
-        "Look for the signal's gaps at its source, and at what writes the values. A row without the position of every "
-        "joint counts as lost, one without a watched joint's effort as a gap of what a pass needs.",
+        "Some values or stamps are missing: they are not numbers, such as no arm can have, or no times of the "
+        "recording.",
+        "Look for the signal's gaps at its source, and at what writes values and stamps. A row without a stamp or the "
+        "position of every joint counts as lost, one without a watched joint's effort as a gap of what a pass needs.",
         _WARNING,
     ),
-    "log-runs": Kind(
-        "A table holds several runs one after the other; each follows after a break.",
-        "Nothing is filtered or judged across a break. Runs of other robots or tools belong in files of their own.",
-        _WARNING,
-    ),
-    "log-columns-guessed": Kind(
-        "Columns were recognised by their names, or numbered joints by their order, not by the configuration.",
-        "Check the columns and the order of the joints; state them in [log.csv], or record the joints' names.",
+    "log-guessed": Kind(
+        "Something was assumed, not stated: columns by their names, numbered joints by their order, or a unit.",
+        "Check it, and state it in [log.csv] or [log.units], or record the joints' names.",
         _EITHER,
+        setting="log.units",
         of_format=True,
-    ),
-    "log-arrays-left-out": Kind(
-        "A file of arrays holds some with another number of rows than most: no columns of the same table.",
-        "Export signals of one length, each with the same stamps.",
-        _WARNING,
-    ),
-    "log-units-guessed": Kind(
-        "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),
     "log-unit-suspect": Kind(
         "Positions look like degrees while radians were stated, or the reverse, or like millimetres; or time is in "
@@ -229,36 +204,22 @@ KINDS: dict[str, Kind] = {
         _UNIT,
         setting="log.units",
     ),
-    "friction-coupled": Kind(
-        "A motor turns with several joints, and its friction could not be separated from theirs.",
-        "Let the joints of the wrist move at different speeds in the fitting run.",
+    "fit-doubtful": Kind(
+        "What was to be fitted could not be, or does not hold: a joint's friction (its residual is not judged then), "
+        "or that of a motor that turns with several joints; inertials that explain held-out data worse than the "
+        "robot's description or that no body can have; a tool whose mass differs between the halves of the motion.",
+        "Fit on longer or more varied motion with one tool, each joint at several speeds both ways; trust the "
+        "description more ([fit] cad_sd), or leave this out of [fit] estimate or the joint out of [detect] watch.",
         _WARNING,
     ),
-    "log-position-break": Kind(
-        "A position goes on further than a joint can move in a step: rows are missing there whatever the stamps say, "
-        "or an encoder was zeroed anew. The log is cut there.",
-        "Look for a lost stretch: a contact may hide in it. Nothing is judged or filtered across the jump; a joint "
-        "that jumps in more than 2 % of its steps is not judged at all.",
-        {"warning": "not-judged-part", "error": "not-judged-joint"},
-    ),
-    "log-stalled": Kind(
-        "The logger repeated one sample while the arm moved; the repeats were left out.",
-        "Look at the logger: it fell behind. The repeats are no measurement: they count as a gap, in which a contact "
-        "may hide.",
-        _SPAN,
-    ),
-    "log-wrench-missing": Kind(
-        "A wrench was configured, or a contact phase that needs one, and the log has none for all or a part of its "
-        "time.",
-        "Record the wrench over the whole run, or correct [log] wrench or [log.csv] wrench. Time that lacks a part of "
-        "it counts as not judged.",
-        _WARNING,
-    ),
-    "log-wrench-bias": Kind(
-        "The zero offset of the wrench sensor: taken from the log itself, or known from poses at rest, or drifting; or "
-        "what the sensor reads follows gravity, so its sign, its frame or the tool is not as stated.",
-        'Check that nothing touched the tool then. [log] wrench_bias states it, or takes that of a fit: "calibrated". '
-        "Where it drifts, zero or warm up the sensor before recording.",
+    "log-wrench": Kind(
+        "The wrench is missing, late or has an offset: none in the log though configured or needed by a contact phase, "
+        "or for a part of its time; its zero was taken from the log itself or from poses at rest, or drifts; it lags "
+        "or leads the motion; or it follows gravity, so its sign, its frame or the tool is not as stated.",
+        "Record the wrench over the whole run, or correct [log] wrench or [log.csv] wrench: time that lacks a part of "
+        "it counts as not judged. Check that nothing touched the tool when its zero was taken: [log] wrench_bias "
+        'states it, or takes that of a fit: "calibrated". Where it drifts, zero or warm up the sensor before '
+        "recording. State [log] wrench_delay_ms as the finding says.",
         _EITHER,
     ),
     "time-duplicate": Kind(
@@ -267,25 +228,12 @@ KINDS: dict[str, Kind] = {
         "Look for a publisher or logger that writes samples twice, or for stamps that are coarser than the samples.",
         _EXCLUDES,
     ),
-    "time-out-of-order": Kind(
-        "Stamps ran backwards: samples were sorted, or go on after a break where the clock was set back.",
-        "Look for messages that overtake one another; keep the clock from being set while recording; [log] time "
-        "chooses the other clock.",
-        _WARNING,
-    ),
     "time-gap": Kind(
-        "The log has gaps, across which nothing is judged, or stretches between gaps that are too short to be used.",
-        "Look for lost samples at the recorder. Gaps count against [policy] min_coverage.",
-        _WARNING,
-    ),
-    "time-bridged": Kind(
-        "Many single lost samples were interpolated, short against the filter.",
-        "Look for lost samples at the recorder; [conditioning] bridge_lost = false makes gaps of them.",
-        _WARNING,
-    ),
-    "time-garbage": Kind(
-        "Stamps that are not numbers, or no times of the recording, were left out with their rows or messages.",
-        "Check what writes the stamps. What was left out counts as missing.",
+        "Samples were lost, or a table holds several runs one after the other: gaps, across which nothing is filtered "
+        "or judged; stretches between gaps that are too short to be used; or many single samples, which were "
+        "interpolated.",
+        "Look for lost samples at the recorder. Gaps count against [policy] min_coverage; [conditioning] bridge_lost = "
+        "false makes gaps of single lost samples. Runs of other robots or tools belong in files of their own.",
         _WARNING,
     ),
     "effort-sign-inverted": Kind(
@@ -303,108 +251,76 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes-and-doubts", "error": "not-judged-joint"},
         setting="log.units",
     ),
-    "effort-scale": Kind(
-        "Effort and the model's torque differ in scale on several joints: the effort is no torque in N·m, or the model "
-        "is wrong.",
-        "State what the effort is in [log.units], with torque constants; or check model, tool and mounting in [robot].",
+    "effort-no-torque": Kind(
+        "The effort is no measured torque of the joints in N·m: it differs from the model's in scale on several "
+        "joints; it holds no gravity, since the controller took it out or it estimates external torque; or it has "
+        "neither noise nor friction, as what a controller computes.",
+        'State what the effort is: [log.units] with torque constants, or [log] effort_kind ("gravity-compensated": the '
+        "model leaves gravity out). Record what was measured, and choose it with [log] joint_states or [log.csv] "
+        "effort; check model, tool and mounting in [robot]. An estimate of external torque cannot be judged.",
         _LOG,
         setting="log.units",
     ),
     "effort-kind": Kind(
-        "What the effort looks like (torque, current, inverted, doubled), from all joints together.",
-        "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign.",
+        "What the effort looks like (torque, current, inverted, doubled), from all joints together; or it is not in "
+        "N·m, and thresholds in N·m cannot be judged.",
+        "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign; or fit a motion that loads "
+        "each joint by gravity, or with a known load: its gain is then identified.",
         _EITHER,
         setting="log.units",
-    ),
-    "effort-compensated": Kind(
-        "The effort holds no gravity: the controller took it out, or it is an estimate of external torque.",
-        'State [log] effort_kind = "gravity-compensated", and the model leaves gravity out. An estimate of external '
-        "torque cannot be judged.",
-        _LOG,
-        setting="log.effort_kind",
-    ),
-    "effort-computed": Kind(
-        "The efforts have neither noise nor friction: a controller seems to have computed them from its model.",
-        "Record what was measured, and choose it with [log] joint_states or [log.csv] effort; or state [log] "
-        "effort_kind if these are measured.",
-        _LOG,
-        setting="log.effort_kind",
     ),
     "judged-for-changes": Kind(
         "An arm that never moves, without a friction file, was judged for changes of its torque only.",
         "Fit friction on a log in which the arm moves, and judge with it: constant loads are judged then, too.",
         _SPAN,
     ),
-    "effort-quantised": Kind(
-        "The effort comes in steps that are coarse against its own noise.",
-        "Record the effort with finer steps. A threshold of few steps is not reliable.",
-        _WARNING,
-    ),
     "effort-delay": Kind(
         "Effort lags or leads the motion.", "State [log] effort_delay_ms as the finding says, and fit again.", _DELAY
-    ),
-    "wrench-delay": Kind(
-        "The wrench lags or leads the motion.", "State [log] wrench_delay_ms as the finding says.", _EITHER
     ),
     "effort-sign-unknown": Kind(
         "The motion does not load this joint enough to check the sign of its effort.",
         "Move the joint against gravity, with longer or faster strokes, to show its sign.",
         _EITHER,
     ),
-    "effort-unit-raw": Kind(
-        "The effort is not in N·m; thresholds in N·m cannot be judged.",
-        "State unit or torque constants in [log.units]; or fit a motion that loads each joint by gravity, or with a "
-        "known load: its gain is then identified.",
-        _WARNING,
-    ),
-    "model-no-inertials": Kind(
-        "The robot model has no inertials; no model torque can be computed.",
-        "Configure a robot with masses and inertias. Until then friction can be fitted and nothing judged.",
-        _WARNING,
-        setting="robot",
-    ),
-    "model-joint-locked": Kind(
-        "A joint of the model is not in the log, or is a gripper's by its name: it was held at zero, and is not "
-        "watched.",
-        "Record it, or state where it stood: [robot] parked. A gripper's joint is judged if [robot] joints names it.",
-        _EXCLUDES,
-        setting="robot",
-    ),
-    "model-joint-between": Kind(
-        "A joint between judged joints is not in the log: their model torque is not known.",
-        "Record this joint, or state where it stood: [robot] parked.",
-        _LOG,
-    ),
     "model-approximate": Kind(
-        "A property of the model was left out or simplified. Of joints that carry a link without mass (error) no "
-        "torque is known.",
-        "Complete the robot's description if the torque matters. State 1e-9 kg of a link that has no mass in truth; or "
-        'fit it: [fit] estimate = ["friction", "inertials"].',
+        "The model has no inertials, or a property of it was left out or simplified. Of joints that carry a link "
+        "without mass (error) no torque is known.",
+        "Complete the robot's description: without masses and inertias friction can be fitted and nothing judged. "
+        'State 1e-9 kg of a link that has no mass in truth; or fit it: [fit] estimate = ["friction", "inertials"].',
         {"info": "none", "warning": "none", "error": "not-judged-joint"},
+        setting="robot",
     ),
-    "identified-doubtful": Kind(
-        "What was identified does not hold: held-out data are explained worse than by the robot's description, no body "
-        "can have the inertials, or the tool's mass differs between the halves of the motion.",
-        "Fit on longer or more varied motion with one tool; trust the description more by a smaller [fit] cad_sd; or "
-        "leave this out of [fit] estimate.",
-        _WARNING,
+    "model-joint-missing": Kind(
+        "A joint of the model is not in the log, or is a gripper's by its name: it was held at zero, and is not "
+        "watched. Of joints with such a joint between them (error) the model torque is not known.",
+        "Record it, or state where it stood: [robot] parked. A gripper's joint is judged if [robot] joints names it.",
+        {"info": "none", "warning": "excludes", "error": "not-judged-log"},
+        setting="robot",
     ),
-    "friction-temperature-beyond": Kind(
-        "A joint was colder or warmer than when its friction was fitted.",
-        "Fit on a log at this temperature too.",
-        _WARNING,
+    "evidence-range": Kind(
+        "The log leaves the range of motion, load, temperature or phase of the evidence behind a threshold or a "
+        "friction law.",
+        "Recommend the threshold anew from logs that cover such motion (collaudit recommend), or fit at this "
+        "temperature too: alarms out of the range may be false.",
+        _LEVEL,
+        setting="detect.evidence",
     ),
-    "model-no-gain": Kind(
-        "Subtracting model and friction does not make a joint's torque smaller (warning), or makes it several times as "
-        "large (error): the effort shows neither.",
-        "Check sign and gain of the effort, its delay and smoothing, inertials and tool, and the filter's bandwidth.",
+    "residual-level": Kind(
+        "The residual is large all the time: compared with that of the fitted logs, with the threshold, with the "
+        "scatter of friction points that it allows, or with the torque itself (several times as large: error).",
+        "Check that the friction file is of this arm, tool, temperature and filter of the effort, and the effort's "
+        "sign, gain and delay; correct model or tool, or fit again on more data.",
         {"warning": "doubts-alarms", "error": "not-judged-joint"},
     ),
-    "gamma-missing": Kind(
-        'gamma_nm = "auto", and the friction file has no threshold for a joint.',
-        "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "
-        "or state gamma_nm.",
-        {"warning": "excludes", "error": "not-judged-joint"},
+    "rule-unfit": Kind(
+        'The rule cannot show what it should: a threshold is missing (gamma_nm = "auto", and the friction file has '
+        "none), lies above the joint's torque limit or its largest torque, or is large beside its torques; the "
+        "persistence is longer than many contacts; or the detector's filter is slow, so that a push as long as n must "
+        "exceed gamma by far.",
+        "Missing: fit again on a log without contact with at least 10 s of motion of each joint, or state gamma_nm. "
+        "Large: ask collaudit recommend; look for contact in the fit, a wrong scale, a missing tool. 25 ms of "
+        '[detect] persistence_ms are usual. Slow filter: raise [conditioning] bandwidth_hz, or detector = "direct".',
+        {"info": "none", "warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
     ),
     "fit-left-out": Kind(
@@ -423,23 +339,20 @@ KINDS: dict[str, Kind] = {
         setting="fit.contact",
     ),
     "fit-exceeded": Kind(
-        "In the fitted motion a residual passes its own threshold: contact that was not recognised, or motion that the "
-        "model does not explain.",
-        'Judge the fitted log, and look at what alarms. If nothing touched the arm, state [fit] contact = "none": the '
+        "In the fitted motion a residual passes its own threshold, or automatic thresholds are several times those of "
+        "the friction file that this fit replaces: contact that was not recognised, motion that the model does not "
+        "explain, or an arm that changed.",
+        "Judge the fitted log, and look at what alarms; find out what changed (the effort's scale or filter, a tool), "
+        'and keep the earlier file until then. If nothing touched the arm, state [fit] contact = "none": the '
         "thresholds then cover it; and fit more motion at the speeds concerned.",
         _DOUBTS,
         setting="fit.contact",
     ),
     "friction-not-physical": Kind(
-        "The data fit best with physically impossible friction, which falls below a bound.",
-        "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",
-        _DOUBTS,
-    ),
-    "friction-gives-power": Kind(
-        "A joint's friction gives power, in a log or as a law that was fitted: no joint has such friction, and contact "
-        "in it may go unseen.",
+        "A joint's friction gives power, in a log or as a law that was fitted, or fits best when it falls below a "
+        "bound: no joint has such friction, and contact in it may go unseen.",
         "Check mounting ([robot] base_rpy_deg), sign, delay and unit of the effort, and the robot's inertials, and "
-        "whether the arm was led by hand.",
+        "whether the arm was led by hand. A fit is held at the bound.",
         {"warning": "excludes-and-doubts"},
     ),
     "friction-same-log": Kind(
@@ -449,28 +362,10 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes", "error": "not-judged-part"},
         setting="policy.same_log",
     ),
-    "friction-scatter": Kind(
-        "Friction points scatter about the fitted curve so much that it limits the threshold.",
-        "Fit on more or warmer data, correct the model, or raise the threshold of this joint.",
-        _DOUBTS,
-    ),
     "friction-other-model": Kind(
         "The friction was fitted with another robot model, tool or mounting.",
         "Fit again with the robot, tool and mounting of this configuration.",
         {"warning": "excludes"},
-    ),
-    "friction-missing": Kind(
-        "A joint has no friction model: it could not be fitted, or the friction file lacks it. Its residual is not "
-        "judged.",
-        'Record this joint moving at several speeds both ways, or set [fit] motion = "any", and fit it; or leave it '
-        "out of [detect] watch.",
-        _WARNING,
-    ),
-    "residual-level": Kind(
-        "The residual is large compared with that of the fitted logs, or with the threshold, all the time.",
-        "Check that the friction file is of this arm, tool, temperature and filter of the effort; correct model or "
-        "tool, or fit again.",
-        _DOUBTS,
     ),
     "residual-position": Kind(
         "The residual repeats at the same positions: a spring, a cable, joints that yield, a weight that is wrong, "
@@ -487,79 +382,25 @@ KINDS: dict[str, Kind] = {
         _DOUBTS,
         setting="detect.gamma_nm",
     ),
-    "gamma-out-of-reach": Kind(
-        "A threshold lies above the joint's torque limit, or above its largest torque on record: hardly anything, or "
-        "nothing, could exceed it.",
-        "Lower it: collaudit recommend says what the data support; check the unit of [detect] gamma_nm.",
-        {"warning": "excludes", "error": "not-judged-joint"},
-        setting="detect.gamma_nm",
-    ),
-    "gamma-coarse": Kind(
-        "A threshold is large beside the torques that the joint exerts in the log.",
-        "Look at the fitted residual: contact in the fit, a wrong scale of the effort, a tool that is not configured. "
-        "Fit on more motion.",
-        _EXCLUDES,
-        setting="detect.gamma_nm",
-    ),
-    "gamma-rose": Kind(
-        "Automatic thresholds are several times those of the friction file that this fit replaces.",
-        "Find out what changed: contact in the fitted log, the effort's scale or filter, a tool. Keep the earlier file "
-        "until then.",
-        _WARNING,
-        setting="detect.gamma_nm",
-    ),
-    "persistence-long": Kind(
-        "The persistence is longer than many contacts.",
-        "Shorten it: [detect] persistence_ms or n; 25 ms is usual.",
-        {"warning": "excludes"},
-        setting="detect.n",
-    ),
-    "joint-not-watched": Kind(
-        "A joint's residual was not judged in a phase, and why.",
-        "Nothing, if that is intended; else name the joint in [detect] watch.",
-        _EITHER,
-    ),
     "coverage-low": Kind(
-        "Less would have been noticed on a joint than the policy asks for, or for less of the time.",
-        "See what friction hides and what was not judged. [policy] observable_nm, min_observable, max_hidden_s and "
-        "min_coverage say what is asked.",
-        _WARNING,
-    ),
-    "evidence-range": Kind(
-        "The log leaves the range of motion, load, temperature or phase of the evidence behind a threshold.",
-        "Recommend the threshold anew from logs that cover such motion (collaudit recommend): alarms out of the range "
-        "may be false.",
-        _LEVEL,
-        setting="detect.evidence",
+        "A joint's residual was not judged in a phase, and why; or less would have been noticed on it than the policy "
+        "asks for, or for less of the time.",
+        "Name the joint in [detect] watch if it is to be judged. See what friction hides and what was not judged: "
+        "[policy] observable_nm, min_observable, max_hidden_s and min_coverage say what is asked.",
+        _EITHER,
     ),
     "friction-level": Kind(
-        "Friction differed from its calibration, in its level or in the place of its gear ripple; it was followed, or "
-        "could not be. A ripple that is not in place raises the threshold.",
-        "Fit the friction anew when it is far off its calibration, or the joint was opened or counts from another "
-        "zero.",
+        "Friction, or the zero of a joint's torque, differed from its calibration, in its level or in the place of its "
+        "gear ripple; it was followed (a zero at most by a quarter of an automatic threshold), or could not be. A "
+        "ripple that is not in place raises the threshold.",
+        "Where it is far off its calibration (warning), or the joint was opened or counts from another zero: fit the "
+        "friction anew, bring the sensor's zero back, state a payload, or look for a lasting contact.",
         _LEVEL,
     ),
-    "torque-zero": Kind(
-        "The zero of a joint's torque is not where the fit had it: it was followed, at most by a quarter of an "
-        "automatic threshold.",
-        "Where it is further off (warning): bring the sensor's zero back, state a payload, or look for a lasting "
-        "contact.",
-        _EITHER,
-    ),
-    "detector-slow": Kind(
-        "The detector's filter is slow: a push as long as n must exceed gamma by far.",
-        'Raise [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or, with another detector, use "direct".',
-        _WARNING,
-    ),
     "event-cut": Kind(
-        "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
-        "Inspect this stretch; avoid saturation and gaps in the next recording.",
-        _SPAN,
-    ),
-    "unjudged-effort": Kind(
-        "In time that is not judged the recorded efforts lie several thresholds beyond what model and friction allow "
-        "at the nearest known motion.",
-        "Inspect these times. A recording without missing values and with every row judges them.",
+        "In time that is not judged an event may hide: a residual above the threshold ran into it, or the recorded "
+        "efforts lie several thresholds beyond what model and friction allow at the nearest known motion.",
+        "Inspect these times; avoid saturation, missing values and gaps in the next recording.",
         _SPAN,
     ),
     "disturbed-at-rest": Kind(
@@ -572,11 +413,6 @@ KINDS: dict[str, Kind] = {
         "When contact is intended is not known, was found from the force alone, or is not known of all of the log.",
         'State phases in [phases] or [log] phase_topic; [phases] find = "wrench" guesses them.',
         _EXCLUDES,
-    ),
-    "phases-outside": Kind(
-        "Configured phases do not fit the log: they lie outside it, or force was commanded outside the contact phase.",
-        "Correct [phases]: times count from the log's first sample, and force_control lies in the contact phase.",
-        _WARNING,
     ),
     "tool-force-unusual": Kind(
         "The tool's force exceeded what was usual or allowed in contact; the excess was judged, or all of a contact "

@@ -160,5 +160,5 @@ def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
     for joint, fit in friction.joints.items():
         if fit.model is not None and joint not in prepared.series.joint_names:
             text = f"Joint '{joint}' has a friction law but is not in this log: it was not judged."
-            findings.append(Finding("judged-joint-missing", "error", text, joint=joint))
+            findings.append(Finding("log-joints-missing", "error", text, joint=joint))
     return findings

@@ -154,5 +154,5 @@ def _temperature_findings(joint: str, trend: Trend, heat: FloatArray) -> list[Fi
             f"Joint '{joint}' was at {here}, for {100 * beyond:.0f} % of the log outside the {low:.1f} to "
             f"{high:.1f} °C at which its friction was fitted: there, friction of the nearer end is used."
         )
-        findings.append(Finding("friction-temperature-beyond", "warning", text, joint=joint))
+        findings.append(Finding("evidence-range", "warning", text, joint=joint))
     return findings

@@ -193,7 +193,7 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             text = f"The friction of joint '{joint}' could not be fitted: {fit.reason or _UNSTATED}."
             if lost:
                 text += f" Stretches rejected: {lost}."
-            findings.append(Finding("friction-missing", "warning", text, joint=joint))
+            findings.append(Finding("fit-doubtful", "warning", text, joint=joint))
             continue
         findings += _physics_findings(joint, fit, [gain for gain in gains if gain.joint == joint and gain.known])
         if fit.motion == "sensors":
@@ -228,7 +228,7 @@ def _physics_findings(joint: str, fit: FrictionFit, known: Sequence[EffortGain])
             f"Friction of joint '{joint}' is negative at nearly every speed measured: it would drive the joint, "
             f"{cause} The law was fitted as the data say: contact may go unseen by it."
         )
-        return [Finding("friction-gives-power", "warning", text, joint=joint)]
+        return [Finding("friction-not-physical", "warning", text, joint=joint)]
     if not fit.unphysical:
         return []
     text = (
@@ -260,7 +260,7 @@ def friction_models(
             continue
         findings.append(
             Finding(
-                "friction-missing",
+                "fit-doubtful",
                 "warning",
                 f"The friction of joint '{joint}' {why}: its residual is not judged.",
                 joint=joint,

@@ -69,7 +69,7 @@ def audit_delays(prepared: Prepared, config: Config, effort: _Found, wrench: _Fo
     findings = []
     for delay, code, channel, key, on in (
         (effort, "effort-delay", "effort", "effort_delay_ms", config.log.effort_delay_ms),
-        (wrench, "wrench-delay", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
+        (wrench, "log-wrench", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
     ):
         if delay is None or (channel == "effort" and prepared.sign_delay is not None):  # preparation said it
             continue

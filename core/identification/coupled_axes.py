@@ -186,7 +186,7 @@ def _undetermined(coupling: Coupling, why: str) -> Finding:
         "friction of the "
         "single joints."
     )
-    return Finding("friction-coupled", "warning", text, joint=coupling.joint)
+    return Finding("fit-doubtful", "warning", text, joint=coupling.joint)
 
 
 def _said(coupling: Coupling, fit: CoupledFriction) -> Finding:

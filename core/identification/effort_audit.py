@@ -130,7 +130,7 @@ def _coarse(series: UniformSeries, joint: str) -> Finding | None:
         f"The effort of joint '{joint}' comes in steps of {step:.3g}, {np.ptp(effort) / step:.0f} steps from its "
         "smallest to its largest: thresholds of less than a few steps are not reliable."
     )
-    return Finding("effort-quantised", "warning", text, joint=joint)
+    return Finding("effort-filtered", "warning", text, joint=joint)
 
 
 def _step(effort: FloatArray) -> float | None:

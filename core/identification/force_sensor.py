@@ -98,7 +98,7 @@ def audit_force_sensor(prepared: Prepared, config: Config, found: SensorFacts | 
             f"The wrist sensor cannot be calibrated from this log: it needs at least {_MIN_POSES} poses at rest of "
             f"{_REST_S} s in which the sensor is turned differently against gravity, about two axes."
         )
-        return [Finding("log-wrench-bias", "info", text)]
+        return [Finding("log-wrench", "info", text)]
     parts = [f"tool mass {found.mass_kg:.4g} ± {_half(found.mass_ci95):.2g} kg"]
     if found.com_m is not None and found.com_ci95 is not None:
         centre = ", ".join(f"{c:.4f} ± {_half(b):.2g}" for c, b in zip(found.com_m, found.com_ci95, strict=True))
@@ -110,7 +110,7 @@ def audit_force_sensor(prepared: Prepared, config: Config, found: SensorFacts | 
         parts.append(f"sensor turned against its frame by [{turn}] ± {found.turn_half_deg:.2f} degrees")
     use = 'To use it: [log] wrench_bias = "calibrated", and this friction file.'
     text = f"From {found.poses} poses at rest (95 %): {'; '.join(parts)}. {' '.join((*found.missing, use))}"
-    findings = [Finding("log-wrench-bias", "info", text)]
+    findings = [Finding("log-wrench", "info", text)]
     least = [0.5] * 3 + [0.02] * 3
     strong = [
         abs(x) > max(1.5 * _half(b), floor) for x, b, floor in zip(found.drift, found.drift_ci95, least, strict=True)
@@ -118,7 +118,7 @@ def audit_force_sensor(prepared: Prepared, config: Config, found: SensorFacts | 
     if any(strong):
         size = ", ".join(f"{x:.3g}" for x in found.drift)
         text = f"The zero of the wrist sensor drifts over the log by [{size}] (N, N·m)."
-        findings.append(Finding("log-wrench-bias", "warning", text))
+        findings.append(Finding("log-wrench", "warning", text))
     return findings
 
 

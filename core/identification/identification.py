@@ -150,7 +150,7 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
                 f"On held-out time the identified model of joint '{name}' leaves {after:.3g} N·m RMS, the robot's "
                 f"description {before:.3g} N·m: the motion of this log is too little for what was to be estimated."
             )
-            findings.append(Finding("identified-doubtful", "warning", text, joint=name))
+            findings.append(Finding("fit-doubtful", "warning", text, joint=name))
     if identified.tool is not None and identified.tool.mass_halves_kg is not None:
         first, second = identified.tool.mass_halves_kg
         text = (
@@ -158,9 +158,9 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
             "changed on the way, or something was picked up. Neither the mass in the file nor its interval holds; fit "
             "each part by itself."
         )
-        findings.append(Finding("identified-doubtful", "warning", text))
+        findings.append(Finding("fit-doubtful", "warning", text))
     odd = [name for name, body in identified.bodies.items() if not body.consistent]
     if odd and not identified.consistent:
         text = f"No rigid body has the inertials identified for: {', '.join(odd)} ({identified.consistency})."
-        findings.append(Finding("identified-doubtful", "warning", text))
+        findings.append(Finding("fit-doubtful", "warning", text))
     return findings

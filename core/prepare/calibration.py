@@ -214,7 +214,7 @@ def missing_sensor_findings(calibration: Calibration, config: Config) -> list[Fi
         f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "
         "estimated from this log instead."
     )
-    return [Finding("log-wrench-bias", "warning", text)]
+    return [Finding("log-wrench", "warning", text)]
 
 
 def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:

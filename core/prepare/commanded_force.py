@@ -128,7 +128,7 @@ def tool_force(
             f"The wrist sensor's offset and its tool ({sensor.mass_kg:.3g} kg) are those that the friction file holds, "
             f"from {sensor.poses} poses at rest."
         )
-        return sign * (series.wrench - np.array(sensor.offset)) + own, [Finding("log-wrench-bias", "info", text)]
+        return sign * (series.wrench - np.array(sensor.offset)) + own, [Finding("log-wrench", "info", text)]
     weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else 0.0
     bias, findings = _bias(series, robot, frame, phases, config)
     force = sign * (series.wrench - bias) + weight
@@ -163,7 +163,7 @@ def _still_weighed(force: FloatArray, robot: RobotModel, position: FloatArray, f
         f"The {what}, and counts as intended: {why}. "
         'State what hangs there, or take it from a fit by [log] wrench_bias = "calibrated".'
     )
-    return [Finding("log-wrench-bias", "warning", text)]
+    return [Finding("log-wrench", "warning", text)]
 
 
 def _of_weight(part: FloatArray, whole: FloatArray) -> bool:
@@ -196,7 +196,7 @@ def _expected_a_wrench(config: Config) -> list[Finding]:
     if config.phases.contact and config.log.wrench is None and config.log.csv.wrench is None:
         return [
             Finding(
-                "log-wrench-missing",
+                "log-wrench",
                 "warning",
                 "A contact phase is configured but no wrench: the intended tool force stays in the residual.",
             )
@@ -219,7 +219,7 @@ def _bias(
     if readings.shape[0] < 10:
         return np.zeros(6), [
             Finding(
-                "log-wrench-bias",
+                "log-wrench",
                 "warning",
                 f"The zero offset of the wrench sensor could not be taken from {where}; it was taken as zero.",
             )
@@ -229,7 +229,7 @@ def _bias(
     text = ", ".join(f"{b:.3g}" for b in bias)
     return bias, [
         Finding(
-            "log-wrench-bias",
+            "log-wrench",
             "info" if "approach" in where else "warning",
             f"Zero offset of the wrench sensor taken from {where}: [{text}] (N, N·m), scatter up to "
             f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. It is wrong if the tool touched "

@@ -121,7 +121,7 @@ def _outside(time_s: FloatArray, config: PhasesConfig) -> list[Finding]:
                     f"[phases] {name} from {start:.6g} to {end:.6g} s lies outside the log ({first:.4g} to "
                     f"{last:.6g} s): are these the phases of another run?"
                 )
-                out.append(Finding("phases-outside", "warning", text, start_s=start, end_s=end))
+                out.append(Finding("log-label-missing", "warning", text, start_s=start, end_s=end))
     return out
 
 
@@ -149,5 +149,5 @@ def phase_findings(
                 f"Force was commanded from {start:.6g} to {end:.6g} s; from {first:.6g} to {last:.6g} s of that the "
                 "tool was not in its contact phase."
             )
-            findings.append(Finding("phases-outside", "warning", text, start_s=first, end_s=last))
+            findings.append(Finding("log-label-missing", "warning", text, start_s=first, end_s=last))
     return findings

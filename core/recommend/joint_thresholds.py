@@ -160,7 +160,7 @@ def _missing(one: JointEvidence) -> tuple[str, ...]:
     if apart > LOOSE:
         missing.append(
             f"logs that are alike: the median level of the residual differs between them by a factor of {apart:.2g} "
-            "(their findings may tell why: friction-level, log-velocity-derived)"
+            "(their findings may tell why: friction-level, log-velocity)"
         )
     return tuple(missing)
 

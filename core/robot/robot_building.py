@@ -30,7 +30,7 @@ def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> R
         config: the ``[robot]`` table.
         base_dir: folder that relative paths start from.
         joints: the log's joints that the model has, in any order; model order is restored. Other movable joints are
-            locked at zero, with finding ``model-joint-locked``, and so are a gripper's that the table does not name.
+            locked at zero, with finding ``model-joint-missing``, and so are a gripper's that the table does not name.
 
     Returns:
         The model; without any robot description, one that knows the joint names only.
@@ -178,7 +178,7 @@ def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
         speed_limits=frozen(nothing),
         has_inertials=False,
         sha256=_sha256(config, None),
-        findings=(Finding("model-no-inertials", "warning", text, where="robot"),),
+        findings=(Finding("model-approximate", "warning", text, where="robot"),),
         gravity_m_s2=gravity,
         gravity_base_m_s2=frozen(rotation_rpy(config.base_rpy_deg).T @ gravity),
         tool=None,
@@ -208,7 +208,7 @@ def _inertial_findings(description: Description, model: PinocchioModel) -> tuple
             "No link of the robot has a mass: no model torque can be computed, and nothing is judged. Friction can be "
             "fitted from pairs of directions only."
         )
-        return False, (Finding("model-no-inertials", "warning", text, where=where),)
+        return False, (Finding("model-approximate", "warning", text, where=where),)
     odd = [links[name] for name, mass, inertia in parts if mass > 0.0 and not _possible(inertia)]
     points = [f"link{i}" for i, row in enumerate(description.rows, 1) if row.mass_kg and not row.inertia_kg_m2]
     limits: list[tuple[list[str], Severity, str]] = [
@@ -223,7 +223,7 @@ def _of_a_gripper(joints: Sequence[str], where: str) -> Finding:
         f"Not judged, and held at zero, as their names are those of a gripper: {', '.join(joints)}. If they are the "
         "arm's, name all of its joints in [robot] joints."
     )
-    return Finding("model-joint-locked", "warning", text, where=where)
+    return Finding("model-joint-missing", "warning", text, where=where)
 
 
 #: A locked joint that moves less than this (a gripper's finger) changes no torque worth a warning, kg.
@@ -259,13 +259,13 @@ def _locked_findings(
     if below:
         text += " Torques are wrong if such a joint lies below the others and was not at zero."
     severe = below or any(name in heavy and any(sides[name]) for name in unstated)
-    out = [Finding("model-joint-locked", "warning" if severe else "info", text.strip(), where=description.where)]
+    out = [Finding("model-joint-missing", "warning" if severe else "info", text.strip(), where=description.where)]
     for name in (name for name in unstated if all(sides[name])):
         text = (
             f"Joint '{name}' lies between joints of the log and is not in it: where it stood is not known, so no model "
             f"torque is, and nothing is judged. If it stood still: [robot.parked] {name} = its position."
         )
-        out.append(Finding("model-joint-between", "error", text, where=description.where, joint=name))
+        out.append(Finding("model-joint-missing", "error", text, where=description.where, joint=name))
     return out
 
 

@@ -72,7 +72,7 @@ def test_a_load_that_comes_and_goes_is_told_with_its_mass(
     carried = ((series.time_s + lasting_s) % 8.0 < lasting_s)[:, None]
     effort = series.effort + np.where(carried, arm.wrench_torque(series.position_rad, weight, frame), 0.0)
     told = [f for f in with_effort(prepared, effort, settings.config).findings if f.code.startswith("payload")]
-    assert [f.code for f in told] == ["payload-carried"] * bool(times)
+    assert [(f.code, f.severity) for f in told] == [("payload-changed", "warning")] * bool(times)
     for finding in told:
         assert f"changes {times} times" in finding.text and not finding.forbids_pass
         said, half = (float(finding.text.split(mark)[1].split(" kg")[0]) for mark in (", by ", "(± "))

@@ -208,7 +208,7 @@ def test_an_effort_of_unknown_unit_is_fitted_and_never_judged(friction: Friction
     t, q, effort = swing()
     found = audit(replace(as_log(t, q, effort), effort_unit="raw"), config(), friction).result
     assert found.verdict == "not_judged"
-    assert "effort-unit-raw" in {f.code for f in found.findings}
+    assert "effort-kind" in {f.code for f in found.findings}
 
 
 def test_policy_breach_wins_over_not_judged(friction: FrictionFile) -> None:
@@ -285,7 +285,7 @@ def test_friction_of_an_absent_joint_or_another_model_is_said(friction: Friction
     extra = {**friction.joints, "joint9": friction.joints["joint1"]}
     found = audit(as_log(t, q, effort), config(), replace(friction, joints=extra, provenance=other)).result
     codes = {f.code for f in found.findings}
-    assert {"friction-other-model", "judged-joint-missing"} <= codes
+    assert {"friction-other-model", "log-joints-missing"} <= codes
     assert found.verdict == "not_judged"
 
 

@@ -99,7 +99,7 @@ def test_missing_velocities_are_derived_and_said(arm: tuple[JointLog, Judge], ev
     found = judge(with_holes(log, [Hole(("velocity_rad_s",), ALL, 0.0, 1.0, every, 1)]))
     alone = judge(replace(log, velocity_rad_s=None))
     assert found is not None and verdict(found) == verdict(alone) == "pass"
-    assert "log-velocity-derived" in {finding.code for finding in found.findings}
+    assert "log-velocity" in {finding.code for finding in found.findings}
     assert found.coverage.lost_s == 0.0
 
 

@@ -80,7 +80,7 @@ def test_nothing_happens_and_it_is_no_pass() -> None:
     assert not found.result.collisions
     assert found.result.verdict == "not_judged"
     assert "judged-for-changes" in codes(found)
-    assert "friction-missing" not in codes(found)
+    assert "fit-doubtful" not in codes(found)
 
 
 def test_a_load_that_is_always_there_is_part_of_the_level_and_said() -> None:

@@ -36,7 +36,7 @@ VARIANTS: tuple[tuple[str, Spoilt], ...] = (
         lambda x: x / np.linspace(14.0, 6.0, x.shape[1]) * (-1.0) ** np.arange(x.shape[1]),
     ),
 )
-CODES = ("effort-kind", "effort-quantised", "effort-delay", "effort-sign-inverted", "log-effort-missing")
+CODES = ("effort-kind", "effort-filtered", "effort-delay", "effort-sign-inverted", "log-effort-missing")
 
 
 def table() -> Iterator[str]:

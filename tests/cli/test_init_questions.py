@@ -84,7 +84,7 @@ def test_columns_that_names_leave_open_are_choices(folder: Path, collaudit) -> N
 def test_units_and_labels_of_column_names_are_written(folder: Path, collaudit) -> None:
     log(Path("x.csv"), "t,q_deg_1,q_deg_2,q_deg_3,i_A_1,i_A_2,i_A_3,tau_model_nm_1,tau_model_nm_2,tau_model_nm_3,label")
     outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
-    assert outcome.code == 3 and "effort-unit-raw" in outcome.err
+    assert outcome.code == 3 and "effort-kind" in outcome.err
     text = Path("c.toml").read_text()
     assert "torque_constant_nm_per_a" in text, "what would state it"
     written = tomllib.loads(text)["log"]

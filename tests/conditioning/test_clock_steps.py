@@ -34,7 +34,7 @@ def test_a_clock_that_was_set_is_named_with_its_step(by_s: float, words: str) ->
     stamps = stepped(by_s)
     (found,) = clock_step_findings(stamps, MOVING)
     assert words in found.text and f"{abs(stamps[AT] - stamps[AT - 1]):.7g} s" in found.text
-    assert found.code == ("time-gap" if by_s > 0 else "time-out-of-order")
+    assert found.code == ("time-gap" if by_s > 0 else "log-clock")
     assert found.start_s == pytest.approx(T[AT - 1])
 
 

@@ -41,7 +41,7 @@ def test_rows_that_were_cut_out_are_a_break_whose_length_is_said(lost: int, velo
     log = cut(moving(), 3000, 3000 + lost)
     log = log if velocity else replace(log, velocity_rad_s=None)
     series = condition(log, ConditioningConfig())
-    (said,) = [f for f in series.findings if f.code == "log-position-break"]
+    (said,) = [f for f in series.findings if f.code == "not-measured"]
     assert said.forbids_pass and said.start_s == pytest.approx(3000 * PERIOD)
     stated = float(said.text.partition("as in ")[2].partition(" s ")[0])
     assert stated == pytest.approx(lost * PERIOD, rel=0.35)

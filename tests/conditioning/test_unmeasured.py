@@ -75,7 +75,7 @@ def test_what_is_no_measurement_is_missing_for_its_span_only(what: str, digits: 
     effort = effort if digits is None else np.round(effort, digits)  # as a table is written
     found = without_unmeasured(replace(swinging(), effort=effort), RULE)
     (finding,) = found.findings
-    assert (finding.code, finding.joint, finding.forbids_pass) == ("effort-unmeasured", "joint2", True)
+    assert (finding.code, finding.joint, finding.forbids_pass) == ("not-measured", "joint2", True)
     assert what in finding.text
     assert found.effort is not None and np.isfinite(found.effort[:, 0]).all()
     lost = np.flatnonzero(np.isnan(found.effort[:, 1]))
@@ -89,7 +89,7 @@ def test_what_is_no_measurement_is_missing_for_its_span_only(what: str, digits: 
 @pytest.mark.parametrize("rule", [RULE, DetectConfig(n=25), DetectConfig(persistence_ms=10)])
 def test_the_shortest_stretch_is_that_of_an_alarm(spoil: Callable[..., None], rule: DetectConfig) -> None:
     least = rule.n or round((rule.persistence_ms or 25.0) / 2 + 0.49)
-    for length, said in ((least, ["effort-unmeasured"]), (least // 2, [])):
+    for length, said in ((least, ["not-measured"]), (least // 2, [])):
         effort = efforts(swinging())
         spoil(effort[:, 1], slice(3000, 3000 + length))
         assert codes(without_unmeasured(replace(swinging(), effort=effort), rule)) == said
@@ -157,10 +157,10 @@ def test_a_frozen_position_of_a_moving_joint_is_missing(logged: bool) -> None:
     hold(q[:, 0], span)
     spoilt = replace(log, position_rad=q, velocity_rad_s=log.velocity_rad_s if logged else None)
     found = without_unmeasured(spoilt, RULE)
-    assert codes(found) == ["position-frozen"]
+    assert codes(found) == ["not-measured"]
     assert np.isnan(found.position_rad[span, 0]).all()
     series = condition(replace(log, position_rad=q), ConditioningConfig())
-    assert "position-frozen" in {f.code for f in series.findings}
+    assert "not-measured" in {f.code for f in series.findings}
     assert np.isnan(series.position_rad[span, 0]).any() or not series.segments[0].stop > span.stop
 
 
@@ -181,7 +181,7 @@ def test_the_steps_of_an_encoder_are_not_frozen(step: float) -> None:
     q = log.position_rad.copy()
     q[:, 0] = step * np.round(slow / step)
     v = np.full_like(q, 0.03)
-    assert "position-frozen" not in codes(without_unmeasured(replace(log, position_rad=q, velocity_rad_s=v), RULE))
+    assert "not-measured" not in codes(without_unmeasured(replace(log, position_rad=q, velocity_rad_s=v), RULE))
 
 
 def test_a_joint_that_stops_is_not_frozen() -> None:

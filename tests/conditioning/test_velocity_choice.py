@@ -38,7 +38,7 @@ def test_the_logged_velocity_is_used_where_it_is_asked_for(fault: str) -> None:
     kept = condition(log, ConditioningConfig(velocity="logged"))
     np.testing.assert_array_equal(kept.raw_velocity_rad_s, logged)
     (said,) = [f for f in kept.findings if f.code.startswith("log-velocity")]
-    assert (said.code, said.severity, said.joint) == ("log-velocity-disagrees", "warning", "a")
+    assert (said.code, said.severity, said.joint) == ("log-velocity", "warning", "a")
     assert "used all the same, as [conditioning] velocity asks" in said.text
     assert "derived" not in said.text.split("It was")[0].replace("derivative", "")
     auto = condition(log, ConditioningConfig())
@@ -63,7 +63,7 @@ def test_few_wrong_samples_do_not_cost_the_others() -> None:
     as_logged = series.raw_velocity_rad_s[:, 0] == spoilt("spikes")[:, 0]
     assert as_logged.mean() > 0.9
     (said,) = [f for f in series.findings if f.code.startswith("log-velocity")]
-    assert said.code == "log-velocity-disagrees"
+    assert said.code == "log-velocity"
     assert "samples; there it was derived" in said.text
 
 
@@ -88,7 +88,7 @@ def test_a_velocity_in_counts_is_zero_where_it_turns_and_not_stuck() -> None:
     assert not [f for f in series.findings if f.code.startswith("log-velocity")]
     logged[2000:2010, 0] = 0.0  # at up to 2 rad/s
     series = condition(make_log(T, Q, logged, Q, NAMES), ConditioningConfig())
-    (said,) = [f for f in series.findings if f.code == "log-velocity-derived"]
+    (said,) = [f for f in series.findings if f.code == "log-velocity"]
     assert "is exactly zero in 10 samples" in said.text
 
 
@@ -97,5 +97,5 @@ def test_the_numbers_told_are_medians() -> None:
     logged[:, 0] *= 0.5
     logged[:1500, 0] *= -20.0
     series = condition(make_log(T, Q, logged, Q, NAMES), ConditioningConfig())
-    (said,) = [f for f in series.findings if f.code == "log-velocity-disagrees"]
+    (said,) = [f for f in series.findings if f.code == "log-velocity"]
     assert said.text.startswith("The logged velocity of joint 'a' is 0.5 times the derivative of its position, ")

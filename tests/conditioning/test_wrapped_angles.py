@@ -121,7 +121,7 @@ def test_a_jump_that_is_no_wrap_is_a_break_and_keeps_the_logged_velocity(jump: f
     q = log.position_rad.copy()
     q[2000:, 0] += jump
     series = condition(replace(log, position_rad=q), CONFIG)
-    assert [(f.code, f.joint) for f in series.findings] == [("log-position-break", "a")]
+    assert [(f.code, f.joint) for f in series.findings] == [("not-measured", "a")]
     assert [(s.start, s.stop) for s in series.segments] == [(0, 2000), (2001, 4000)]
     assert series.raw_velocity_rad_s is not None
     kept = np.isfinite(series.raw_velocity_rad_s[:, 0])
@@ -137,7 +137,7 @@ def test_a_sample_astray_is_cut_out() -> None:
     q[1500, 1] = 700.0
     series = condition(replace(log, position_rad=q), CONFIG)
     assert np.nanmax(np.abs(series.position_rad)) < 10
-    assert ("log-position-break", "b") in {(f.code, f.joint) for f in series.findings}
+    assert ("not-measured", "b") in {(f.code, f.joint) for f in series.findings}
 
 
 def test_prismatic_joints_are_never_continued() -> None:
@@ -151,7 +151,7 @@ def test_positions_that_are_held_are_not_cut_to_pieces() -> None:
     held = np.repeat(log.position_rad[::10], 10, axis=0)[: log.time_s.size]
     found = continued_angles(replace(log, position_rad=held, velocity_rad_s=None))
     assert not found.breaks
-    assert [f.code for f in found.findings] == ["log-position-break"]
+    assert [f.code for f in found.findings] == ["not-measured"]
 
 
 def test_a_joint_that_jumps_in_many_steps_is_not_judged() -> None:
@@ -160,5 +160,5 @@ def test_a_joint_that_jumps_in_many_steps_is_not_judged() -> None:
     astray = np.random.default_rng(3).choice(q.shape[0], q.shape[0] // 40, replace=False)
     q[astray, 0] += 3.0
     found = [f for f in continued_angles(replace(log, position_rad=q)).findings if f.joint == "a"]
-    assert [(f.code, f.severity, f.forbids_pass) for f in found] == [("log-position-break", "error", True)]
+    assert [(f.code, f.severity, f.forbids_pass) for f in found] == [("not-measured", "error", True)]
     assert joints_not_judged(found, ("a", "b")) == {"a"}

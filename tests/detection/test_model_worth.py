@@ -69,7 +69,7 @@ def judged(log: JointLog, friction: FrictionFile, robot: dict[str, Any] = ROBOT,
 
 
 def said(friction: FrictionFile, **wrong: Any) -> dict[str | None, Finding]:
-    return {f.joint: f for f in judged(log_of(**wrong), friction).findings if f.code == "model-no-gain"}
+    return {f.joint: f for f in judged(log_of(**wrong), friction).findings if f.code == "residual-level"}
 
 
 def test_a_good_model_is_not_mentioned(friction: FrictionFile) -> None:
@@ -99,7 +99,7 @@ def test_an_effort_without_friction_is_not_judged_and_pushes_on_the_other_joint_
     if pushed:
         effort[20_000:20_500, 1] += 5.0
     found = judged(replace(log, effort=effort), friction, LIGHT, gamma_nm=1.0, persistence_ms=25.0)
-    assert {f.joint: f.effect for f in found.findings if f.code == "model-no-gain"} == {"joint1": "not-judged-joint"}
+    assert {f.joint: f.effect for f in found.findings if f.code == "residual-level"} == {"joint1": "not-judged-joint"}
     assert found.verdict == ("fail" if pushed else "not_judged")
     assert {joint for contact in found.contacts for joint in contact.joints} == ({"joint2"} if pushed else set())
     assert found.residual["joint1"].judged_s == 0.0

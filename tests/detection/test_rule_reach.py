@@ -48,14 +48,14 @@ NONE = (np.nan, np.nan)
 def test_thresholds_out_of_reach(gamma: Any, limits: Any, effect: str | None, words: str) -> None:
     findings = found(gamma, limits)
     assert [f.effect for f in findings] == ([] if effect is None else [effect])
-    assert all(f.code == "gamma-out-of-reach" and words in f.text for f in findings)
+    assert all(f.code == "rule-unfit" and words in f.text for f in findings)
 
 
 @pytest.mark.parametrize(("n", "effect"), [(13, None), (125, None), (126, "excludes"), (2000, "excludes")])
 def test_persistence_out_of_reach(n: int, effect: str | None) -> None:
     findings = found((4.0, 4.0), NONE, n)
     assert [f.effect for f in findings] == ([] if effect is None else [effect])
-    assert all(f.code == "persistence-long" for f in findings)
+    assert all(f.code == "rule-unfit" for f in findings)
 
 
 def test_a_persistence_longer_than_the_log_is_refused() -> None:
@@ -74,7 +74,7 @@ def test_thresholds_that_are_large_beside_the_joints_torque_are_said() -> None:
     series: Any = SimpleNamespace(effort=np.outer(np.sin(3 * time_s), TORQUE), effort_unit="Nm", joint_names=("a", "b"))
     rule: Any = SimpleNamespace(gamma_nm={"a": 3.5, "b": 1.5}, watch=("a", "b"))
     (said,) = coarse_findings(series, rule)
-    assert (said.code, said.effect) == ("gamma-coarse", "excludes")
+    assert (said.code, said.effect) == ("rule-unfit", "excludes")
     assert "b 1.5 of 12" in said.text and "a 3.5" not in said.text
     still: Any = SimpleNamespace(effort=np.ones((2000, 2)), effort_unit="Nm", joint_names=("a", "b"))
     assert not coarse_findings(still, rule)

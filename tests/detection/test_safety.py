@@ -41,7 +41,7 @@ def with_stall(log: JointLog, start: int, stop: int) -> JointLog:
 def test_a_stalled_logger_leaves_a_gap_that_is_said(velocity: bool) -> None:
     log = with_stall(moving(), 2000, 2100)
     series = condition(log if velocity else replace(log, velocity_rad_s=None), ConditioningConfig())
-    (said,) = [f for f in series.findings if f.code == "log-stalled"]
+    (said,) = [f for f in series.findings if f.code == "not-measured"]
     assert (said.start_s, said.end_s) == (pytest.approx(4.0), pytest.approx(4.2))
     assert len(series.segments) == 2
     assert float(np.nanmax(np.abs(series.acceleration_rad_s2[~series.edge]))) < 3.0, "no jump is differentiated"
@@ -87,12 +87,11 @@ def test_a_joint_missing_between_others_makes_all_torques_unknown() -> None:
     config = config.changed({"armature_kg_m2": None})
     here = [name for name in arm.joints if name != "joint3"]
     folder = Path()
-    codes = [f.code for f in build_robot(config, folder, here).findings]
-    assert "model-joint-between" in codes
-    outer = [f.code for f in build_robot(config, folder, arm.joints[:4]).findings]
-    assert "model-joint-between" not in outer
+    assert "not-judged-log" in [f.effect for f in build_robot(config, folder, here).findings]
+    outer = [f.effect for f in build_robot(config, folder, arm.joints[:4]).findings]
+    assert "not-judged-log" not in outer
     parked = build_robot(config.changed({"parked": {"joint3": 0.3}}), folder, here)
-    assert "model-joint-between" not in [f.code for f in parked.findings]
+    assert "not-judged-log" not in [f.effect for f in parked.findings]
     whole = build_robot(config, folder, arm.joints)
     q = np.array([[0.1, 0.4, 0.3, 0.2, -0.5, 0.6]])
     expected = np.delete(whole.gravity_torque(q), 2, axis=1)

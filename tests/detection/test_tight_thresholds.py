@@ -50,6 +50,6 @@ def test_a_threshold_that_the_fit_supports_says_nothing(made: Maker, friction_of
 def test_thresholds_that_rise_from_one_fit_to_the_next_are_said(friction_of: Fitted) -> None:
     before, after = (asking(friction_of("paper6"), gamma).thresholds for gamma in (2.0, 4.1))
     (said,) = rise_findings(after, before)
-    assert said.code == "gamma-rose" and "joint2 2 to 4.1" in said.text
+    assert said.code == "fit-exceeded" and "joint2 2 to 4.1" in said.text
     assert not rise_findings(before, after)
     assert not rise_findings(asking(friction_of("paper6"), 3.9).thresholds, before)

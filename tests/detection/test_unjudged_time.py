@@ -74,11 +74,11 @@ def judged(log: JointLog, path: Path, friction: FrictionFile) -> AuditResult:
 def test_pushes_in_time_that_is_not_judged_are_no_pass(clean: Path, friction: FrictionFile, how: str) -> None:
     log = open_log(clean, load_config(clean.with_suffix(".toml")))
     found = judged(SPOILT[how](pushed(log), around(log)), clean, friction)
-    times = [f.start_s or 0.0 for f in found.findings if f.code == "unjudged-effort"]
+    times = [f.start_s or 0.0 for f in found.findings if f.code == "event-cut"]
     assert found.verdict == "not_judged"
     assert [any(t - AROUND_S <= x <= t + LASTS_S for x in times) for t in TIMES_S] == [True] * 3
     same = judged(SPOILT[how](log, around(log)), clean, friction)
-    assert "unjudged-effort" not in {f.code for f in same.findings}, "said of clean motion"
+    assert "event-cut" not in {f.code for f in same.findings}, "said of clean motion"
 
 
 @pytest.mark.parametrize("how", ["no position", "thinned"])
@@ -86,7 +86,7 @@ def test_rows_in_a_gap_are_held_against_their_own_motion(clean: Path, friction: 
     """A third of the push lies within what motion beside the gap might become; not within what the rows' motion is."""
     log = open_log(clean, load_config(clean.with_suffix(".toml")))
     found = judged(SPOILT[how](pushed(log, 0.33), around(log, 0.5)), clean, friction)
-    times = [f.start_s or 0.0 for f in found.findings if f.code == "unjudged-effort"]
+    times = [f.start_s or 0.0 for f in found.findings if f.code == "event-cut"]
     assert [any(t - AROUND_S <= x <= t + LASTS_S for x in times) for t in TIMES_S] == [True] * 3
 
 
@@ -114,5 +114,5 @@ def test_a_hand_on_idle_drives_stays_masked(clean: Path, friction: FrictionFile)
     flagged = replace(log, effort=effort, annotations=(Annotation("freedrive", "mode", ((8.0, 11.0),)),))
     found = judged(flagged, clean, friction)
     assert found.contacts == ()
-    assert not {"unjudged-effort"} & {f.code for f in found.findings}
+    assert not {"event-cut"} & {f.code for f in found.findings}
     assert found.coverage.joints["joint2"].not_judged_s["not-driven"] > 2.5

@@ -27,9 +27,9 @@ def test_force_controlled_joints_are_lumped_and_a_neighbour_watches(polishing: P
     assert "also watches the links of joint2" in joints["joint1"].why
     assert joints["joint2"].not_judged_s["not-watched"] == pytest.approx(28.0, abs=0.1)
     assert "not-watched" not in joints["joint1"].not_judged_s
-    said = [f for f in result.findings if f.code == "joint-not-watched" and f.joint == "joint2"]
+    said = [f for f in result.findings if f.code == "coverage-low" and f.joint == "joint2"]
     assert len(said) == 1
-    early = [f for f in result.findings if f.code == "phases-outside"]
+    early = [f for f in result.findings if f.code == "log-label-missing"]
     assert [(f.start_s, f.end_s) for f in early] == [pytest.approx((24.0, 25.0), abs=0.01)]
     assert {c.joint for c in result.collisions} == {"joint1"}
 

@@ -101,12 +101,12 @@ def test_inverted_effort_is_told_from_an_error_of_gravity(offset: float) -> None
     assert not fit.dissipates
     assert "inverted" in friction_findings({"j": fit})[0].text
     right_gravity = EffortGain("j", 0.9, (0.8, 1.0), 0.9)
-    said = next(f for f in friction_findings({"j": fit}, [right_gravity]) if f.code == "friction-gives-power")
+    said = next(f for f in friction_findings({"j": fit}, [right_gravity]) if f.code == "friction-not-physical")
     assert said.excludes and said.doubts_alarms, "a law that gives power is no bare pass"
     assert "gravity torque has the right sign" in said.text and "base_rpy_deg" in said.text
     assert "effort_sign" not in said.text
     stated_already = [EffortGain("j", -0.9, (-1.0, -0.8), 0.9)]
-    assert "friction-gives-power" not in {f.code for f in friction_findings({"j": fit}, stated_already)}
+    assert "friction-not-physical" not in {f.code for f in friction_findings({"j": fit}, stated_already)}
 
 
 def test_no_friction_at_all_is_not_negative_friction() -> None:

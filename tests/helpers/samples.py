@@ -85,9 +85,7 @@ def hostile() -> Audit:
     """Every text that could come from a log or a file tries to break out of its place."""
     audit = rename(failed(n=4000), HOSTILE)
     result = audit.result
-    findings = tuple(
-        Finding("log-message-skipped", "warning", text, where=text, joint=text, start_s=1.0) for text in HOSTILE
-    )
+    findings = tuple(Finding("log-left-out", "warning", text, where=text, joint=text, start_s=1.0) for text in HOSTILE)
     return replace(
         audit,
         result=replace(
@@ -167,7 +165,7 @@ def not_judged(n: int = 5_000) -> Audit:
         near_below_nm=np.full(len(JOINTS), np.nan),
     )
     nothing = ResidualStats(None, None, None, None, 0.0)
-    finding = Finding("effort-unit-raw", "warning", "the effort of all 6 joints is in an unknown unit")
+    finding = Finding("effort-kind", "warning", "the effort of all 6 joints is in an unknown unit")
     result = replace(
         audit.result,
         verdict="not_judged",
@@ -250,9 +248,9 @@ def busy(count: int = 30) -> Audit:
         "effort-gain",
         "effort-sign-unknown",
         "residual-position",
-        "friction-scatter",
+        "residual-level",
         "friction-level",
-        "detector-slow",
+        "rule-unfit",
     )
     text = "joint '{}' differs by 1.23 N·m (95 %: 1.1 to 1.4), more than a quarter of its threshold of 4 N·m"
     findings = tuple(
@@ -372,9 +370,9 @@ def _result(signals: Signals) -> AuditResult:
         recommended=_recommended(),
         friction=_friction(),
         findings=(
-            Finding("friction-missing", "warning", "wrist_3 never moved at constant speed", joint="wrist_3"),
+            Finding("fit-doubtful", "warning", "wrist_3 never moved at constant speed", joint="wrist_3"),
             Finding("time-gap", "warning", "a gap of 4.0 s", start_s=0.31 * recorded, end_s=0.33 * recorded),
-            Finding("clock-drift", "info", "the header stamp is the steadier clock", where="/joint_states"),
+            Finding("log-clock", "info", "the header stamp is the steadier clock", where="/joint_states"),
             Finding("log-effort-missing", "error", "effort is 56.0 N·m all the time", joint="elbow"),
         ),
         coverage=_coverage(signals, judged, recorded),

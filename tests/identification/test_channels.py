@@ -102,10 +102,10 @@ def test_coarse_steps_are_noticed_and_fine_ones_are_not() -> None:
     log = moving_log()
     assert log.effort is not None
     coarse = audit_effort(prepared(replace(log, effort=np.round(log.effort / 4) * 4), settings()))
-    assert {f.joint for f in coarse if f.code == "effort-quantised"} >= {"joint2", "joint3"}
+    assert {f.joint for f in coarse if f.code == "effort-filtered"} >= {"joint2", "joint3"}
     assert any("steps of 4" in f.text for f in coarse)
     fine = audit_effort(prepared(replace(log, effort=np.round(log.effort, 3)), settings()))
-    assert not any(f.code == "effort-quantised" for f in fine)
+    assert not any(f.code == "effort-filtered" for f in fine)
 
 
 @pytest.mark.parametrize("late", [0.0, 0.016, 0.3])
@@ -166,7 +166,7 @@ def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
 def test_a_late_wrench_is_measured() -> None:
     config = settings(wrench="/w", wrench_frame="tool0")
     facts, said = audit_channels(prepared(moving_log(0.02, wrench=True), config), config)
-    wrench = next(f for f in said if f.code == "wrench-delay")
+    wrench = next(f for f in said if f.code == "log-wrench")
     assert facts.wrench_delay_ms == pytest.approx(20.0, abs=1.0)
     assert wrench.severity == "warning"
     assert " 20." in wrench.text or " 19." in wrench.text
@@ -249,7 +249,7 @@ def test_a_calibrated_sensor_is_used_where_that_is_asked_for() -> None:
     # at rest, the last 300 of 500 samples a pose: this log's sensor does not feel the tool being accelerated
     rest = np.isin(np.arange(len(log.contact_nm)) % 500, np.arange(270, 470))
     assert np.std(seen.contact_nm[rest]) < 0.1 * np.std(log.contact_nm[rest])  # the tool's weight was left in before
-    assert any(f.code == "log-wrench-bias" and "1.4 kg" in f.text for f in seen.findings)
+    assert any(f.code == "log-wrench" and "1.4 kg" in f.text for f in seen.findings)
     none = calibrated(log, Calibration.of_sensor({}, config), config)
     assert none.contact_nm is log.contact_nm
     assert any("holds no calibration" in f.text for f in none.findings)
@@ -304,7 +304,7 @@ def test_a_log_is_judged_at_its_own_temperature(warmed: tuple[Config, FrictionFi
         assert before is not None
         assert after is not None
         assert after < 0.7 * before
-    assert said(judged(heated_log(10.0, 1.0))) == {"fact", "friction-temperature-beyond"}
+    assert said(judged(heated_log(10.0, 1.0))) == {"fact", "evidence-range"}
 
 
 def test_a_dead_effort_has_no_delay() -> None:

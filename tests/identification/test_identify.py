@@ -289,7 +289,7 @@ def test_a_tool_picked_up_on_the_way_is_no_one_tool() -> None:
     assert changed is not None
     assert changed.tool is not None
     assert changed.tool.mass_halves_kg == pytest.approx((0.8, 2.4), abs=0.3)
-    assert [f.code for f in identified_findings(changed)].count("identified-doubtful") == 1
+    assert [f.code for f in identified_findings(changed)].count("fit-doubtful") == 1
     same = identify([prepare(both[0], arm(config), config)], config)
     assert same is not None
     assert same.tool is not None

@@ -34,7 +34,7 @@ SETTINGS = LogConfig.of({"wrench": "/ft/wrench"})
 CHECKED = ("mcap-zstd", "mcap-lz4", "mcap-none")
 #: Kinds that say how many messages there are: none may be missing without a word.
 COUNTED = (*CHECKED, "mcap-plain", "mcap-unchunked", "mcap-ros1", "bag-none", "bag-lz4", "bag-bz2")
-SAYING = {"log-partial", "log-message-skipped", "time-garbage"}
+SAYING = {"log-partial", "log-left-out", "log-nan"}
 EXTREMES = (b"\xff" * 4, b"\0" * 4, b"\xff\xff\xff\x7f", (50 * 2**30).to_bytes(8, "little"), b"\xff" * 8, b"\x01\0\0\0")
 
 

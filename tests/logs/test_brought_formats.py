@@ -102,13 +102,13 @@ def test_demonstrations_are_runs_in_the_order_of_their_numbers(tmp_path: Path) -
     assert "rate_hz" in str(refused.value.hint)
     log = read(path, csv={"rate_hz": 100.0})
     np.testing.assert_allclose(log.position_rad[:, 1], np.concatenate([Q[:n, 1] + k for k, n in enumerate(rows)]))
-    assert "11 runs" in next(finding.text for finding in log.findings if finding.code == "log-runs")
+    assert "11 runs" in next(finding.text for finding in log.findings if finding.code == "time-gap")
     assert np.count_nonzero(np.diff(log.time_s) > 0.05) == 10
 
 
 def test_demonstrations_with_times_begin_again(tmp_path: Path) -> None:
     log = read(demos(tmp_path, 120, 130, 140, time=True))
-    assert "3 runs" in next(finding.text for finding in log.findings if finding.code == "log-runs")
+    assert "3 runs" in next(finding.text for finding in log.findings if finding.code == "time-gap")
     assert log.time_s.shape == (390,)
 
 
@@ -118,7 +118,7 @@ def test_an_empty_demonstration_and_arrays_of_one_only_are_said_or_missing(tmp_p
         file["data/demo_0/obs/extra"] = np.ones(120)
     log = read(path, csv={"rate_hz": 100.0})
     assert log.time_s.shape == (260,)
-    text = next(finding.text for finding in log.findings if finding.code == "log-arrays-left-out")
+    text = next(finding.text for finding in log.findings if finding.code == "log-left-out")
     assert "data.demo_1 (no rows)" in text
     extra = next(column for column in describe((path,)).columns if column.name == "obs.extra")
     assert (extra.min, extra.max) == (1.0, 1.0)

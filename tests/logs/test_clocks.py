@@ -21,7 +21,7 @@ def clock_findings(tmp_path: Path, stamp_of: Callable[[int], int], count: int = 
         for k in range(count)
     ]
     log = read_log((w.write_mcap(tmp_path / "x.mcap", said),), LogConfig(), robot_joints=None)
-    return [f for f in log.findings if f.code.startswith("clock-")]
+    return [f for f in log.findings if f.code.startswith("log-clock")]
 
 
 def test_equal_clocks_say_nothing(tmp_path: Path) -> None:
@@ -31,14 +31,14 @@ def test_equal_clocks_say_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("factor", "severity"), [(1.005, "info"), (0.5, "warning")])
 def test_drift(factor: float, severity: str, tmp_path: Path) -> None:
     (finding,) = clock_findings(tmp_path, lambda k: w.EPOCH + round(k * w.PERIOD * factor))
-    assert (finding.code, finding.severity) == ("clock-drift", severity)
+    assert (finding.code, finding.severity) == ("log-clock", severity)
     assert f"{(factor - 1) * 1e6:+.3g} ppm" in finding.text
 
 
 @pytest.mark.parametrize("jump_s", [2, -7])
 def test_a_jump_is_told_by_what_the_clock_gained(jump_s: int, tmp_path: Path) -> None:
     (finding,) = clock_findings(tmp_path, lambda k: w.EPOCH + k * w.PERIOD + (jump_s * SECOND if k >= 1000 else 0))
-    assert finding.code == "clock-drift"
+    assert finding.code == "log-clock"
     assert f"gained {jump_s:+} s" in finding.text
 
 

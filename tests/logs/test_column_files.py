@@ -120,7 +120,7 @@ def test_the_same_numbers_are_the_same_log(writer: Any, tmp_path: Path) -> None:
     for name, values in (("q", log.position_rad), ("dq", log.velocity_rad_s), ("tau", log.effort)):
         np.testing.assert_array_equal(values, np.column_stack([COLUMNS[f"{name}1"], COLUMNS[f"{name}2"]]))
     assert log.joint_names == ("shoulder", "elbow")
-    assert {finding.code for finding in log.findings} == {"log-columns-guessed"}
+    assert {finding.code for finding in log.findings} == {"log-guessed"}
     summary = describe((path,))
     assert (summary.topics[0].count, set(summary.csv_columns)) == (ROWS, set(COLUMNS))
     guess = guess_csv_columns((path,))
@@ -300,7 +300,7 @@ def test_arrays_of_another_length_are_named(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "log"
     q, tau = (np.column_stack([COLUMNS[f"{name}1"], COLUMNS[f"{name}2"]]) for name in ("q", "tau"))
     WRITERS[kind](path, {"t": TIME_S, "q": q, "tau": tau, "dq": q[1:], "mass": np.arange(5.0)})
-    said = [finding for finding in read(path).findings if finding.code == "log-arrays-left-out"]
+    said = [finding for finding in read(path).findings if finding.code == "log-left-out"]
     assert [finding.severity for finding in said] == ["warning"]
     assert "dq" in said[0].text and str(ROWS - 1) in said[0].text and "mass" not in said[0].text
     WRITERS[kind](path, {"t": TIME_S, "q": q[1:], "tau": tau, "dq": COLUMNS["dq1"]})

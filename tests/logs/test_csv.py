@@ -77,7 +77,7 @@ def test_written_in_many_ways(text: str, tmp_path: Path) -> None:
     log = read(write(tmp_path / "log.csv", text), NM)
     check(log)
     assert log.source.format == "csv"
-    assert [finding.code for finding in log.findings] == ["log-columns-guessed"]
+    assert [finding.code for finding in log.findings] == ["log-guessed"]
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_units_in_headers_and_in_the_configuration(tmp_path: Path) -> None:
     path = write(tmp_path / "log.csv", table(header="t,q1 [deg],q2 [deg],tau1,tau2"))
     log = read(path)
     np.testing.assert_allclose(log.position_rad, np.radians(np.array(ROWS)[:, 1:3]))
-    texts = {finding.text for finding in log.findings if finding.code == "log-units-guessed"}
+    texts = {finding.text for finding in log.findings if finding.code == "log-guessed"}
     assert any("effort" in text and "N·m" in text for text in texts)
     assert any("time" in text for text in texts)
     stated = read(path, {"units": {"position": "rad", "effort": "raw", "time": "s"}})

@@ -205,7 +205,7 @@ def test_no_message_is_dropped_in_silence(tmp_path: Path) -> None:
     )
     log = read_log((w.write_mcap(tmp_path / "x.mcap", said),), LogConfig(), robot_joints=None)
     assert log.time_s.shape == (29,)
-    (finding,) = [f for f in log.findings if f.code == "log-message-skipped"]
+    (finding,) = [f for f in log.findings if f.code == "log-left-out"]
     assert "1 of 30 messages" in finding.text
     assert "1 joint names and 6 values" in finding.text
 

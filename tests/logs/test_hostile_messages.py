@@ -54,7 +54,7 @@ def good(count: int = COUNT) -> list[bytes]:
 
 
 def skipped(log: JointLog) -> str:
-    (said,) = [one.text for one in log.findings if one.code == "log-message-skipped"]
+    (said,) = [one.text for one in log.findings if one.code == "log-left-out"]
     return said
 
 
@@ -86,7 +86,7 @@ def test_both_byte_orders_on_one_channel(tmp_path: Path) -> None:
     log = read(write(tmp_path / "x.mcap", payloads))
     np.testing.assert_array_equal(log.position_rad, np.sin(0.01 * np.arange(COUNT)[:, None] + np.arange(2)))
     np.testing.assert_allclose(log.time_s, np.arange(COUNT) * w.PERIOD / 1e9, atol=1e-12)
-    assert "log-message-skipped" not in {one.code for one in log.findings}
+    assert "log-left-out" not in {one.code for one in log.findings}
 
 
 def test_sequences_that_change_their_length(tmp_path: Path) -> None:

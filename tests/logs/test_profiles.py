@@ -152,7 +152,7 @@ def test_franka_state_numbers_its_joints(store: Any, tmp_path: Path) -> None:
     robot = tuple(f"fr3_joint{i}" for i in range(1, 8))
     log = read(path, robot=robot)
     check(log, robot)
-    assert "log-columns-guessed" in {finding.code for finding in log.findings}
+    assert "log-guessed" in {finding.code for finding in log.findings}
     (label,) = [finding for finding in log.findings if "contact" in finding.text]
     assert (label.joint, label.start_s, label.end_s) == ("panda_joint3", 0.02, 0.038)
     assert label.is_fact

@@ -33,7 +33,7 @@ def check(log: JointLog, reference: JointLog) -> None:
     assert log.joint_names == reference.joint_names
     for name in ("time_s", "position_rad", "velocity_rad_s", "effort"):
         np.testing.assert_array_equal(getattr(log, name), getattr(reference, name))
-    assert not [finding for finding in log.findings if finding.code in ("log-partial", "log-message-skipped")]
+    assert not [finding for finding in log.findings if finding.code in ("log-partial", "log-left-out")]
 
 
 @pytest.mark.parametrize("method", ["zstd", "lz4"])
@@ -110,7 +110,7 @@ def test_messages_that_cannot_be_unpacked_are_counted(spoilt: str, tmp_path: Pat
     bag.close()
     log = read(folder)
     np.testing.assert_array_equal(log.position_rad, np.delete(reference.position_rad, 99, axis=0))
-    (finding,) = [finding for finding in log.findings if finding.code == "log-message-skipped"]
+    (finding,) = [finding for finding in log.findings if finding.code == "log-left-out"]
     assert "1 of 400 messages" in finding.text
 
 

@@ -105,12 +105,12 @@ def test_a_time_column_that_begins_again_holds_runs(tmp_path: Path) -> None:
     steps = np.diff(log.time_s)
     assert np.flatnonzero(steps > 0.05).tolist() == [ROWS - 1, 2 * ROWS - 1]
     assert steps.min() == pytest.approx(0.01)
-    finding = next(f for f in log.findings if f.code == "log-runs")
+    finding = next(f for f in log.findings if f.code == "time-gap")
     assert "3 runs" in finding.text
     assert "row 101, 201 " in finding.text
     summary = describe((path,))
     assert summary.topics[0].rate_hz == pytest.approx(100.0)
-    assert "log-runs" in {f.code for f in summary.findings}
+    assert "time-gap" in {f.code for f in summary.findings}
 
 
 @pytest.mark.parametrize("name", ["trial", "index"])
@@ -119,7 +119,7 @@ def test_a_column_of_runs_or_rows_tells_runs_without_time(name: str, tmp_path: P
     path = write(tmp_path / "log.csv", f"{name},q1,q2", numbers, np.tile(Q, (3, 1)))
     log = read(path, rate_hz=100.0)
     assert np.flatnonzero(np.diff(log.time_s) > 0.05).tolist() == [ROWS - 1, 2 * ROWS - 1]
-    assert "log-runs" in {f.code for f in log.findings}
+    assert "time-gap" in {f.code for f in log.findings}
 
 
 def test_a_stated_run_column_parts_also_what_time_does_not(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ def told(
     wrench = sign * np.concatenate([reading[:, :3] @ turn.T, reading[:, 3:] @ turn.T], axis=1)
     config = base.changed({"log": base.log.changed({"wrench_frame": frame, "wrench_sign": stated})})
     made = prepare(replace(log, wrench=WrenchSeries(log.time_s, wrench, "/wrench")), robot, config)
-    return [f for f in made.findings if f.code == "log-wrench-bias" and "follows gravity" in f.text]
+    return [f for f in made.findings if f.code == "log-wrench" and "follows gravity" in f.text]
 
 
 def test_a_tool_that_nothing_states_is_weighed() -> None:
@@ -79,7 +79,7 @@ def test_work_with_force_that_comes_and_goes_is_no_weight() -> None:
     assert told(0.7, tool=TOOL, force_n=30.0) == []
 
 
-@pytest.mark.parametrize(("second", "codes"), [(0.0, []), (5.0, ["log-wrench-bias"])])
+@pytest.mark.parametrize(("second", "codes"), [(0.0, []), (5.0, ["log-wrench"])])
 def test_axes_are_told_only_where_gravity_turns_about_two(second: float, codes: list[str]) -> None:
     """Turned about one axis alone, any drift that goes with the pose looks like a weight in other axes."""
     t = np.linspace(0.0, 40.0, 2000)

@@ -36,8 +36,8 @@ def model(made: Maker, robot: str) -> tuple[JointLog, object]:
 
 def test_a_model_s_torque_is_not_judged_unless_its_kind_is_stated(model: tuple[JointLog, object]) -> None:
     log, files = model
-    assert "effort-computed" in codes(log, files)
-    assert "effort-computed" not in codes(log, files, **{"log.effort_kind": "motor-torque"})
+    assert "effort-no-torque" in codes(log, files)
+    assert "effort-no-torque" not in codes(log, files, **{"log.effort_kind": "motor-torque"})
 
 
 @pytest.mark.parametrize("wrong", ["payload", "scale", "offset"])
@@ -46,7 +46,7 @@ def test_another_model_s_torque_is_one(model: tuple[JointLog, object], wrong: st
     assert log.effort is not None
     changed = {"payload": 1.0 + 0.1 * np.arange(log.effort.shape[1]), "scale": 0.8, "offset": 1.0}[wrong]
     effort = log.effort * changed + (0.5 if wrong == "offset" else 0.0)
-    assert "effort-computed" in codes(replace(log, effort=effort), files)
+    assert "effort-no-torque" in codes(replace(log, effort=effort), files)
 
 
 def test_friction_or_noise_is_a_measurement(model: tuple[JointLog, object]) -> None:
@@ -55,4 +55,4 @@ def test_friction_or_noise_is_a_measurement(model: tuple[JointLog, object]) -> N
     friction = 2.0 * np.tanh(log.velocity_rad_s / 0.01) + log.velocity_rad_s
     noise = np.random.default_rng(1).normal(0.0, 1e-3, log.effort.shape)
     for added in (friction, noise, friction + noise):
-        assert "effort-computed" not in codes(replace(log, effort=log.effort + added), files)
+        assert "effort-no-torque" not in codes(replace(log, effort=log.effort + added), files)

@@ -100,7 +100,7 @@ def found(**gains: float) -> tuple[EffortGain, ...]:
 def test_several_joints_in_another_scale_forbid_a_pass(scale: float) -> None:
     """Amperes with the right signs, larger or smaller: said once for the arm, and nothing is judged."""
     findings = effort_gain_findings(found(a=scale, b=1.1 * scale, c=1.0), ("a", "b", "c"), "Nm")
-    assert [f.code for f in findings] == ["effort-scale"]
+    assert [f.code for f in findings] == ["effort-no-torque"]
     assert (findings[0].joint, findings[0].effect) == (None, "not-judged-log")
     assert "2 of the 3 joints" in findings[0].text
     assert f"a {scale:.3g} [" in findings[0].text
@@ -118,8 +118,8 @@ def test_several_joints_in_another_scale_forbid_a_pass(scale: float) -> None:
 )
 def test_what_is_no_scale_of_the_log(gains: tuple[EffortGain, ...]) -> None:
     findings = effort_gain_findings(gains, (), "Nm")
-    assert "effort-scale" not in [f.code for f in findings]
-    assert "effort-scale" not in [f.code for f in effort_gain_findings(found(a=0.1, b=0.1), (), "raw")]
+    assert "effort-no-torque" not in [f.code for f in findings]
+    assert "effort-no-torque" not in [f.code for f in effort_gain_findings(found(a=0.1, b=0.1), (), "raw")]
 
 
 def test_an_unloaded_joint_is_undecided_not_guessed() -> None:

@@ -66,7 +66,7 @@ def test_what_is_stated_wins_and_gravity_is_heard() -> None:
     assert (stated.code, stated.severity, stated.effect) == ("effort-sign-inverted", "warning", "none")
     against = EffortGain(joint, 1.0, (0.9, 1.1), 0.9)
     (other,) = friction_sign_findings({joint: sign}, (against,), (joint,), (), "Nm")
-    assert (other.code, other.severity) == ("friction-gives-power", "warning")
+    assert (other.code, other.severity) == ("friction-not-physical", "warning")
     said = EffortGain(joint, -1.0, (-1.1, -0.9), 0.9)
     assert friction_sign_findings({joint: sign}, (said,), (joint,), (), "Nm") == []
 
@@ -110,6 +110,6 @@ def test_an_arm_that_hangs_is_offered_its_mounting_before_a_sign(monkeypatch: py
     for said in (*errors, of_all):
         assert said.text.index("base_rpy_deg") < said.text.index("effort_sign"), said.text
     turned = prepare(replace(log, effort=log.effort * np.array([1.0, -1.0, -1.0])), arm(config), config)
-    power = [f for f in turned.findings if f.code == "friction-gives-power"]
+    power = [f for f in turned.findings if f.code == "friction-not-physical"]
     assert [f.joint for f in power] == ["joint2", "joint3"]
     assert all(f.excludes and "base_rpy_deg" in f.text for f in power)

@@ -26,7 +26,7 @@ LOGS = {
     "tx40_csv/*.csv": RATED.format(5000) + RAW,
     **{f"franka_touch_csv/touch_0{k}.csv": "" for k in range(1, 7)},
 }
-CODES = {"effort-unmeasured", "position-frozen", "log-position-break", "log-stalled", "log-publishers-conflict"}
+CODES = {"not-measured", "log-publishers-conflict"}
 
 
 @pytest.mark.parametrize("name", LOGS)

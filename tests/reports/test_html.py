@@ -114,13 +114,11 @@ def test_a_peak_just_under_its_threshold_does_not_read_as_equal(page: Page) -> N
 def test_findings_are_grouped_by_kind_and_sorted_by_severity(page: Page, failed: Audit) -> None:
     found = re.findall(r"✕ error|△ warning|i info", page.text)
     assert found == ["✕ error", "△ warning", "△ warning", "i info"]
-    again = tuple(
-        Finding("friction-missing", "warning", "not at constant speed", joint=j) for j in ("elbow", "wrist_1")
-    )
+    again = tuple(Finding("fit-doubtful", "warning", "not at constant speed", joint=j) for j in ("elbow", "wrist_1"))
     more = replace(failed.result, findings=(*failed.result.findings, *again))
     text = Page(html_text([replace(failed, result=more)])).text
     assert "wrist_3 never moved at constant speed 1 more elbow, wrist_1: not at constant speed" in text
-    assert text.count("friction-missing") == 1
+    assert text.count("fit-doubtful") == 1
 
 
 def test_every_contact_and_near_miss_has_a_stable_place(page: Page) -> None:

@@ -116,29 +116,29 @@ def test_what_matters_comes_first_and_each_kind_once() -> None:
     found = (
         Finding("friction-level", "info", "not worth a line"),
         Finding("coverage-low", "warning", "said in the reasons"),
-        Finding("friction-scatter", "warning", "one", joint="a"),
-        Finding("friction-scatter", "warning", "two", joint="b"),
+        Finding("residual-level", "warning", "one", joint="a"),
+        Finding("residual-level", "warning", "two", joint="b"),
         Finding("event-cut", "warning", "a contact may have been cut off"),
         Finding("time-gap", "warning", "gaps"),
     )
     result = replace(samples.passed().result, findings=found, reasons=("said in the reasons",))
     assert [(f.code, count) for f, count in important_findings(result)] == [
         ("event-cut", 1),
-        ("friction-scatter", 2),
+        ("residual-level", 2),
         ("time-gap", 1),
     ]
 
 
 def test_where_nothing_was_judged_the_cause_comes_before_what_follows_from_it() -> None:
     found = (
-        Finding("friction-missing", "warning", "a has no friction", joint="a"),
-        Finding("model-no-inertials", "warning", "no robot"),
+        Finding("fit-doubtful", "warning", "a has no friction", joint="a"),
+        Finding("model-approximate", "warning", "no robot"),
     )
     result = replace(samples.passed().result, findings=found)
-    assert [f.code for f, _ in important_findings(result)] == ["friction-missing", "model-no-inertials"]
+    assert [f.code for f, _ in important_findings(result)] == ["fit-doubtful", "model-approximate"]
     idle = {j: replace(c, judged_s=0.0, standing_s=0.0) for j, c in result.coverage.joints.items()}
     result = replace(result, coverage=replace(result.coverage, joints=idle))
-    assert [f.code for f, _ in important_findings(result)] == ["model-no-inertials", "friction-missing"]
+    assert [f.code for f, _ in important_findings(result)] == ["model-approximate", "fit-doubtful"]
 
 
 def test_shares_and_levels_of_a_joint() -> None:

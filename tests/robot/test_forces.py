@@ -113,7 +113,7 @@ def test_the_tool_must_not_move_against_its_sensor(data_dir: Path) -> None:
 def test_without_a_robot_nothing_is_made_up() -> None:
     robot = build_robot(RobotConfig(), Path(), ["a", "b"])
     assert robot.joint_names == ("a", "b") and not robot.has_inertials
-    assert [f.code for f in robot.findings] == ["model-no-inertials"]
+    assert [f.code for f in robot.findings] == ["model-approximate"]
     with pytest.raises(NotJudgedError):
         robot.inverse_dynamics(*np.zeros((3, 1, 2)))
     with pytest.raises(NotJudgedError):

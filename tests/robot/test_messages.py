@@ -83,7 +83,7 @@ def test_links_without_mass_are_named(tmp_path: Path) -> None:
 
 def test_no_masses_at_all(tmp_path: Path) -> None:
     robot = load(tmp_path, arm((0.0, 0.0)), tool={"mass_kg": 1.0})
-    assert not robot.has_inertials and robot.findings[0].code == "model-no-inertials"
+    assert not robot.has_inertials and robot.findings[0].code == "model-approximate"
     with pytest.raises(NotJudgedError, match="no inertials"):
         robot.gravity_torque(np.zeros((1, 2)))
     assert robot.wrench_torque(np.zeros((1, 2)), np.zeros((1, 6)), "l2").shape == (1, 2)
@@ -112,7 +112,7 @@ def test_the_model_hash_is_free_of_paths(tmp_path: Path) -> None:
 def test_holding_a_heavy_joint_warns_and_a_light_one_informs(tmp_path: Path) -> None:
     for mass, severity in ((1.0, "warning"), (0.05, "info")):
         (finding,) = load(tmp_path, arm((1.0, mass)), joints=["j1"]).findings
-        assert (finding.code, finding.severity) == ("model-joint-locked", severity)
+        assert (finding.code, finding.severity) == ("model-joint-missing", severity)
 
 
 def test_a_tool_in_grams_is_refused(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_a_joint_that_the_log_lacks_is_an_exclusion_on_the_chain_of_judged_ones_
     text += "".join(JOINT.format(name, *ends, "revolute") for name, ends in tree.items())
     for joints, excluded in ((("torso", "left1", "left2"), True), (("left1", "left2"), True), (("left1",), True)):
         (finding,) = load(tmp_path, f"<robot name='r'>{text}</robot>", joints).findings
-        assert finding.code == "model-joint-locked" and finding.excludes is excluded
+        assert finding.code == "model-joint-missing" and finding.excludes is excluded
     parked = {"torso": 0.3}
     (finding,) = load(tmp_path, f"<robot name='r'>{text}</robot>", ("left1", "left2"), parked=parked).findings
     assert not finding.excludes, "the other arm is held, and the torso was stated"

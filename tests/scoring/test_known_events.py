@@ -131,12 +131,12 @@ def test_phases_from_the_log() -> None:
     assert [f.code for f in findings] == ["fact", "phases-unknown"]
     assert "away" in findings[1].text
     outside = PhasesConfig(force_control=[(1.0, 4.0)])
-    early = [f for f in phase_findings(t, labels, outside, stated=True) if f.code == "phases-outside"]
+    early = [f for f in phase_findings(t, labels, outside, stated=True) if f.code == "log-label-missing"]
     assert [(f.start_s, f.end_s) for f in early] == [(1.0, pytest.approx(1.9))]
 
 
 def test_phases_of_another_run_are_noticed() -> None:
     t = 0.1 * np.arange(100)
     config = PhasesConfig(contact=[(2.0, 3.0), (25.0, 53.0)])
-    found = [f for f in phase_findings(t, np.zeros(100, dtype=np.int8), config) if f.code == "phases-outside"]
+    found = [f for f in phase_findings(t, np.zeros(100, dtype=np.int8), config) if f.code == "log-label-missing"]
     assert [(f.start_s, f.end_s) for f in found] == [(25.0, 53.0)]

@@ -102,7 +102,7 @@ def test_only_what_was_measured_is_read(case: str, tmp_path: Path) -> None:
         else:
             assert values is not None
             np.testing.assert_array_equal(values, [field(message, where) for message in messages], err_msg=where)
-    assert not [finding for finding in log.findings if finding.code == "log-message-skipped"]
+    assert not [finding for finding in log.findings if finding.code == "log-left-out"]
 
 
 @pytest.mark.parametrize("axes", ["JointQuantity", "Axes"])

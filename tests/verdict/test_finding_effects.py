@@ -214,7 +214,7 @@ def test_an_error_of_a_joint_that_nobody_asked_for_is_a_warning(
 
 def test_only_errors_of_single_joints_are_lowered() -> None:
     pose = Finding("log-unit-suspect", "error", "", joint="joint2")
-    absent = Finding("judged-joint-missing", "error", "", joint="joint2")
+    absent = Finding("effort-switched", "error", "", joint="joint2")
     part = Finding("event-cut", "warning", "", joint="joint2")
     dead = Finding("log-effort-missing", "error", "", joint="joint2")
     lowered = without_errors_of((pose, absent, part, dead), {"joint2"})
@@ -223,7 +223,7 @@ def test_only_errors_of_single_joints_are_lowered() -> None:
 
 
 def test_a_finding_on_a_joint_outside_the_judged_ones_leaves_them_alone() -> None:
-    absent = Finding("judged-joint-missing", "error", "", joint="joint9")
+    absent = Finding("log-joints-missing", "error", "", joint="joint9")
     assert joints_not_judged((absent,), NAMES) == frozenset()
 
 

@@ -92,7 +92,7 @@ def test_a_lost_stretch_with_a_jump_hides_nothing_else(friction: FrictionFile) -
     log = make_log(PERIOD * np.arange(keep.size), q, log.velocity_rad_s[keep], log.effort[keep])
     found = audit(log, friction)
     assert onsets(found) == pytest.approx([8.4 - 2.002 + 0.002, 16.2 - 2.002], abs=3 * PERIOD)
-    assert "log-position-break" in codes(found)
+    assert "not-measured" in codes(found)
     assert np.nanmax(np.abs(found.signals.velocity_rad_s)) < 0.8
 
 

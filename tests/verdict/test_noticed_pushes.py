@@ -121,7 +121,7 @@ def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
     friction = fit_logs([prepare(scaled[0], arm, config)], config, NOBODY)
     judged = audit_log(prepare(scaled[1], arm, config, Calibration.of(friction, config)), config, friction, NOBODY)
     for found in (friction.findings, judged.result.findings):
-        doubts = [f for f in found if f.code in ("effort-gain", "effort-scale")]
+        doubts = [f for f in found if f.code in ("effort-gain", "effort-no-torque")]
         assert bool(doubts) == (verdict == "doubted"), doubts
     if verdict == "clean":
         assert judged.result.verdict == "pass", judged.result.reasons

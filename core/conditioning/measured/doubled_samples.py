@@ -44,7 +44,7 @@ def without_stalls(log: JointLog) -> JointLog:
                 f"The log repeats one sample {b - a} times from {first:.4g} to {last:.4g} s while the arm moves: the "
                 "logger stalled. The repeats were left out; a contact then would not be seen."
             )
-            findings.append(Finding("log-stalled", "warning", text, start_s=first, end_s=last))
+            findings.append(Finding("not-measured", "warning", text, start_s=first, end_s=last))
     if not findings:
         return log
     return replace(log.samples(~drop), findings=(*log.findings, *findings[:_LISTED]))

@@ -183,7 +183,7 @@ def _unmeasured(recorded: JointLog, j: int, kind: NDArray[np.int8]) -> Finding:
         f"The effort of joint '{joint}' is no measurement {_when(spans)}: {what}. A contact then would not be seen: it "
         "counts as missing, and nothing that needs it is judged there."
     )
-    return Finding("effort-unmeasured", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1])
+    return Finding("not-measured", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1])
 
 
 def _frozen(recorded: JointLog, found: Sequence[Sequence[tuple[int, int]]]) -> list[Finding]:
@@ -196,7 +196,7 @@ def _frozen(recorded: JointLog, found: Sequence[Sequence[tuple[int, int]]]) -> l
             f"The position of joint '{joint}' stands still while the joint moves {_when(spans)}. A contact then would "
             "not be seen: it counts as missing, and nothing that needs it is judged there."
         )
-        out.append(Finding("position-frozen", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1]))
+        out.append(Finding("not-measured", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1]))
     return out
 
 
@@ -269,7 +269,7 @@ def effort_signal_findings(
                 f"The effort of joint '{joint}' rests at its extreme for {pinned[j] * (time_s[1] - time_s[0]):.3g} s "
                 f"between {first:.4g} and {last:.4g} s: saturated, not judged there."
             )
-            findings.append(Finding("log-effort-saturated", "warning", text, joint=joint, start_s=first, end_s=last))
+            findings.append(Finding("not-measured", "warning", text, joint=joint, start_s=first, end_s=last))
     return findings
 
 

@@ -117,5 +117,5 @@ def set_back_findings(found: tuple[SetBack, ...], origin_ns: int, where: str) ->
             f"The clock was set back by {place.by_ns / _NS:.4g} s at {at_s:.4g} s, into time already recorded: later "
             f"samples follow after a break, their stamps as recorded plus {place.shift_ns / _NS:.6g} s."
         )
-        findings.append(Finding("time-out-of-order", "warning", text, where=where, start_s=at_s))
+        findings.append(Finding("log-clock", "warning", text, where=where, start_s=at_s))
     return findings

@@ -71,7 +71,7 @@ def garbage_finding(count: int, total: int, first: int, what: str, where: str) -
         f"{count} of {total} stamps are no times of this recording; these {what}s were left out. The first is {what} "
         f"{first}."
     )
-    return Finding("time-garbage", "warning", text, where=where)
+    return Finding("log-nan", "warning", text, where=where)
 
 
 def without_impossible(log: JointLog, what: str) -> JointLog:

@@ -88,7 +88,7 @@ def _used(
     said = "Numbered columns were taken as the robot's joints in its order"
     if not columns:
         said = "The log numbers its joints; they were taken as the robot's in its order"
-    return (Finding("log-columns-guessed", "info" if columns else "warning", f"{said}: {order}.", where=where),)
+    return (Finding("log-guessed", "info" if columns else "warning", f"{said}: {order}.", where=where),)
 
 
 def _joints_hint(guess: JointGuess) -> str:

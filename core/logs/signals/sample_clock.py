@@ -145,4 +145,4 @@ def compare_clocks(
         f"The header's clock gained {gained:+.4g} s on the recording's in {over:.4g} s ({gained / over * 1e6:+.3g} "
         "ppm): one of them runs fast or slow, was set, or tells simulated time."
     )
-    return [Finding("clock-drift", "warning" if abs(gained / over) > _WARNED_SHARE else "info", text, where=topic)]
+    return [Finding("log-clock", "warning" if abs(gained / over) > _WARNED_SHARE else "info", text, where=topic)]

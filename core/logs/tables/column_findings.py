@@ -109,7 +109,7 @@ def time_unit_findings(file: AssignedTable, unit: str, settings: LogConfig) -> l
     name = file.reader.names[file.assignment.time]
     by = f"its name {name!r}" if named_unit(name) == unit else "the size of its numbers"
     text = f"The unit of the time column was taken as {unit}, by {by}."
-    return [Finding("log-units-guessed", "info", text, where=file.reader.path.name)]
+    return [Finding("log-guessed", "info", text, where=file.reader.path.name)]
 
 
 def guess_findings(file: AssignedTable) -> list[Finding]:
@@ -125,7 +125,7 @@ def guess_findings(file: AssignedTable) -> list[Finding]:
     if "time" in assignment.guessed:
         said.append(f"time = {names[assignment.time or 0]!r}")
     text = f"Columns were recognised by their names, not by the configuration: {'; '.join(said)}."
-    findings = [Finding("log-columns-guessed", "warning", text, where=where)]
+    findings = [Finding("log-guessed", "warning", text, where=where)]
     if assignment.passed_over:
         passed = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
         text = f"Columns that are not the measured quantity by their names were passed over: {passed}."
@@ -138,4 +138,4 @@ def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Fi
     if not left_out:
         return []
     text = f"Arrays that do not have the table's {rows} rows were left out: {listed(left_out)}."
-    return [Finding("log-arrays-left-out", "warning", text, where=where)]
+    return [Finding("log-left-out", "warning", text, where=where)]

@@ -183,7 +183,7 @@ def _rows_matched(files: Sequence[AssignedTable]) -> list[Finding]:
         return []
     timed = next(file.reader.path.name for file in files if file.assignment.time is not None)
     text = f"{listed(timeless)} hold no time: their rows, which are as many, were taken to be those of {timed}."
-    return [Finding("log-columns-guessed", "warning", text, where=timed)]
+    return [Finding("log-guessed", "warning", text, where=timed)]
 
 
 def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns, str | None]:

@@ -150,7 +150,7 @@ def _units(table: JointTable, stated: UnitsConfig, where: str) -> tuple[UnitsCon
             update[quantity] = _converted(quantity, named, where)
         elif quantity == "effort":
             text = "The unit of the effort columns is not stated; it was taken as N·m."
-            findings.append(Finding("log-units-guessed", "warning", text, where=where))
+            findings.append(Finding("log-guessed", "warning", text, where=where))
     if update.get("effort") == "A":
         stated = with_currents(stated, where)
     return stated.changed(update), findings

@@ -110,4 +110,4 @@ def _finding(starts: IntArray, why: str, where: str) -> Finding:
         f"The table holds {starts.shape[0] + 1} runs one after the other: the others begin at row {rows} "
         f"({why}). Each follows after a break, and time goes on."
     )
-    return Finding("log-runs", "warning", text, where=where)
+    return Finding("time-gap", "warning", text, where=where)

@@ -189,4 +189,4 @@ def skipped_findings(topic: Topic) -> tuple[Finding, ...]:
     if not decoded.skipped:
         return ()
     text = f"{decoded.skipped} of {decoded.seen} messages were left out; the first because {decoded.problem}."
-    return (Finding("log-message-skipped", "warning", text, where=topic.name),)
+    return (Finding("log-left-out", "warning", text, where=topic.name),)

@@ -45,17 +45,17 @@ def read_wrench(
     problem = _problem(topic)
     if problem is not None:
         text = f"The wrench topic {settings.wrench} was configured, and {problem}."
-        return None, [Finding("log-wrench-missing", "warning", text, where=settings.wrench)]
+        return None, [Finding("log-wrench", "warning", text, where=settings.wrench)]
     groups = list(topic.decoded.groups.values())
     series = in_order(groups, {"wrench": np.asarray(taken(groups, "wrench"))}, joints=joints)
     findings = [] if series.garbage is None else [garbage_finding(*series.garbage, "message", topic.name)]
     if not series.followed:
         text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
-        return None, [Finding("log-wrench-missing", "warning", text, where=topic.name)]
+        return None, [Finding("log-wrench", "warning", text, where=topic.name)]
     if clock == "header" and not header_steadiness(series.stamp_ns, series.log_ns).usable:
         clock = "log"
         text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
-        findings.append(Finding("clock-drift", "warning", text, where=topic.name))
+        findings.append(Finding("log-clock", "warning", text, where=topic.name))
     time_s, wrench = seconds_since(series.stamps(clock), origin_ns), series.columns["wrench"]
     return WrenchSeries(frozen(time_s), frozen(wrench), topic.name), findings
 

@@ -53,4 +53,4 @@ def computed_findings(smooth: Collection[str], friction: Mapping[str, Slope], ju
         f"(at most {most:.2g} along the motion): they look computed from a model, and no contact shows in these. If "
         'they were measured, state [log] effort_kind = "motor-torque" (or "joint-torque" or "motor-current").'
     )
-    return [Finding("effort-computed", "error", text)]
+    return [Finding("effort-no-torque", "error", text)]

@@ -67,7 +67,7 @@ def effort_kind(
             "The effort is stated to be an estimate of external torque: it holds neither gravity nor friction that "
             "could be compared with the model. Read the measured torque or current in its place."
         )
-        return EffortKind(), (Finding("effort-compensated", "error", text),)
+        return EffortKind(), (Finding("effort-no-torque", "error", text),)
     if stated != "auto":
         source: EffortSource = "joint" if stated == "joint-torque" else "motor"
         return EffortKind(source, "stated" if stated == "gravity-compensated" else "no"), ()
@@ -82,7 +82,7 @@ def effort_kind(
         'out, or [robot] states the base or gravity wrongly. State [log] effort_kind = "gravity-compensated" if the '
         'controller does so; otherwise correct [robot], and state "motor-torque" or "joint-torque".'
     )
-    return EffortKind(kind.source, "seen"), (*findings, Finding("effort-compensated", "error", text))
+    return EffortKind(kind.source, "seen"), (*findings, Finding("effort-no-torque", "error", text))
 
 
 def _by_name(joints: Sequence[str]) -> tuple[EffortKind, tuple[Finding, ...]]:
@@ -216,7 +216,7 @@ def friction_sign_findings(
                 f"{evidence}, while its gravity torque has the right sign: sign and mounting ([robot] base_rpy_deg) "
                 "are both wrong, or delay, inertia or a person guiding the arm."
             )
-            out.append(Finding("friction-gives-power", "warning", text, joint=joint))
+            out.append(Finding("friction-not-physical", "warning", text, joint=joint))
         elif joint in stated:
             text = f"{evidence}. Its sign was taken as [log.units] effort_sign states it."
             out.append(Finding("effort-sign-inverted", "warning", text, joint=joint))

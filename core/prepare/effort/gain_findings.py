@@ -202,7 +202,7 @@ def raw_effort_findings(series: UniformSeries) -> list[Finding]:
         "The effort is stated not to be in N·m. A fit identifies its gain where gravity and inertia of the robot's "
         "description tell it; a joint without one is not judged."
     )
-    return [Finding("effort-unit-raw", "warning", text)]
+    return [Finding("effort-kind", "warning", text)]
 
 
 def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
@@ -217,7 +217,7 @@ def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
         f"N·m of it (95 %): {each}. They are no torques in N·m, or the model is that of another arm, mounting or "
         f"unit of mass: nothing is judged by them. {_STATE}"
     )
-    return Finding("effort-scale", "error", text)
+    return Finding("effort-no-torque", "error", text)
 
 
 def _elsewhere(gain: EffortGain) -> bool:

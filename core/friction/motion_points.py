@@ -16,6 +16,7 @@ from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled
 
 _BINS = 14
 _MIN_STRETCHES = 4
@@ -139,11 +140,13 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
         j: the joint's column.
         needed: (n,) each.
     """
-    settled = steady(series.velocity_rad_s[:, j], MOVING_RAD_S, round(_SETTLED_S / series.period_s))
-    settled &= ~(series.edge | series.saturated[:, j])
+    velocity = series.velocity_rad_s[:, j]
+    rows = steady(velocity, MOVING_RAD_S, round(_SETTLED_S / series.period_s))
+    rows &= settled(series, j, velocity, MOVING_RAD_S, REVERSAL_TRAVEL_RAD)[0]
+    rows &= ~(series.edge | series.saturated[:, j])
     for column in needed:
-        settled &= np.isfinite(column)
-    return np.flatnonzero(settled)
+        rows &= np.isfinite(column)
+    return np.flatnonzero(rows)
 
 
 def clustered_error(mean: float, count: IntArray, total: FloatArray) -> float:

@@ -16,6 +16,7 @@ from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import centred_extremes, run_bounds
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of
+from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled
 
 #: Above this speed another joint counts as moving (rad/s; m/s if prismatic), as its pose changes.
 _MOVING_RAD_S = 0.01
@@ -76,7 +77,8 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     A section is a gap-free stretch of one direction in which the speed stays within
     max(``speed_tolerance`` · speed, ``speed_tolerance_rad_s``) of its median for at least
     ``min_duration_s`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
-    ``settle_s`` at most and half of it at least. ``progress`` is called with joints done and in all.
+    ``settle_s`` at most and half of it at least. What lies just after a reversal is none: friction is not that of
+    sliding there. ``progress`` is called with joints done and in all.
 
     Returns:
         Sections, and how many stretches of motion are none, by reason.
@@ -90,7 +92,8 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
         logged = series.raw_velocity_rad_s
         noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
         quiet = _quiet(smooth[:, j], _least(series, config), config, noise)
-        for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
+        slid, _ = settled(series, j, smooth[:, j], config.min_speed_rad_s, REVERSAL_TRAVEL_RAD)
+        for span in _moving_spans(smooth[:, j], slid, series.segments, config.min_speed_rad_s):
             found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
             sections += [_measure(series, joint, j, s) for s in found]
             rejected[joint].update(lost)
@@ -99,12 +102,12 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     return SectionSet(tuple(sections), rejected)
 
 
-def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> list[Span]:
-    """Stretches of one direction, faster than ``min_speed``, inside one segment."""
+def _moving_spans(v: FloatArray, slid: BoolArray, segments: Sequence[Span], min_speed: float) -> list[Span]:
+    """Stretches of one direction, faster than ``min_speed``, that the joint ``slid`` far enough for, in one segment."""
     spans = []
     for segment in segments:
-        part = v[segment.slice]
-        for mask in (part >= min_speed, part <= -min_speed):
+        part, far = v[segment.slice], slid[segment.slice]
+        for mask in (far & (part >= min_speed), far & (part <= -min_speed)):
             bounds = zip(*run_bounds(mask), strict=True)
             spans += [Span(segment.start + int(a), segment.start + int(b)) for a, b in bounds]
     return sorted(spans)

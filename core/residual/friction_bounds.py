@@ -26,6 +26,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.reversal_travel import settled
 
 #: Friction is trusted this far below the slowest speed it was measured at: what a section's speed may vary by.
 _BELOW_RANGE = 0.95
@@ -114,35 +115,6 @@ def loose_bounds(
     turning = travel <= travel_rad
     along_low, along_high = np.where(turning, -hold, least), np.where(turning, hold, most)
     return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
-
-
-def settled(
-    series: UniformSeries, j: int, velocity: FloatArray, rest_rad_s: float, travel_rad: float
-) -> tuple[BoolArray, FloatArray]:
-    """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
-
-    Both also count from the start of a stretch.
-    """
-    steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
-    for segment in series.segments:
-        if len(segment) == 0:
-            continue
-        s = segment.slice
-        direction = np.sign(_last_known(velocity[s]))  # an unknown velocity is no reversal, and hides none
-        place = _last_known(series.position_rad[s, j])
-        resting = np.abs(velocity[s]) < rest_rad_s  # an unknown velocity does not rest
-        starts = np.flatnonzero(resting | np.concatenate(([True], direction[1:] * direction[:-1] < 0)))
-        travel[s] = np.nan_to_num(np.abs(place - np.repeat(place[starts], np.diff(starts, append=place.size))))
-        steady[s] = (travel[s] >= travel_rad) & ~resting
-    return steady, travel
-
-
-def _last_known(x: FloatArray) -> FloatArray:
-    """(n,) values with what is unknown replaced by the last known value before it."""
-    if np.isfinite(x.sum()):
-        return x
-    known = np.isfinite(x)
-    return np.asarray(x[np.maximum.accumulate(np.where(known, np.arange(x.size), 0))])
 
 
 #: A residual beyond so many robust standard deviations may be a contact: it counts as this much of the ripple's check.

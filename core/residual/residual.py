@@ -24,7 +24,7 @@ from collaudit.core.residual.balance import Balance, balance_from_momentum
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.residual.isolation import EachJoint, Isolation
-from collaudit.core.residual.torque_zero import TorqueZero, follow_zero
+from collaudit.core.residual.torque_zero import TorqueZero, balanced_zero, follow_zero
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05
@@ -219,7 +219,9 @@ def _fill_joint(
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
-        level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
+        excess = total - friction
+        excess -= balanced_zero(excess, velocity, usable, series.period_s, config.causal)
+        level = follow_level(excess, friction, usable, series.period_s, sd, config.causal)
     steady_nm = friction * (1.0 + level.deviation)
     zero = None
     if zero_bound_nm > 0.0:

@@ -68,3 +68,19 @@ def follow_zero(
         found = np.interp(np.arange(excess_nm.size), at, level)
     offset = np.clip(found, -bound_nm, bound_nm)
     return TorqueZero(offset, float(level.min()), float(level.max()), bound_nm)
+
+
+def balanced_zero(
+    excess_nm: FloatArray, velocity: FloatArray, usable: BoolArray, period_s: float, causal: bool
+) -> FloatArray | float:
+    """(n,) the zero that does not depend on how far friction is off, N·m; 0 where a joint slides one way only.
+
+    Friction that is off by a share d leaves d·f one way and -d·f the other: the mean of both directions is the zero.
+
+    Args:
+        excess_nm, usable, period_s, causal: as of :func:`follow_zero`.
+        velocity: (n,) of the joint.
+    """
+    ways = [follow_zero(excess_nm, usable & way, period_s, np.inf, causal) for way in (velocity > 0, velocity < 0)]
+    forward, backward = (None if way is None else way.offset_nm for way in ways)
+    return 0.0 if forward is None or backward is None else 0.5 * (forward + backward)

@@ -27,16 +27,16 @@ from collaudit.core.provenance import make_provenance
 
 ARMS = ("paper6", "seven", "ur10_robot.urdf", "panda.urdf")
 FITTED_S = (30.0, 100.0, 300.0, 1200.0)
-#: One judged log, s; pushes of a pushed one, N at the tool, and how often.
-LOG_S, PUSH_N, EVERY_S = 600.0, 25.0, 3.0
+#: One clean log, and one with pushes, s; N at the tool, and how often.
+CLEAN_S, LOG_S, PUSH_N, EVERY_S = 1200.0, 600.0, 25.0, 3.0
 
 
 def measured(arm: Arm, seconds: float, seed: int, logs: int) -> dict[str, Any]:
     """One fit, and the days judged with it."""
-    ready = prepared(day(arm, seed, seconds), arm.described)
+    ready = prepared(day(arm, seed, seconds, first=True), arm.described)
     origin = make_provenance(arm.described, None, ready.robot.sha256)
     friction = fit_logs([ready], arm.described.config, origin, detectors=False)
-    clean = [judged(day(arm, 1000 * seed + k, LOG_S), arm.described, friction) for k in range(1, logs + 1)]
+    clean = [judged(day(arm, 1000 * seed + k, CLEAN_S), arm.described, friction) for k in range(1, logs + 1)]
     pushes = pushes_of(seed)
     pushed = judged(day(arm, 1000 * seed, LOG_S, pushes), arm.described, friction).result
     alarms = [(c.onset_s, c.onset_s + c.duration_s, c.detected_s) for c in pushed.collisions]
@@ -140,14 +140,15 @@ def main() -> None:
     asked.add_argument("--arms", default=",".join(ARMS))
     asked.add_argument("--lengths", default=",".join(f"{x:g}" for x in FITTED_S))
     asked.add_argument("--days", type=int, default=2)
+    asked.add_argument("--seed", type=int, default=1, help="of the first day")
     asked.add_argument("--hours", type=float, default=0.5, help="judged for each fit")
     asked.add_argument("--tables", action="store_true")
     given = asked.parse_args()
     given.work.mkdir(parents=True, exist_ok=True)
     file = given.work / "rule_table.json"
     kept: dict[str, Any] = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-    logs = max(1, round(given.hours * 3600.0 / LOG_S))
-    for seed in range(1, given.days + 1):
+    logs = max(1, round(given.hours * 3600.0 / CLEAN_S))
+    for seed in range(given.seed, given.seed + given.days):
         for seconds in map(float, given.lengths.split(",")):
             for name in given.arms.split(","):
                 key = f"{name}, {seconds:g} s, {seed}"

@@ -26,7 +26,7 @@ from collaudit.fixtures.simulation import simulate_to
 RATE_HZ = 100.0
 #: Drift of the torque's zero, N·m: at most so much, with this period, s.
 DRIFT_NM, DRIFT_S = 0.14, (200.0, 1500.0)
-#: Friction of a day over that of the first; what it falls by as it warms up, within so many seconds.
+#: Friction of a day over that of the first, at most; what it falls by as it warms up, within so many seconds.
 DAY_SHARE, WARM_SHARE, WARM_S = 0.2, 0.15, 600.0
 _SETTLED_RAD = (0.001, 0.004)
 
@@ -116,13 +116,14 @@ class Push:
     lasts_s: float = 0.2
 
 
-def day(arm: Arm, seed: int, seconds: float, pushes: Sequence[Push] = ()) -> JointLog:
-    """A log of one day; without pushes nothing touches the arm."""
+def day(arm: Arm, seed: int, seconds: float, pushes: Sequence[Push] = (), *, first: bool = False) -> JointLog:
+    """A log of one day; without pushes nothing touches the arm. The first day's friction is as the arm has it."""
     rng = np.random.default_rng([seed, 60])
     time_s = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     q, v, a, settled = _motion(arm, rng, time_s)
     curve = arm.coulomb_nm + arm.extra_nm * np.exp(-((np.abs(v) / arm.stribeck_rad_s) ** 2))
-    level = rng.uniform(1.0 - DAY_SHARE, 1.0 + DAY_SHARE, len(arm.speed_rad_s))
+    share = 0.0 if first else DAY_SHARE
+    level = rng.uniform(1.0 - share, 1.0 + share, len(arm.speed_rad_s))
     level = level * (1.0 - WARM_SHARE * (1.0 - np.exp(-time_s[:, None] / WARM_S)))
     size, period, phase = (rng.uniform(*x, len(arm.speed_rad_s)) for x in ((0.0, DRIFT_NM), DRIFT_S, (0.0, 2 * np.pi)))
     zero = size * np.sin(2.0 * np.pi * time_s[:, None] / period + phase)

@@ -16,6 +16,7 @@ from collaudit.core.friction import sections
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD
 
 SPEEDS = (0.05, 0.1, 0.3, 0.8)
 
@@ -41,12 +42,25 @@ def test_each_cruise_is_one_section_of_its_speed() -> None:
         assert np.ptp(true) < 0.05 * abs(section.velocity_rad_s), "a ramp got into the section"
 
 
+def test_what_lies_just_after_a_reversal_is_no_section() -> None:
+    """There and back at 8 mrad/s: over 6 mrad friction turns over all the while, of 40 mrad it slides over most."""
+    for way_rad, expected in ((0.006, 0), (0.04, 6)):
+        speed, half = 0.008, round(way_rad / 0.008 / PERIOD)
+        v = np.tile(np.repeat((speed, -speed), half), 3)
+        q = PERIOD * np.cumsum(v)
+        _, found = sections_of(q[:, None], v[:, None])
+        assert len(found.sections) == expected
+        for section in found.sections:
+            assert np.ptp(section.position_rad) < way_rad - 0.9 * REVERSAL_TRAVEL_RAD
+
+
 def test_most_of_the_cruise_is_used() -> None:
     q, v = strokes(SPEEDS)
     _, found = sections_of(q[:, None], v[:, None])
     for section in found.sections:
         cruise = np.count_nonzero(np.isclose(v, section.velocity_rad_s, atol=1e-3))
-        assert len(section.span) > cruise - 2 * (SectionsConfig().settle_s + 0.1) / PERIOD
+        turning_s = REVERSAL_TRAVEL_RAD / abs(section.velocity_rad_s)  # friction is not that of sliding yet
+        assert len(section.span) > cruise - (turning_s + 2 * (SectionsConfig().settle_s + 0.1)) / PERIOD
 
 
 def test_a_short_cruise_loses_less_to_settling_than_a_long_one() -> None:

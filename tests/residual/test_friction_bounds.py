@@ -13,7 +13,8 @@ from collaudit.core.data.identification_result import Trend, TrendFit
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.residual.friction_bounds import friction_bounds, settled
+from collaudit.core.prepare.reversal_travel import settled
+from collaudit.core.residual.friction_bounds import friction_bounds
 from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
 
 T = 0.002

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.residual.torque_zero import BOUND_SHARE, follow_zero
+from collaudit.core.residual.friction_level import follow_level
+from collaudit.core.residual.torque_zero import BOUND_SHARE, balanced_zero, follow_zero
 
 PERIOD, GAMMA = 0.01, 0.5
 TIME = np.arange(0.0, 300.0, PERIOD)
@@ -60,3 +61,20 @@ def test_a_causal_zero_knows_the_past_only() -> None:
 def test_a_joint_that_hardly_slides_has_no_zero() -> None:
     assert follow_zero(noise(), np.zeros(TIME.size, bool), PERIOD, BOUND, False) is None
     assert follow_zero(noise()[:30], np.ones(30, bool), PERIOD, BOUND, False) is None
+
+
+@pytest.mark.parametrize("share", [0.8, 1.15])
+@pytest.mark.parametrize("forward_s", [1.0, 2.0, 3.0])
+def test_a_zero_is_not_taken_for_the_level_of_friction(share: float, forward_s: float) -> None:
+    """Half as large as the friction, it leaves least absolute deviations free to choose any level between."""
+    velocity = np.where(forward_s > TIME % 4.0, 0.5, -0.5)
+    friction, zero = 0.4 * np.sign(velocity), 0.2
+    excess, every = zero + (share - 1.0) * friction + noise(), np.ones(TIME.size, bool)
+    found = balanced_zero(excess, velocity, every, PERIOD, False)
+    assert np.abs(found - zero).max() < 0.03
+    level = follow_level(excess - found, friction, every, PERIOD, 0.15, False)
+    assert np.abs(1.0 + level.deviation - share).max() < 0.05
+
+
+def test_one_direction_tells_no_zero() -> None:
+    assert balanced_zero(noise(), np.ones(TIME.size), np.ones(TIME.size, bool), PERIOD, False) == 0.0

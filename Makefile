@@ -65,16 +65,16 @@ fuzz: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_CASES) $(FUZZ_ARGS)
 
 # How sharp residual and thresholds are on real logs (DATA) and simulated arms, and what becomes of spoilt logs: the tables
-# of docs/sharpness.md and docs/spoilt-logs.md. Both go on where they were ended; another SEED is another campaign.
+# of docs/evidence.md. Both go on where they were ended; another SEED is another campaign.
 DATA ?= ../shared/data
 SHARPNESS_ARGS ?=
 SEED ?= 9100
 sharpness: $(RUN)/.dev
-	$(RUN)/bin/python tests/bench/sharpness.py --data $(DATA) $(SHARPNESS_ARGS) -o docs/sharpness.md
+	$(RUN)/bin/python tests/bench/sharpness.py --data $(DATA) $(SHARPNESS_ARGS) -o docs/evidence.md
 
 spoilt: $(RUN)/.dev
-	$(RUN)/bin/python tests/bench/spoilt_logs.py --seed $(SEED) -o docs/spoilt-logs.md
-	$(RUN)/bin/python tests/bench/spoilt_touches.py --data $(DATA) -o docs/spoilt-logs.md
+	$(RUN)/bin/python tests/bench/spoilt_logs.py --seed $(SEED) -o docs/evidence.md
+	$(RUN)/bin/python tests/bench/spoilt_touches.py --data $(DATA) -o docs/evidence.md
 
 # What planned motions deliver on simulated arms, and whether thousands of plans keep all limits (docs/plan.md).
 PLAN_ARGS ?= --seeds 3 --default

@@ -160,7 +160,7 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), value.strip()
 
 
-_WHAT_MODEL = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/identification.md)."
+_WHAT_MODEL = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/method.md)."
 _WHAT_LABELS = "Labels of the log (topics, columns, names) that mark true events."
 _WHAT_FREE = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
 _WHAT_CLEAN = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."

@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Logs judged at a time; of a single log, threads that judge it.",
 )
-@click.option("--scheduler", metavar="ADDRESS", help="Judge on the workers of this Dask scheduler; see docs/scale.md.")
+@click.option("--scheduler", metavar="ADDRESS", help="Judge on the workers of this Dask scheduler; see docs/fleet.md.")
 @click.option(
     "--format",
     "formats",

@@ -29,7 +29,7 @@ class EvidenceConfig(ConfigTable, frozen=True, kw_only=True):
 class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
-    detector: Annotated[DetectorName, about("How the residual is computed (see detectors.md).")] = "direct"
+    detector: Annotated[DetectorName, about("How the residual is computed (see docs/method.md).")] = "direct"
     compare: Annotated[
         list[DetectorName],
         about("Further detectors that judge the same log side by side; the verdict is the first one's."),

@@ -33,7 +33,7 @@ _ROUNDS = 6
 def margin_after(seconds: float) -> float:
     """What a level is multiplied by, for other recordings of the arm than the evidence of so many seconds of motion.
 
-    By recordings that were fitted and judged apart (docs/thresholds.md, "Doubt of little evidence").
+    By recordings that were fitted and judged apart (docs/evidence.md, "Doubt of little evidence").
     """
     return MARGIN + _LITTLE * sqrt(BLOCK_S * FEWEST_BLOCKS / max(seconds, BLOCK_S * FEWEST_BLOCKS))
 

@@ -77,7 +77,7 @@ def false_alarms(made: Bench) -> int:
 
 
 def table(logs: Path, seeds: Sequence[int]) -> Iterator[str]:
-    """The table of docs/detectors.md."""
+    """The table of docs/evidence.md."""
     yield "| arm | friction known up to, rad/s | " + " | ".join(OUTCOMES) + " | false alarms |"
     yield "|---|---|" + "---|" * (len(OUTCOMES) + 1)
     for arm in ("paper6", "seven"):

@@ -1,4 +1,4 @@
-"""Residual levels of every detector on real logs, as in docs/detectors.md: ``python detection_real.py DATA [DOCS]``.
+"""Residual levels of every detector on real logs, as in docs/evidence.md: ``python detection_real.py DATA [DOCS]``.
 
 DATA is the folder of real logs (``ur10_db3``, ``ur3_bags``, ``panda_db3``, ``urdf``). Friction alone is fitted from the
 logs named with each arm and the first of them is judged.
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import tomlkit
-from detection_table import replace_table
+from tables import put
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
@@ -77,7 +77,7 @@ def main(arguments: list[str]) -> None:
             print(line, flush=True)
             lines.append(line)
     if len(arguments) > 1:
-        replace_table(Path(arguments[1]), "real", lines)
+        put(Path(arguments[1]), "detection-real", lines)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Known-truth logs judged by every detector: the measurements behind docs/detectors.md."""
+"""Known-truth logs judged by every detector: the measurements behind docs/evidence.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes the tables of docs/detectors.md from simulated logs: ``python detection_table.py LOGS [DOCS [NAME...]]``.
+"""Writes the tables of docs/evidence.md from simulated logs: ``python detection_table.py LOGS [DOCS [NAME...]]``.
 
 LOGS is a folder for the simulated logs (made when they are not there; ten hours of arm time, about an hour on one
 core). DOCS is the page whose tables, between ``<!-- name -->`` and ``<!-- /name -->``, are replaced ("-" for none);
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from detection_runs import FACTOR, Total, add_up, bench, friction_of, off_calibration, simulated
+from tables import put
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.data.detection_result import Score
@@ -109,15 +110,6 @@ def hours(logs: Path, causal: bool = False) -> Iterator[str]:
             yield f"| {scenario}, {robot.replace('-', ', ')} | {state} | {total_h:.2f} | {cells} |"
 
 
-def replace_table(page: Path, name: str, lines: list[str]) -> None:
-    """Put lines between a page's markers."""
-    text = page.read_text(encoding="utf-8")
-    before, rest = text.split(f"<!-- {name} -->\n", 1)
-    _, after = rest.split(f"<!-- /{name} -->", 1)
-    body = "\n".join(lines)
-    page.write_text(f"{before}<!-- {name} -->\n{body}\n<!-- /{name} -->{after}", encoding="utf-8")
-
-
 def main(arguments: list[str]) -> None:
     logs = Path(arguments[0])
     tables = {"pushes": pushes, "hours": hours, "causal-hours": lambda folder: hours(folder, True)}
@@ -129,7 +121,7 @@ def main(arguments: list[str]) -> None:
             print(line, flush=True)
             lines.append(line)
         if len(arguments) > 1 and arguments[1] != "-":
-            replace_table(Path(arguments[1]), name, lines)
+            put(Path(arguments[1]), f"detection-{name}", lines)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ One-minute logs of a small arm; 1000, 60, 20 and 20 where nothing is said. FOLLO
 night; on the last night all have, LOGS together. Planted: contacts and near misses in a twentieth of the last
 night's logs each; friction of one joint of robot-07 that grows by 0.5 % a night from a sixth of the nights
 on; another tool on robot-13 from two thirds on; ten damaged and three hostile logs. What was planted must be
-found and named, and nothing else: ends with 1 where it is not. Prints what docs/scale.md states.
+found and named, and nothing else: ends with 1 where it is not. Prints what docs/evidence.md states.
 """
 
 from __future__ import annotations

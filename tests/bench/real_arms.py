@@ -1,4 +1,4 @@
-"""Writes docs/real-arms.md: what real arms do that the paper's does not, each simulated and judged out of the box.
+"""Writes docs/evidence.md: what real arms do that the paper's does not, each simulated and judged out of the box.
 
 ``python real_arms.py LOGS [SEEDS [COMMAND [PAGE [NAME]]]]``: LOGS is a folder for the logs and results (kept, so that a
 run goes on where it ended), SEEDS how many (0: what is kept), COMMAND the collaudit to measure, PAGE the page whose

@@ -1,6 +1,6 @@
-"""The bench behind docs/sharpness.md: how sharp residual and thresholds are, on real and simulated logs.
+"""The bench behind docs/evidence.md: how sharp residual and thresholds are, on real and simulated logs.
 
-    python tests/bench/sharpness.py --data DIR [--only levels,pushes,…] [-o docs/sharpness.md]
+    python tests/bench/sharpness.py --data DIR [--only levels,pushes,…] [-o docs/evidence.md]
 
 Every part keeps what it measured in ``build/sharpness/PART.json``, item by item, so that a run goes on where it was
 ended; ``--again`` measures anew, ``--only`` picks parts, ``--logs`` picks real logs. ``-o`` writes the tables between

@@ -1,6 +1,6 @@
-"""Logs spoilt on purpose, with a push in each: the table of docs/spoilt-logs.md (``make spoilt``).
+"""Logs spoilt on purpose, with a push in each: the table of docs/evidence.md (``make spoilt``).
 
-    python tests/bench/spoilt_logs.py [--seed N] [--kinds scale,frozen] [-o docs/spoilt-logs.md]
+    python tests/bench/spoilt_logs.py [--seed N] [--kinds scale,frozen] [-o docs/evidence.md]
 
 Every fault of ``log_faults`` and ``stretch_faults`` is done to the judged log alone, and to fitted and judged log
 alike, on both simulated arms, with thresholds that are stated and with ``"auto"``. Results are kept in

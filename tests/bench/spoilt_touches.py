@@ -1,6 +1,6 @@
-"""Labelled touches of a real resting arm, in logs spoilt on purpose: a table of docs/spoilt-logs.md (``make spoilt``).
+"""Labelled touches of a real resting arm, in logs spoilt on purpose: a table of docs/evidence.md (``make spoilt``).
 
-    python tests/bench/spoilt_touches.py --data DIR [-o docs/spoilt-logs.md]
+    python tests/bench/spoilt_touches.py --data DIR [-o docs/evidence.md]
 
 Every fault of ``log_faults`` and ``stretch_faults`` that needs no model is done to each of the six logs; what spoils a
 stretch does so at every touch.

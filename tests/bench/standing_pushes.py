@@ -111,7 +111,7 @@ def braked_rest(arm: FixtureRobot, model: RobotModel, rng: np.random.Generator, 
 
 
 def report(friction_logs: FilePath, seeds: Sequence[int], clean_s: float) -> Iterator[str]:
-    """The table of docs/detectors.md: pushes found, and reports in clean hours."""
+    """The table of docs/evidence.md: pushes found, and reports in clean hours."""
     from coverage_logs import logged
 
     from collaudit.fixtures import experiments

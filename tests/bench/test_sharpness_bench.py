@@ -1,4 +1,4 @@
-"""The measures behind docs/sharpness.md and docs/spoilt-logs.md measure what they say."""
+"""The measures behind docs/evidence.md measure what they say."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Adding a detector the way docs/detectors.md says: one file and its name; a log is then judged with it."""
+"""Adding a detector the way docs/architecture.md says: one file and its name; a log is then judged with it."""
 
 from __future__ import annotations
 

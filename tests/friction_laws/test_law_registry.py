@@ -220,7 +220,7 @@ def test_symbols_that_keys_could_not_tell_apart_are_refused() -> None:
 
 
 def test_the_guide_has_a_row_for_every_law() -> None:
-    page = (PROJECT / "docs" / "identification.md").read_text(encoding="utf-8")
+    page = (PROJECT / "docs" / "method.md").read_text(encoding="utf-8")
     for law in LAWS.values():
         assert f"| `{law.name}` | {law.formula.removeprefix('f(v) = ')}" in page
 

@@ -12,7 +12,7 @@ TABLES = {
     "log.csv": "whoever logs tables; `init` writes the columns that it recognises.",
     "log.units": "whoever knows in which units the controller logs.",
     "log.limits": "whoever reads a large log that was refused; the refusal names the key.",
-    "conditioning": "whoever compares velocities and filters; the default holds for the arms of docs/sharpness.md.",
+    "conditioning": "whoever compares velocities and filters; the default holds for the arms of docs/evidence.md.",
     "sections": "whoever fits an axis that is much slower or less steady than an arm's, or one in m/s.",
     "friction": "whoever fits friction, or judges with it.",
     "fit": "whoever identifies an arm.",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.settings import all_of, free_option, labels_option
+from collaudit.cli.settings import all_of, free_option
 from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collaudit.core.prepare.known_load import KnownLoad
 
 _NUMBERS = (1, 4)
-#: ``--truth``, ``--labels`` and ``--free-of-contact``.
+#: ``--truth`` and ``--free-of-contact``.
 contact_options = all_of(
     click.option(
         "--truth",
@@ -31,7 +31,6 @@ contact_options = all_of(
         metavar="FILE",
         help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
     ),
-    labels_option,
     free_option,
 )
 #: Studies that are printed: what one log tells of its rule, others tell alike.

@@ -121,17 +121,6 @@ def _flag(name: str, key: str, kind: Any, metavar: str, words: str, multiple: bo
     )
 
 
-def _names(text: str) -> list[str]:
-    names = [part.strip() for part in text.split(",") if part.strip()]
-    if not names:
-        raise click.BadParameter("no names given")
-    return names
-
-
-def _watch(text: str) -> str | list[str]:
-    return "auto" if text == "auto" else _names(text)
-
-
 def _gamma(text: str) -> float | str | dict[str, float]:
     if text == "auto":
         return text
@@ -160,10 +149,7 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), value.strip()
 
 
-_WHAT_MODEL = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/method.md)."
-_WHAT_LABELS = "Labels of the log (topics, columns, names) that mark true events."
 _WHAT_FREE = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
-_WHAT_CLEAN = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."
 
 #: ``-c``, and any key.
 config_option = all_of(
@@ -176,29 +162,25 @@ config_option = all_of(
         metavar="FILE",
         help="Configuration (see collaudit init).",
     ),
-    _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True),
+    _flag(
+        "--set",
+        "",
+        _assignment,
+        "KEY=VALUE",
+        'Any key of docs/config.md, value as in TOML: detect.n=13, \'robot.joints=["a", "b"]\'.',
+        True,
+    ),
 )
 #: Which robot and which signals, and how logs are read.
 robot_options = all_of(
     _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model."),
-    _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
-    _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
-    _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
     _flag("--from", "log.from_s", float, "S", "Judge the log from here on only, s from its first sample."),
     _flag("--to", "log.to_s", float, "S", "Judge it up to here only."),
-    _flag("--msg-path", "log.msg_path", _FILE, "DIR", "Folder of .msg files of types a log does not define.", True),
 )
-friction_options = _flag("--model", "friction.model", str, "NAME", _WHAT_MODEL)
 #: Rule (6).
 rule_options = all_of(
     _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit)."),
-    _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
     _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto."),
-    _flag("--persistence-ms", "detect.persistence_ms", float, "MS", "Persistence; rounded up to samples."),
     _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
-    _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
 )
-labels_option = _flag("--labels", "detect.true_events", _names, "NAMES", _WHAT_LABELS)
 free_option = _switch("--free-of-contact", "fit.contact", "none", _WHAT_FREE)
-#: Another name of it, for those who confirm what was left out.
-clean_option = _switch("--clean", "fit.contact", "none", _WHAT_CLEAN)

@@ -13,7 +13,6 @@ from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import audit_files, one_log
 from collaudit.cli.settings import (
     config_option,
-    labels_option,
     load_settings,
     robot_options,
     rule_options,
@@ -26,10 +25,10 @@ SCORE_SCHEMA = "collaudit/score/1"
 @example_command(
     "detect",
     "collaudit detect run.mcap -c collaudit.toml --friction friction.json -o run/",
-    "collaudit detect run.bag --urdf arm.urdf --gamma 4 --persistence-ms 25 --json",
+    "collaudit detect run.bag --urdf arm.urdf --gamma 4 --n 13 --json",
     "collaudit detect hits.mcap -c hits.toml --friction friction.json --truth hits.truth.json",
-    "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --watch joint1,joint2",
-    common=("--output", "--friction", "--gamma", "--persistence-ms", "--json", "--config", "--verbose"),
+    "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --set 'detect.watch=[\"joint1\"]'",
+    common=("--output", "--friction", "--gamma", "--n", "--json", "--config", "--verbose"),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
@@ -43,7 +42,6 @@ SCORE_SCHEMA = "collaudit/score/1"
     help="Known events to score against: NAME.truth.json, or a .csv with onset_s, end_s, joint.",
 )
 @detail_options
-@labels_option
 @config_option
 @robot_options
 @rule_options

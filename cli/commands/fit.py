@@ -10,7 +10,7 @@ import click
 from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import contact_options, known_contact, known_loads
-from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
+from collaudit.cli.settings import config_option, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 
@@ -18,7 +18,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
     "fit",
     "collaudit fit friction-run.mcap -c collaudit.toml -o friction.json",
     "collaudit fit day1.bag day2.bag --urdf arm.urdf -o friction.json",
-    "collaudit fit run.db3 -c collaudit.toml --model coulomb-viscous --json",
+    "collaudit fit run.db3 -c collaudit.toml --set friction.model=coulomb-viscous --json",
     "collaudit fit empty.mcap laden.mcap -c collaudit.toml --load 0 --load 2.5,0,0,0.06 -o friction.json",
     "collaudit fit earlier.mcap planned.mcap -c collaudit.toml --plan plan/plan.json -o friction.json",
     "collaudit fit touched.mcap -c collaudit.toml --truth contacts.csv -o friction.json",
@@ -44,7 +44,6 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 @contact_options
 @config_option
 @robot_options
-@friction_options
 def command(
     logs: tuple[str, ...],
     output: Path | None,
@@ -59,7 +58,8 @@ def command(
     It prints a line a joint and what to do for what the data leave open; -v prints all that was identified. Every
     parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
 
-    Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
+    Contacts, stops and faults in a log are found and left out, or known ones where --truth or [detect] true_events
+    says so.
 
     Exit code 3 when no joint has usable friction (none could be fitted, or every effort looks inverted), or most of
     the motion looks like contact.

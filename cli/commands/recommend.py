@@ -12,7 +12,7 @@ import click
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import contact_options
-from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
+from collaudit.cli.settings import config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
@@ -34,7 +34,17 @@ DEFAULT_PER_HOUR = 0.1
     "collaudit recommend run/ --write collaudit.toml",
     "collaudit recommend run/ --plot planes.html",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
-    common=("--write", "--per-hour", "--clean", "--truth", "--robot", "--friction", "--json", "--config", "--verbose"),
+    common=(
+        "--write",
+        "--per-hour",
+        "--free-of-contact",
+        "--truth",
+        "--robot",
+        "--friction",
+        "--json",
+        "--config",
+        "--verbose",
+    ),
 )
 @click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
 @click.option("--robot", metavar="NAME", help="The robot, where runs are of several.")
@@ -70,7 +80,6 @@ DEFAULT_PER_HOUR = 0.1
     type=click.Choice(["config", "franka", "ur"]),
     help="Print text to paste: the configuration's [detect] table, or a controller's call.",
 )
-@clean_option
 @contact_options
 @config_option
 @robot_options
@@ -92,13 +101,13 @@ def command(
     All inputs count together, all runs of an audit's folder included; the same log twice counts once. What the clean
     hours show of false alarms is counted, with its bound (95 %), and how many more hours would show the rate asked
     for. Alarms and near misses of all joints, and what lies far
-    beyond the usual, are left out and listed to be confirmed: --truth or --labels say what was contact, and --clean
-    that nothing touched the arm.
+    beyond the usual, are left out and listed to be confirmed: --truth or [detect] true_events say what was contact, and
+    --free-of-contact that nothing touched the arm.
 
     Three lines say what to set, what it rests on, and what it notices; -v prints the evidence. Of a fleet,
     each robot gets an answer.
 
-    The persistence stays as it was set; --n or --persistence-ms state another. How many alarms other thresholds and
+    The persistence stays as it was set; --n states another. How many alarms other thresholds and
     persistences would have given in the clean time, --plot shows for each joint.
 
     Exit code 3 when nothing could be recommended for any joint of a robot.

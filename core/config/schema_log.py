@@ -229,7 +229,7 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
         str | None, about("Topic, `/topic` or `/topic:field`, whose value (text or whole number) is the phase.")
     ] = None
     msg_path: Annotated[
-        list[Path], about("Folders of .msg files, for types whose definitions a log does not hold (--msg-path).")
+        list[Path], about("Folders of .msg files, for types whose definitions a log does not hold.")
     ] = []
     fields: Annotated[
         FieldsConfig | None,

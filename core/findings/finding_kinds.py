@@ -328,7 +328,7 @@ KINDS: dict[str, Kind] = {
         "since most of it is inconsistent with the rest.",
         'Nothing, if something did happen there. If the log is free of contact, state [fit] contact = "none". If '
         "nothing was fitted on it, check description, mounting, order of joints, signs and units first; else record "
-        "motion without contact, or label the contacts: --truth, --labels.",
+        "motion without contact, or label the contacts: --truth, [detect] true_events.",
         _EITHER,
         setting="fit.contact",
     ),

@@ -63,7 +63,7 @@ def known_contact_times(
             "no labels are named that mark contact",
             where="[fit] contact",
             found='"labelled" without [detect] true_events and without a truth file',
-            hint="name the labels by --labels, or give --truth",
+            hint="name the labels in [detect] true_events, or give --truth",
         )
     out: list[list[tuple[float, float]] | None] = []
     for log, file in zip(prepared, [*truth, *[None] * (len(prepared) - len(truth))], strict=True):

@@ -79,7 +79,7 @@ def on_simulated(robot: str) -> Iterator[Job]:
             f"{fit} friction.json",
             f"{fit} everything.json {every}",
             f"{fit} any.json --set fit.motion=any",
-            f"{fit} rbf.json --model rbf",
+            f"{fit} rbf.json --set friction.model=rbf",
             f"fit {at}-tool-calibration.mcap -c {at}-tool-calibration.toml -o tool.json",
             f"fit {at}-friction.mcap {at}-tool-calibration.mcap -c {at}-polish-sine.toml -o both.json {CALIBRATED}",
             f"inspect {at}-friction.mcap -c {at}-friction.toml --json",
@@ -88,7 +88,9 @@ def on_simulated(robot: str) -> Iterator[Job]:
     for scenario in ("free-hits", "polish-sine"):
         judged = f"detect {at}-{scenario}.mcap -c {at}-{scenario}.toml --truth {at}-{scenario}.truth.json"
         for detector in DETECTORS:
-            yield Job(f"{robot}-{scenario}-{detector}", (f"{judged} {friction} --detector {detector} -o run",))
+            yield Job(
+                f"{robot}-{scenario}-{detector}", (f"{judged} {friction} --set detect.detector={detector} -o run",)
+            )
         yield Job(f"{robot}-{scenario}-causal", (f"{judged} {friction} --set detect.causal=true -o run",))
         yield Job(f"{robot}-{scenario}-everything", (f"{judged} {everything} -o run",))
         calibrated = f"{judged} --friction ../{robot}-fit/both.json {CALIBRATED} -o run"

@@ -32,7 +32,7 @@ def test_fit_json_is_the_file(arm, collaudit, tmp_path: Path) -> None:
 
 
 def test_fit_model_flag(arm, collaudit) -> None:
-    outcome = collaudit("fit", arm.clean, "-c", arm.config, "--model", "coulomb-viscous", "--json")
+    outcome = collaudit("fit", arm.clean, "-c", arm.config, "--set", "friction.model=coulomb-viscous", "--json")
     assert {fit["model"] for fit in json.loads(outcome.out)["joints"].values()} == {"coulomb-viscous"}
 
 
@@ -120,8 +120,8 @@ def test_flags_override_the_configuration(arm, collaudit) -> None:
     assert rule("--gamma", "30")["gamma_nm"] == {"joint1": 30.0, "joint2": 30.0}
     assert rule("--gamma", "joint1=5,joint2=6")["gamma_nm"] == {"joint1": 5.0, "joint2": 6.0}
     assert rule("--n", "11")["n"] == 11
-    assert rule("--persistence-ms", "41")["n"] == 11
-    assert rule("--watch", "joint2")["watch"] == ["joint2"]
+    assert rule("--set", "detect.persistence_ms=41")["n"] == 11
+    assert rule("--set", 'detect.watch=["joint2"]')["watch"] == ["joint2"]
     assert rule("--gamma", "30", "--set", "near_miss.amplitude=0.5")["near_miss_nm"]["joint1"] == 15.0
 
 
@@ -331,7 +331,7 @@ def test_init_writes_what_loads_and_works(arm, collaudit, tmp_path: Path) -> Non
 
 
 def test_init_keeps_what_was_given(arm, collaudit, tmp_path: Path) -> None:
-    collaudit("init", arm.clean, "-c", arm.config, "--joints", "joint1", "-o", tmp_path / "c.toml")
+    collaudit("init", arm.clean, "-c", arm.config, "--set", 'robot.joints=["joint1"]', "-o", tmp_path / "c.toml")
     given = load_config(tmp_path / "c.toml").config
     assert given.robot.dh == load_config(arm.config).config.robot.dh
     assert given.robot.joints == ["joint1"]

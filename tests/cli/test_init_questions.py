@@ -165,7 +165,7 @@ def test_one_arm_of_two_is_offered_and_taken(folder: Path, collaudit) -> None:
     assert f"[robot] {line}" in outcome.err
     text = Path("c.toml").read_text()
     assert f"# {line}" in text
-    right = ("--joints", "right_pan_joint,right_lift_joint,right_elbow_joint")
+    right = ("--set", f"robot.{line}")
     collaudit("init", "x.csv", "--urdf", "arm.urdf", *right, "-o", "d.toml")
     written = tomllib.loads(Path("d.toml").read_text())
     assert written["log"]["joint_names"] == {f"joint{k + 1}": f"right_{name}" for k, name in enumerate(NAMES)}

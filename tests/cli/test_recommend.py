@@ -45,7 +45,7 @@ def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
 
 
 def test_confirmed_by_a_person(collaudit, run: Path) -> None:
-    found = json.loads(collaudit("recommend", run, "--clean", "--json").out)
+    found = json.loads(collaudit("recommend", run, "--free-of-contact", "--json").out)
     assert found["to_confirm"] == [] and found["counted"][0]["joints"] == ["joint1"]
     assert found["joints"]["joint1"]["largest_clean_nm"] > 6.0
     assert found["logs"][0]["contact_known"] is True

@@ -133,7 +133,7 @@ def test_an_option_is_suggested_only_where_it_is_alike(collaudit) -> None:
 
 def test_names_in_a_log_are_suggested(arm, collaudit) -> None:
     common = ("detect", arm.clean, "-c", arm.config, "--friction", arm.friction)
-    assert "did you mean 'joint1'?" in collaudit(*common, "--watch", "jiont1").err
+    assert "did you mean 'joint1'?" in collaudit(*common, "--set", 'detect.watch=["jiont1"]').err
     assert "did you mean 'joint2'?" in collaudit(*common, "--gamma", "joint2_=4").err
     assert f"did you mean '{arm.clean.name}'?" in collaudit("inspect", arm.clean.with_name("claen.csv")).err
 

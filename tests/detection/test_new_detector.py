@@ -64,7 +64,7 @@ def collaudit(program: Path, *arguments: object) -> subprocess.CompletedProcess[
 def test_a_new_detector_is_one_file_and_its_name(program: Path, hits: Path, friction: FrictionFile) -> None:
     (program / "friction.json").write_text(friction_json(friction), encoding="utf-8")
     command = ["detect", hits, "-c", hits.with_suffix(".toml"), "--friction", "friction.json", "-o", "run"]
-    unknown = collaudit(program, *command, "--detector", "bare")
+    unknown = collaudit(program, *command, "--set", "detect.detector=bare")
     assert unknown.returncode == 2
     assert "energy" in unknown.stderr, "the message names the detectors there are"
 
@@ -75,7 +75,7 @@ def test_a_new_detector_is_one_file_and_its_name(program: Path, hits: Path, fric
     assert text.count('"combined"]') == 1
     names.write_text(text.replace('"combined"]', '"combined", "bare"]'), encoding="utf-8")
 
-    done = collaudit(program, *command, "--detector", "bare", "--set", 'detect.compare=["direct"]')
+    done = collaudit(program, *command, "--set", "detect.detector=bare", "--set", 'detect.compare=["direct"]')
     assert done.returncode == 1, done.stderr
     audit = json.loads((program / "run" / "audit.json").read_text(encoding="utf-8"))
     assert audit["rule"]["detector"] == "bare"

@@ -1,4 +1,4 @@
-"""Stop and collision flags of controllers as labels, temperatures by interface, split bags, `--msg-path`."""
+"""Stop and collision flags of controllers as labels, temperatures by interface, split bags, `[log] msg_path`."""
 
 from __future__ import annotations
 
@@ -202,7 +202,7 @@ def test_a_file_that_the_list_of_a_split_bag_leaves_out_is_said(tmp_path: Path) 
 
 
 def test_definitions_from_a_folder_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Without `--msg-path` the type is named as missing; with it the joints are there."""
+    """Without `[log] msg_path` the type is named as missing; with it the joints are there."""
     folder = tmp_path / "defs" / "lbr_fri_idl" / "msg"
     folder.mkdir(parents=True)
     (folder / "LBRState.msg").write_text(
@@ -229,7 +229,7 @@ def test_definitions_from_a_folder_on_the_command_line(tmp_path: Path, capfd: py
 
     without = inspected(3)
     assert not without["readable"] and "missing" in without["note"]
-    found = inspected(0, "--msg-path", str(tmp_path / "defs"))
+    found = inspected(0, "--set", f'log.msg_path=["{tmp_path / "defs"}"]')
     assert found["readable"] and "lbr-state" in found["note"] and len(found["joints"]) == 7
-    assert entry.run(["inspect", str(path), "--msg-path", str(tmp_path / "absent")]) == 2
+    assert entry.run(["inspect", str(path), "--set", f'log.msg_path=["{tmp_path / "absent"}"]']) == 2
     assert "Traceback" not in capfd.readouterr().err

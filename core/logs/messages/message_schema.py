@@ -148,7 +148,7 @@ def _folder(folder: Path) -> dict[str, Any]:
     files = sorted(folder.rglob("*.msg"))
     if not files:
         problem = "the folder holds no .msg files" if folder.is_dir() else "there is no such folder"
-        raise ConfigError(problem, where=str(folder), expected="PACKAGE/msg/Type.msg", hint="see --msg-path")
+        raise ConfigError(problem, where=str(folder), expected="PACKAGE/msg/Type.msg", hint="see [log] msg_path")
     return {name: fields for file in files for name, fields in _one(file).items()}
 
 

@@ -99,7 +99,7 @@ def choose_clock(
         raise LogError(
             f"the header's stamps were asked for and cannot be used: {header.why}",
             where=where,
-            hint='set time = "log" or "auto" under [log]',
+            hint='[log] time = "log" or "auto"',
         )
     clock: Clock = "header" if header.usable and (not log.usable or header.spread_s <= log.spread_s) else "log"
     why = f"because the header's stamp cannot be used: {header.why}"

@@ -48,7 +48,7 @@ def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:
             raise ConfigError(
                 f"[log.units] {key} is given, and effort is stated to be "
                 f"{'in N·m' if settings.effort == 'Nm' else repr(settings.effort)}",
-                hint=f"set effort = {' or '.join(map(json.dumps, _UNITS_OF[key]))}, or take the constants out",
+                hint=f"[log.units] effort = {' or '.join(map(json.dumps, _UNITS_OF[key]))}, or take the constants out",
             )
 
 
@@ -65,7 +65,7 @@ def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
             "the efforts are currents, and their torque constants are not stated",
             where=where,
             expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
-            hint='effort = "raw" fits friction in the log\'s own unit',
+            hint='[log.units] effort = "raw" fits friction in the log\'s own unit',
         )
     return settings.changed({"effort": "A"})
 
@@ -117,8 +117,8 @@ def _scale_effort(effort: FloatArray | None, names: NameMap, settings: UnitsConf
                 f"effort is in {settings.effort}, and there is no {said} of {', '.join(map(repr, missing))}",
                 where=where,
                 expected=f"[log.units] {key} = {{ " + ", ".join(f'"{name}" = …' for name in missing) + " }",
-                hint=f'{_HINTS[key]}; or set effort = "raw": collaudit fit then identifies a gain for each joint whose '
-                "motion tells it",
+                hint=f'{_HINTS[key]}; or [log.units] effort = "raw": collaudit fit then identifies a gain for each '
+                "joint whose motion tells it",
             )
         factors = [factor * scale * (constant or 1.0) for factor, constant in zip(factors, constants, strict=True)]
     if effort is not None and any(factor != 1.0 for factor in factors):

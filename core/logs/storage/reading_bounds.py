@@ -29,7 +29,7 @@ class ReadingBounds:
     def __init__(self, file_bytes: int, where: str, limits: LimitsConfig | None = None) -> None:
         """``file_bytes``: of all files of the log; ``where``: what messages call it."""
         self._limits = limits or LimitsConfig()
-        self._where = where
+        self._where, self._file_bytes = where, max(file_bytes, 1)
         self.memory_bytes = min(max(MEMORY_TIMES * file_bytes, LEAST_MEMORY), MOST_MEMORY)
         if self._limits.memory_gb is not None:
             self.memory_bytes = int(self._limits.memory_gb * 1e9)
@@ -46,13 +46,15 @@ class ReadingBounds:
         """Bytes that come out of compression."""
         self._bytes += count
         if self._bytes > self.decoded_bytes:
-            self._refuse("decompresses into", f"{self._bytes:,} bytes", f"{self.decoded_bytes:,}", "expansion")
+            found, most = f"{self._bytes:,} bytes", f"{self.decoded_bytes:,}"
+            self._refuse("decompresses into", found, most, "expansion", 2 * self._bytes // self._file_bytes + 1)
 
     def take_messages(self, count: int) -> None:
         """Messages that are decoded."""
         self._messages += count
         if self._messages > self._limits.messages:
-            self._refuse("holds", f"{self._messages:,} messages", f"{self._limits.messages:,}", "messages")
+            found, most = f"{self._messages:,} messages", f"{self._limits.messages:,}"
+            self._refuse("holds", found, most, "messages", 2 * self._messages)
 
     def take_values(self, rows: int, width: int) -> None:
         """Samples that are kept: ``rows`` of ``width`` numbers."""
@@ -61,12 +63,12 @@ class ReadingBounds:
         needed = BASE_BYTES + VALUE_BYTES * self._values
         if needed > self.memory_bytes:
             found = f"{self._values:,} numbers, which take about {needed / 1e9:.2g} GB"
-            self._refuse("holds", found, f"{self.memory_bytes / 1e9:.3g} GB", "memory_gb")
+            self._refuse("holds", found, f"{self.memory_bytes / 1e9:.3g} GB", "memory_gb", 2 * int(needed // 1e9) + 1)
 
     def check_columns(self, count: int) -> None:
         """Numbers in a row."""
         if count > self._limits.columns:
-            self._refuse("holds", f"{count:,} numbers in a sample", f"{self._limits.columns:,}", "columns")
+            self._refuse("holds", f"{count:,} numbers in a sample", f"{self._limits.columns:,}", "columns", count)
 
     def check_layouts(self, count: int) -> None:
         """Sets of joints on one topic."""
@@ -78,11 +80,11 @@ class ReadingBounds:
                 expected=f"at most {MOST_LAYOUTS:,}",
             )
 
-    def _refuse(self, verb: str, found: str, most: str, key: str) -> None:
+    def _refuse(self, verb: str, found: str, most: str, key: str, value: int) -> None:
         raise LogError(
             f"{verb} more than a log of this size is read for",
             where=self._where,
             found=found,
             expected=f"at most {most}",
-            hint=f"if the log is genuine, raise the bound: [log.limits] {key}",
+            hint=f"if the log is genuine, raise the bound: [log.limits] {key} = {value}",
         )

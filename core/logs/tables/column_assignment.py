@@ -75,7 +75,10 @@ class Assignment:
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
     if isinstance(pattern, str):
         if "{" in pattern:
-            found = match_pattern(names, pattern)
+            try:
+                found = match_pattern(names, pattern)
+            except LogError as error:
+                raise LogError(error.message, found=error.found, hint=f"[log.csv] {quantity} = {error.hint}") from error
             return None if found is None else _with_meaning(names, found)
         pattern = [pattern]
     indices = [column_index(names, key) for key in pattern]

@@ -78,24 +78,29 @@ def unusable_time(
     name, where = file.reader.names[file.assignment.time], file.reader.path.name
     known = settings.units.time != "auto" or named_unit(name) == unit
     step_s = usual_step_s(time_s)
-    steps = f"The steps of the time column {name!r} are {step_s * SCALES[unit]:.9g}"
+    raw = step_s * SCALES[unit]
+    steps = f"The steps of the time column {name!r} are {raw:.9g}"
+    fitting = [json.dumps(one) for one, scale in SCALES.items() if raw / scale < LONGEST_STEP_S]
+    other = f"[log.units] time = {' or '.join(fitting)}" if fitting else "[log.units] time"
+    parts = json.dumps(time_parts(file.reader, file.assignment.time), ensure_ascii=False)
     if known and step_s >= LONGEST_STEP_S:
         text = (
             f"{steps}, which are {step_s:.9g} s by its unit, {unit}: no motion of an arm can be judged by such steps. "
-            "State another unit, [log.units] time, or the column that holds the time, [log.csv] time."
+            f"State another unit, {other}, or the column that holds the time, [log.csv] time."
         )
     elif repeats_most(time_s):
-        parts = time_parts(file.reader, file.assignment.time) or ["sec", "nanosec"]
+        pair = parts if parts != "[]" else '["sec", "nanosec"]'
         text = (
             f"Most rows have the stamp of the row before in the time column {name!r}: if it holds whole seconds, and "
-            f"another column the rest of each, name both: [log.csv] time = {json.dumps(parts, ensure_ascii=False)}, or "
-            "their numbers."
+            f"another column the rest of each, name both: [log.csv] time = {pair}, or their numbers."
         )
     elif not known and (step_s >= LONGEST_STEP_S or (unit == "s" and is_doubtful(step_s, start_ns))):
+        whole = (
+            f" Whole seconds seem to stand in a column of their own: [log.csv] time = {parts}." if parts != "[]" else ""
+        )
         text = (
-            f"{steps}, and its unit is stated nowhere: if these are no seconds, say so in [log.units]: time = "
-            '"ms", "us" or "ns"; if they are, time = "s". If the column counts rows, state [log.csv] rate_hz instead. '
-            "If whole seconds stand in a column of their own, name both: [log.csv] time = [1, 2]."
+            f"{steps}, and its unit is stated nowhere: state it, {other}.{whole} "
+            "If the column counts rows, state [log.csv] rate_hz instead."
         )
     else:
         return None

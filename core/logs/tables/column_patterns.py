@@ -94,7 +94,7 @@ def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
     if numbered and numbered[0][0] < first:
         zero = pattern.replace("{i}", "{i0}")
         found = names[numbered[0][1]].strip()
-        raise LogError(f"the columns of {pattern!r} count from 0", found=found, hint=f"write it {zero!r}")
+        raise LogError(f"the columns of {pattern!r} count from 0", found=found, hint=json.dumps(zero))
     follow = all(number == place for place, (number, _) in enumerate(numbered, first))
     return Found.numbered([index for _, index in numbered], pattern) if numbered and follow else None
 

@@ -31,7 +31,7 @@ from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.other_layouts import echoed_keys, echoed_lines, widening_command
 from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.time_columns import FRACTION, named_unit, seconds_of
+from collaudit.core.logs.tables.time_columns import FRACTION, guess_time, named_unit, seconds_of
 from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -165,6 +165,17 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             keys=echoed,
         )
     timeless = [file for file in files if file.assignment.time is None]
+    if len(timeless) == len(files) and settings.row_period_s is None and settings.time is not None:
+        own = timeless[0].reader.names
+        named = guess_time(own)
+        raise LogError(
+            "[log.csv] time names a column that the log does not have",
+            where=str(timeless[0].reader.path),
+            found=f"{settings.time}, and columns {listed(own, 40)}",
+            hint=f"[log.csv] time = {json.dumps(own[named], ensure_ascii=False)}"
+            if named is not None
+            else "correct the name; without such a column, take the line out and state [log.csv] rate_hz",
+        )
     if len(timeless) == len(files) and settings.row_period_s is None:
         raise LogError(
             "no time column was recognised",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from math import isnan
 
@@ -164,7 +165,8 @@ def _converted(quantity: str, named: str, where: str) -> str:
             where=where,
             found=f"{named} in their names",
             expected=listed(tuple(UNITS[quantity])),
-            hint=f"convert the columns; or, if the name does not tell their unit, state it: [log.units] {quantity} = …",
+            hint="convert the columns; or, if the name does not tell their unit, state it: "
+            f"[log.units] {quantity} = {' or '.join(map(json.dumps, UNITS[quantity]))}",
         )
     return unit
 

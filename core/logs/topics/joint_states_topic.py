@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.errors import ConfigError, LogError, did_you_mean
+from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
@@ -164,7 +165,8 @@ def _readable(topic: Topic) -> bool:
 def _configured(reader: MessageReader, topics: Sequence[Topic], wanted: str, where: str) -> Topic:
     topic = named(topics, wanted)
     if topic is None:
-        hint = did_you_mean(wanted, [topic.name for topic in topics])
+        close = difflib.get_close_matches(wanted, [one.name for one in topics if _readable(one)], n=1)
+        hint = f'[log] joint_states = "{close[0]}"' if close else None
         raise LogError(f"there is no topic {wanted}", where=where, found=described(topics), hint=hint)
     if not _readable(topic):
         why = topic.problem or f"messages of type {topic.type} are not joint states"

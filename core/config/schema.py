@@ -49,11 +49,9 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
         ),
     ] = {}
     position_rad: Annotated[
-        dict[str, tuple[float, float]], about("Lowest and highest position, by joint, rad (m if prismatic).")
+        dict[str, tuple[float, float]],
+        about("Lowest and highest position, by joint, rad (m if prismatic); 0.05 at each end is kept free."),
     ] = {}
-    position_margin_rad: Annotated[
-        NonNegative, about("Kept free at each end of a joint's range, rad (m if prismatic).")
-    ] = 0.05
     speed_rad_s: Annotated[_ByJoint, about("Highest speed, by joint, rad/s (m/s if prismatic).")] = {}
     acceleration_rad_s2: Annotated[
         _ByJoint,
@@ -62,10 +60,9 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
     jerk_rad_s3: Annotated[
         _ByJoint, about("Highest jerk, by joint, rad/s³; where absent, what takes 0.2 s to the highest acceleration.")
     ] = {}
-    torque_nm: Annotated[_ByJoint, about("Highest torque of the drive, by joint, N·m (N if prismatic).")] = {}
-    torque_share: Annotated[
-        Positive, about("Share of the highest torque that model and friction together may ask for.")
-    ] = 0.8
+    torque_nm: Annotated[
+        _ByJoint, about("Highest torque of the drive, by joint, N·m (N if prismatic); at most 0.8 of it is asked for.")
+    ] = {}
     link_radius_m: Annotated[
         dict[str, Positive],
         about(
@@ -191,8 +188,6 @@ class SectionsConfig(ConfigTable, frozen=True, kw_only=True):
         Positive, about("Below this speed a joint counts as stationary (rad/s; m/s if prismatic).")
     ] = 0.005
     min_duration_s: Annotated[Positive, about("Shorter stretches are rejected.")] = 0.15
-    speed_tolerance: Annotated[Positive, about("Allowed deviation from the section's mean speed, as a share.")] = 0.05
-    speed_tolerance_rad_s: Annotated[NonNegative, about("The same, absolute; the larger of the two counts.")] = 0.003
     settle_s: Annotated[
         NonNegative,
         about(

@@ -79,9 +79,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
             "speed."
         ),
     ] = 0.5
-    reversal_travel_rad: Annotated[
-        NonNegative, about("Travel after a reversal or standstill until friction is steady, rad (m if prismatic).")
-    ] = 0.01
     friction_level: Annotated[
         Literal["followed", "fixed"],
         about(

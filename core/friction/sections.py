@@ -24,6 +24,8 @@ _MOVING_RAD_S = 0.01
 _SECTION_BANDWIDTH_HZ = 5.0
 #: A speed is constant within so many standard deviations of its own noise, which is no change; but no more of it.
 _NOISE_SDS, _NOISE_SHARE = 4.0, 0.2
+#: Speeds are constant that stay within this share of their mean, or within this of it where that is more, rad/s.
+SPEED_TOLERANCE, SPEED_TOLERANCE_RAD_S = 0.05, 0.003
 #: Standard deviation of noise over the median of its |third differences|: 1.4826 / sqrt(20).
 _SD_PER_THIRD_DIFFERENCE = 0.3315
 #: Most of a stretch that either end loses to settling, beyond the half of ``settle_s`` that is always taken off.
@@ -75,7 +77,7 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     """Segment every joint's motion into constant-velocity sections.
 
     A section is a gap-free stretch of one direction in which the speed stays within
-    max(``speed_tolerance`` · speed, ``speed_tolerance_rad_s``) of its median for at least
+    max(0.05 · speed, 0.003 rad/s), more where its own noise is larger, of its median for at least
     ``min_duration_s`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
     ``settle_s`` at most and half of it at least. What lies just after a reversal is none: friction is not that of
     sliding there. ``progress`` is called with joints done and in all.
@@ -91,7 +93,7 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     for j, joint in enumerate(series.joint_names):  # not in threads: short calls, section by section
         logged = series.raw_velocity_rad_s
         noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
-        quiet = _quiet(smooth[:, j], _least(series, config), config, noise)
+        quiet = _quiet(smooth[:, j], _least(series, config), noise)
         slid, _ = settled(series, j, smooth[:, j], config.min_speed_rad_s, REVERSAL_TRAVEL_RAD)
         for span in _moving_spans(smooth[:, j], slid, series.segments, config.min_speed_rad_s):
             found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
@@ -125,14 +127,14 @@ def _noise(v: FloatArray, passed: float) -> float:
     return _SD_PER_THIRD_DIFFERENCE * median_of(known) * min(1.0, passed) ** 0.5 if known.size else 0.0
 
 
-def _quiet(v: FloatArray, least: int, config: SectionsConfig, noise: float) -> BoolArray:
+def _quiet(v: FloatArray, least: int, noise: float) -> BoolArray:
     """(n,) where the speed is constant over the ``least`` samples about each; not told where some of them are unknown.
 
     Once for a joint: stretch by stretch, calls would take longer than what they do.
     """
     bottom, top = centred_extremes(v, least)
     middle = 0.5 * (top + bottom)
-    return np.asarray(top - bottom <= 2.0 * _tolerance(np.abs(middle), config, noise))
+    return np.asarray(top - bottom <= 2.0 * _tolerance(np.abs(middle), noise))
 
 
 def _split(
@@ -143,7 +145,7 @@ def _split(
     if len(span) < least + 2 * _settling(len(span), series, config):
         return [], ["too short"]
     part = v[span.slice]
-    plateaus = _plateaus(part, quiet[span.slice], least, config, noise)
+    plateaus = _plateaus(part, quiet[span.slice], least, noise)
     if not plateaus:
         return [], ["speed not constant"]
     found: list[Span] = []
@@ -184,15 +186,13 @@ def _settling(length: int, series: UniformSeries, config: SectionsConfig) -> int
     return min(whole, max(half, ceil(_SETTLING_SHARE * length)))
 
 
-def _tolerance(speed: FloatArray, config: SectionsConfig, noise: float) -> FloatArray:
+def _tolerance(speed: FloatArray, noise: float) -> FloatArray:
     """How far speeds (n,) may be off their mean and count as constant."""
     own = np.minimum(_NOISE_SDS * noise, _NOISE_SHARE * speed)
-    return np.asarray(np.maximum(np.maximum(config.speed_tolerance * speed, config.speed_tolerance_rad_s), own))
+    return np.asarray(np.maximum(np.maximum(SPEED_TOLERANCE * speed, SPEED_TOLERANCE_RAD_S), own))
 
 
-def _plateaus(
-    part: FloatArray, quiet: BoolArray, least: int, config: SectionsConfig, noise: float
-) -> list[tuple[int, int]]:
+def _plateaus(part: FloatArray, quiet: BoolArray, least: int, noise: float) -> list[tuple[int, int]]:
     """Longest stretches of constant speed: seeded by windows of ``least`` samples, grown about their median."""
     half = least // 2
     starts, stops = run_bounds(quiet[half : part.size - half])  # of windows that lie inside
@@ -203,7 +203,7 @@ def _plateaus(
         seed = slice(max(int(a) - half, free_from), int(b) + half)
         if seed.stop - seed.start < least:
             continue
-        start, stop = _grow(part, seed, config, noise)
+        start, stop = _grow(part, seed, noise)
         start = max(start, free_from)
         if stop - start >= least:
             found.append((start, stop))
@@ -211,10 +211,10 @@ def _plateaus(
     return found
 
 
-def _grow(part: FloatArray, seed: slice, config: SectionsConfig, noise: float) -> tuple[int, int]:
+def _grow(part: FloatArray, seed: slice, noise: float) -> tuple[int, int]:
     """The longest run about the seed's median speed that stays within tolerance of it."""
     middle = median_of(part[seed])
-    starts, stops = run_bounds(np.abs(part - middle) <= _tolerance(np.abs(middle), config, noise))
+    starts, stops = run_bounds(np.abs(part - middle) <= _tolerance(np.abs(middle), noise))
     overlap: IntArray = np.minimum(stops, seed.stop) - np.maximum(starts, seed.start)
     if overlap.size == 0 or overlap.max() <= 0:
         return seed.start, seed.start

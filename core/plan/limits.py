@@ -15,6 +15,10 @@ from collaudit.core.robot.robot_model import RobotModel
 
 #: Where no acceleration is stated, the highest speed takes a second; where no jerk is, the highest acceleration 0.2 s.
 TO_SPEED_S, TO_ACCELERATION_S = 1.0, 0.2
+#: Kept free at each end of a joint's range, rad (m if prismatic): what a drive overshoots.
+POSITION_MARGIN_RAD = 0.05
+#: Share of a drive's highest torque that model and friction together may ask for; the rest is the controller's.
+TORQUE_SHARE = 0.8
 _BY_JOINT = ("start_rad", "position_rad", "speed_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "torque_nm")
 
 
@@ -77,7 +81,7 @@ def arm_limits(robot: RobotModel, description: Description, settings: RobotConfi
     speed = _stated(plan.speed_rad_s, names, {name: facts[name].speed_limit for name in names})
     torque = _stated(plan.torque_nm, names, dict(zip(names, map(float, robot.effort_limit_nm), strict=True)))
     _refuse_missing(names, {"position_rad": ranges.sum(axis=1), "speed_rad_s": speed, "torque_nm": torque})
-    low, high = ranges[:, 0] + plan.position_margin_rad, ranges[:, 1] - plan.position_margin_rad
+    low, high = ranges[:, 0] + POSITION_MARGIN_RAD, ranges[:, 1] - POSITION_MARGIN_RAD
     for name, a, b in zip(names, low, high, strict=True):
         if not a < b:
             raise ConfigError("the range of a joint leaves no room", where=f"[plan] position_rad: {name}",
@@ -87,7 +91,7 @@ def arm_limits(robot: RobotModel, description: Description, settings: RobotConfi
     start = _stated(plan.start_rad, names, dict(zip(names, 0.5 * (low + high), strict=True)))
     found = ArmLimits(
         names, low, high, speed * speed_scale, acceleration * speed_scale**2, jerk * speed_scale**3,
-        plan.torque_share * torque, start, _assumed(plan, names),
+        TORQUE_SHARE * torque, start, _assumed(plan, names),
     )  # fmt: skip
     _refuse_start(found)
     return found

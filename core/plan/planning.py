@@ -180,7 +180,7 @@ def move_check(
     still = limits.start[None]
     if robot.has_inertials and np.any(np.abs(check.torque_nm(still, 0 * still, 0 * still)) > limits.torque):
         raise ConfigError("the arm cannot hold its start with the torques that it may use", where="[plan] start_rad",
-                          hint="state another start, or check torque_nm, torque_share and the tool's mass")  # fmt: skip
+                          hint="state another start, or check torque_nm and the tool's mass")  # fmt: skip
     return check, robot
 
 

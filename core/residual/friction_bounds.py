@@ -2,7 +2,7 @@
 
 After a reversal friction runs from one breakaway value towards its steady one as the joint travels. How far that
 takes differs between arms and is not in a log, so friction is known to lie between the two until the joint has
-travelled ``reversal_travel_rad``: a gear's hysteresis does not fade before it is through.
+travelled ``REVERSAL_TRAVEL_RAD``: a gear's hysteresis does not fade before it is through.
 
 What the residual takes off besides friction over speed: the load on the gear, and ripple over position.
 """

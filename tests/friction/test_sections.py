@@ -124,13 +124,13 @@ def test_cruises_shorter_than_settling_are_rejected() -> None:
     assert counts[-1] == 0
 
 
-def seeds_of(part: np.ndarray, least: int, config: SectionsConfig) -> list[tuple[int, int]]:
+def seeds_of(part: np.ndarray, least: int) -> list[tuple[int, int]]:
     """Longest runs of samples about which ``least`` of a stretch lie within tolerance, window by window."""
     half, found = least // 2, []
     for k in range(half, part.size - half):
         window = part[k - half : k - half + least]
         middle = 0.5 * (window.max() + window.min())
-        if np.ptp(window) <= 2 * max(config.speed_tolerance * abs(middle), config.speed_tolerance_rad_s):
+        if np.ptp(window) <= 2 * max(sections.SPEED_TOLERANCE * abs(middle), sections.SPEED_TOLERANCE_RAD_S):
             if found and found[-1][1] == k:
                 found[-1] = (found[-1][0], k + 1)
             else:
@@ -141,16 +141,16 @@ def seeds_of(part: np.ndarray, least: int, config: SectionsConfig) -> list[tuple
 @pytest.mark.parametrize("least", [2, 9, 20])
 def test_constant_speed_is_looked_for_inside_each_stretch_alone(least: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """What lies beside a stretch, faster motion or nothing known, does not count; its speed wanders here."""
-    rng, config = np.random.default_rng(8), SectionsConfig()
+    rng = np.random.default_rng(8)
     v = 0.3 + 0.002 * np.cumsum(rng.normal(size=3000))
     v[700:760] = np.nan
     v[1500:1503] = 9.0
-    quiet = sections._quiet(v, least, config, 0.0)
+    quiet = sections._quiet(v, least, 0.0)
     for start, stop in ((0, 700), (760, 1500), (1503, 3000), (760, 760 + least)):
         seen: list[tuple[int, int]] = []
         monkeypatch.setattr(sections, "_grow", lambda _, seed, *__: seen.append((seed.start, seed.stop)) or (0, 0))  # noqa: B023
-        sections._plateaus(v[start:stop], quiet[start:stop], least, config, 0.0)
-        assert seen == [(a, b) for a, b in seeds_of(v[start:stop], least, config) if b - a >= least]
+        sections._plateaus(v[start:stop], quiet[start:stop], least, 0.0)
+        assert seen == [(a, b) for a, b in seeds_of(v[start:stop], least) if b - a >= least]
         assert seen or stop - start == least
 
 

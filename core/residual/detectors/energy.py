@@ -21,6 +21,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel, first_order
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD
 from collaudit.core.residual.balance import Balance, KnownTorques, friction_velocity, start_mask
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.detectors.direct import direct_residual
@@ -41,7 +42,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
     Args:
         prepared: the log.
         inputs: friction laws, joints that contradict the model.
-        config: gain, causality, friction interval.
+        config: gain, causality.
     """
     series, judged, torques = prepared.series, prepared.judged_series, KnownTorques.of(prepared)
     by_joint = direct_residual(prepared, inputs, config)
@@ -62,7 +63,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
     if torques is None:
         return unknown
     v = friction_velocity(series, kernel)
-    low, high, slack = _friction_power(series, v, inputs.laws, by_joint, config)
+    low, high, slack = _friction_power(series, v, inputs.laws, by_joint)
     speed = np.sqrt(_smooth(kernel, series, (v**2).sum(axis=1)) + SLOW_RAD_S**2)
     power = _power(prepared, torques, v, kernel)
     low, high = _smooth(kernel, series, low), _smooth(kernel, series, high)
@@ -99,12 +100,11 @@ def _friction_power(
     v: FloatArray,
     laws: Mapping[str, FrictionModel],
     by_joint: Residual,
-    config: DetectConfig,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Bounds of the friction's power over all joints, and what its level may be wrong by, W."""
     low, high, slack = (np.zeros(series.time_s.size) for _ in range(3))
     for j, joint in enumerate(series.joint_names):
-        band = friction_bounds(series, j, v[:, j], laws[joint], config.reversal_travel_rad)
+        band = friction_bounds(series, j, v[:, j], laws[joint], REVERSAL_TRAVEL_RAD)
         level = by_joint.levels[joint]
         scale = 1.0 + level.deviation
         ends = (scale * band.low_nm * v[:, j], scale * band.high_nm * v[:, j])

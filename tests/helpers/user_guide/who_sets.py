@@ -54,7 +54,6 @@ KEYS = {
     "detect.causal": "whoever wants to know what the controller could have seen at that time.",
     "detect.observer_gain_per_s": "whoever tunes the observer.",
     "detect.beyond_range": "whoever cannot run the arm as fast when fitting as when working.",
-    "detect.reversal_travel_rad": "whoever knows the presliding travel of the gear.",
     "detect.friction_level": "whoever warms the arm up before each log.",
     "detect.friction_level_sd": "whoever knows from trends how far friction drifts.",
     "detect.hand_guiding": "whoever knows that nobody guides this arm by hand.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -197,3 +198,12 @@ def test_the_picture_is_that_of_the_code() -> None:
     page = (TOP / "docs" / "architecture.md").read_text(encoding="utf-8")
     assert f"```mermaid\n{picture(TOP / 'core')}```" in page, "run: make docs"
     assert with_picture(page) == page, "run: make docs"
+
+
+def test_the_ten_types_of_the_way_exist() -> None:
+    page = (TOP / "docs" / "architecture.md").read_text(encoding="utf-8")
+    figure = page.partition("%% ten types")[2].partition("```")[0]
+    named = set(re.findall(r"\b[A-Z][a-z]+[A-Z]\w+\b|\bPrepared\b|\bResidual\b", figure))
+    code = "\n".join(path.read_text(encoding="utf-8") for path in (TOP / "core").rglob("*.py"))
+    assert len(named) == 10
+    assert [name for name in named if not re.search(rf"^class {name}\b", code, re.MULTILINE)] == []

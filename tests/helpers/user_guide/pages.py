@@ -1,8 +1,8 @@
 """Generated pages of the user guide: ``python -m user_guide.pages docs``.
 
 The configuration reference and its JSON Schema come from the schema, findings from their table, commands and manual
-pages from their own help, the JSON Schemas of results from their types; a test compares the files with what this
-module makes.
+pages from their own help, the JSON Schemas of results from their types, calls from their docstrings; a test
+compares the files with what this module makes.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from collaudit.core.config.describe import Key, all_keys, choices_of_laws, keys_
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_files import json_text
+from user_guide.api_page import api_page
 from user_guide.config_words import default_text, header, meaning, names_of_entries
 from user_guide.man_pages import man_pages
 from user_guide.output_schemas import output_schema_texts
@@ -37,6 +38,7 @@ def pages() -> dict[str, str]:
         "config.md": config_page(),
         "findings.md": findings_page(),
         "commands.md": commands_page(),
+        "api.md": api_page(),
         **{f"schemas/{name}": text for name, text in schema_texts().items()},
         **{f"schemas/{name}": text for name, text in output_schema_texts().items()},
         **{f"man/{name}": text for name, text in man_pages().items()},
@@ -165,7 +167,7 @@ def _cell(text: str) -> str:
 def with_picture(page: str) -> str:
     """The architecture page with the rooms, their arrows and their order as the code has them now."""
     core = Path(config_of_core.__file__).parents[1]
-    page = re.sub(r"```mermaid\n.*?```", lambda _: f"```mermaid\n{picture(core)}```", page, flags=re.DOTALL)
+    page = re.sub(r"```mermaid\nflowchart LR.*?```", lambda _: f"```mermaid\n{picture(core)}```", page, flags=re.DOTALL)
     order = ", ".join(f"`{room}`" for room in ROOMS)
     return re.sub(r"in this order: .*?\.(?= `tests)", lambda _: f"in this order: {order}.", page, flags=re.DOTALL)
 

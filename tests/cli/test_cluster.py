@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import operator
+import shutil
 import signal
 import subprocess
 import sys
@@ -62,6 +63,31 @@ def test_a_worker_that_dies_loses_no_log_and_none_is_judged_twice(arm, cluster, 
     assert {entry["verdict"] for entry in summary["logs"]} <= {"pass", "fail"}
     assert len(list(out.glob("*/finished.json"))) == LOGS and not list(out.rglob("*.part"))
     assert len({row.log for row in ResultStore(str(tmp_path / "store")).rows()}) == LOGS
+
+
+def test_what_a_cluster_finds_is_what_one_process_finds(arm, cluster, tmp_path: Path) -> None:
+    """Byte for byte: threads of BLAS, which order its sums, are set where the work is done."""
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for number, log in enumerate((arm.clean, arm.pushed)):
+        shutil.copy(log, logs / f"{number}.csv")
+    for out, options in (("here", ["-j", "1"]), ("there", ["--scheduler", cluster[0]])):
+        command = [sys.executable, "-c", "import sys; from collaudit.cli.main import main; sys.exit(main())", "audit",
+                   str(logs), "-c", str(arm.config), "--friction", str(arm.friction), "-o", str(tmp_path / out),
+                   "--as-of", "2026-01-01", *options]  # fmt: skip
+        assert subprocess.run(command, capture_output=True, timeout=300, check=False).returncode == 1
+    here, there = (
+        {file.relative_to(tmp_path / out): file for file in (tmp_path / out).rglob("*") if file.is_file()}
+        for out in ("here", "there")
+    )
+    assert here.keys() == there.keys()
+    signals = [name for name in here if name.name == "signals.parquet"]
+    assert len(signals) == 2
+    for name in signals:
+        assert here[name].read_bytes() == there[name].read_bytes()
+    for name in (name for name in here if name.name == "audit.json"):
+        ours, theirs = (json.loads(files[name].read_bytes()) for files in (here, there))
+        assert {**ours, "provenance": None} == {**theirs, "provenance": None}
 
 
 def test_no_scheduler_there_is_said(collaudit, arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

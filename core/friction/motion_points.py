@@ -16,7 +16,6 @@ from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled
 
 _BINS = 14
 _MIN_STRETCHES = 4
@@ -140,9 +139,7 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
         j: the joint's column.
         needed: (n,) each.
     """
-    velocity = series.velocity_rad_s[:, j]
-    rows = steady(velocity, MOVING_RAD_S, round(_SETTLED_S / series.period_s))
-    rows &= settled(series, j, velocity, MOVING_RAD_S, REVERSAL_TRAVEL_RAD)[0]
+    rows = steady(series.velocity_rad_s[:, j], MOVING_RAD_S, round(_SETTLED_S / series.period_s))
     rows &= ~(series.edge | series.saturated[:, j])
     for column in needed:
         rows &= np.isfinite(column)

@@ -1,6 +1,6 @@
 """How far a joint has travelled since it last rested or reversed: over the first hundredth of a radian its gear turns.
 
-Friction points, sections and the residual ask the same: what is not settled is no evidence for the friction of sliding.
+Sections and the residual ask the same: what is not settled is no evidence for the friction of sliding.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def audit_logs(
     out: Path,
     limits: Limits,
     progress: Progress,
-    came: Callable[[LogJob, Outcome], bool],
+    came: Callable[[Outcome], None],
 ) -> list[Outcome]:
     """Judge every log, some at a time.
 
@@ -43,23 +43,20 @@ def audit_logs(
         out: folder that gets one run folder a log.
         limits: processes, time and memory; a single log takes as many threads as there may be processes.
         progress: called with (finished, total); of a single log judged here, with its reader's progress.
-        came: called with each log and its outcome as it comes; True ends the audit, and the logs that are left are not
-            judged, and say which log ended it.
+        came: called with each outcome as it comes.
 
     Returns:
         Outcomes in the order of ``jobs``.
     """
     left = [index for index in range(len(jobs)) if index not in kept]
-    outcomes, last = dict(kept), ""
+    outcomes = dict(kept)
     with closing(_outcomes([jobs[index] for index in left], out, limits, progress)) as results:
         for place, outcome in results:
             outcomes[left[place]] = outcome
             if len(left) > 1:
                 progress(len(outcomes) - len(kept), len(left))
-            if came(jobs[left[place]], outcome):
-                last = outcome.entry.name
-                break
-    return [outcomes[index] if index in outcomes else _left(job, last) for index, job in enumerate(jobs)]
+            came(outcome)
+    return [outcomes[index] for index in range(len(jobs))]
 
 
 def _outcomes(
@@ -70,11 +67,6 @@ def _outcomes(
     if limits.workers > threads():  # a single log: its stretches, blocks and joints are shared among the cores
         use_threads(limits.workers)
     return ((index, audit_one(job, out, progress if len(jobs) == 1 else None)) for index, job in enumerate(jobs))
-
-
-def _left(job: LogJob, last: str) -> Outcome:
-    reason = NotJudgedError(f"not judged: --fail-fast ended the audit after {last}", where=job.name)
-    return Outcome(entry_of_error(job.name, reason, job.owner), None)
 
 
 def outcomes_of_processes(

@@ -108,7 +108,6 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Log of the run itself: a JSON object a line for its start, each log, its end.",
 )
-@click.option("--fail-fast", is_flag=True, help="End the audit at the first log that breaks the policy.")
 @click.option(
     "--keep-going",
     is_flag=True,
@@ -141,7 +140,6 @@ def command(
     baseline: str | None,
     as_of: datetime | None,
     log_json: Path | None,
-    fail_fast: bool,
     keep_going: bool,
     store: str | None,
     robot: str | None,
@@ -204,10 +202,9 @@ def command(
     with run_log(log_json) as events, audit_under_way(output, folders, kept_folders, force):
         events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
 
-        def came(_job: LogJob, outcome: Outcome) -> bool:
+        def came(outcome: Outcome) -> None:
             events.judged(outcome)
             _say_error(outcome)
-            return fail_fast and outcome.entry.verdict == "fail"
 
         left = len(work) - len(kept)
         with progress(f"auditing {left} log{'s' if left != 1 else ''}") as report:

@@ -197,18 +197,6 @@ def test_limits_beyond_contacts_stand_in_the_same_verdict(arm, night) -> None:
         assert done.code == 3 and audit["verdict"] == "not_judged", text
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_fail_fast_leaves_the_rest_not_judged(jobs: int, arm, night, tmp_path: Path) -> None:
-    logs = tmp_path / "logs"
-    logs.mkdir()
-    for k, source in enumerate([arm.pushed, *[arm.clean] * 4]):
-        (logs / f"{k}.csv").write_bytes(source.read_bytes())
-    done, summary, _ = night([logs], "--fail-fast", "-j", jobs)
-    verdicts = {Path(entry["name"]).name: entry["verdict"] for entry in summary["logs"]}
-    assert done.code == 1 and verdicts["0.csv"] == "fail" and verdicts["4.csv"] == "not_judged"
-    assert not (tmp_path / "out" / "4").exists()
-
-
 def test_a_baseline_that_is_none_is_an_error(arm, collaudit, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     run = collaudit("audit", arm.clean, "-c", arm.config, "-o", tmp_path / "out", "--baseline", tmp_path / "empty")

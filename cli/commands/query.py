@@ -22,7 +22,7 @@ def command(store: str, sql: str, as_json: bool) -> int:
     """Answer a question in SQL from a store that collaudit audit --store keeps.
 
     Tables: nights (a row for each joint of each log, as it was last judged), contacts (a row for each joint in each
-    contact), and records (every row that was ever appended). docs/history.md lists their columns and answers five
+    contact), and records (every row that was ever appended). docs/fleet.md lists their columns and answers five
     questions. Nothing can be changed, and no other file be read.
 
     Needs DuckDB: python -m pip install 'collaudit[fleet]'.

@@ -147,7 +147,7 @@ def test_every_extra_is_told_of_where_one_installs() -> None:
 
 def test_the_nightly_job_of_the_page_runs_as_it_is_written(arm, collaudit, tmp_path: Path) -> None:
     """Its four commands, in a folder with the logs, the configuration and the baseline that they name."""
-    page = (PROJECT / "docs" / "ci.md").read_text(encoding="utf-8")
+    page = (PROJECT / "docs" / "fleet.md").read_text(encoding="utf-8")
     block = next(text for text in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "collaudit check" in text)
     assert len(block.strip().splitlines()) == 4
     (tmp_path / "nightly").mkdir()

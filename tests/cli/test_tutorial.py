@@ -1,4 +1,4 @@
-"""The tutorial, every line as docs/tutorial.md has it; completion and manual pages as docs/shell.md."""
+"""The tutorial, every line as docs/tutorial.md has it; completion and manual pages as docs/install.md."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_every_line_of_the_tutorial_runs(tmp_path: Path, monkeypatch) -> None:
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_of_every_shell_that_is_documented(shell: str) -> None:
-    page = (DOCS / "shell.md").read_text(encoding="utf-8")
+    page = (DOCS / "install.md").read_text(encoding="utf-8")
     assert f"_COLLAUDIT_COMPLETE={shell}_source collaudit" in page
     done = _complete(f"{shell}_source", "")
     assert done.returncode == 0
@@ -109,7 +109,9 @@ def test_manual_pages_are_sound_roff() -> None:
         assert done.stderr == "", name
 
 
-@pytest.mark.parametrize("page", ["troubleshooting.md", "tutorial.md", "choosing-gamma.md"])
+@pytest.mark.parametrize(
+    "page", ["troubleshooting.md", "tutorial.md", "choosing-gamma.md", "evidence.md", "decisions.md"]
+)
 def test_findings_that_pages_name_exist(page: str) -> None:
     text = (DOCS / page).read_text(encoding="utf-8")
     prefixes = {code.split("-")[0] for code in KINDS}

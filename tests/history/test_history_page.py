@@ -1,4 +1,4 @@
-"""docs/history.md: every question is answered by its SQL, and the answers are those of the planted truth."""
+"""docs/fleet.md: every question is answered by its SQL, and the answers are those of the planted truth."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from histories import HIT, dark_row, history, night
 from collaudit.reports.store.result_store import ResultStore
 from collaudit.reports.store.store_query import query_store
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "history.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "fleet.md"
 QUESTIONS = re.findall(r"```sql\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 

@@ -15,7 +15,6 @@ from typing import Any
 import click
 import msgspec
 
-from collaudit.cli.group import ALL_OPTIONS
 from collaudit.cli.main import collaudit
 from collaudit.core.config import schema as config_of_core
 from collaudit.core.config.describe import Key, all_keys, choices_of_laws, keys_of, value_text
@@ -68,10 +67,8 @@ def config_page() -> str:
         "",
         "`collaudit.toml` of the working folder, or the file given with `-c`; flags override it.",
         "`collaudit init` writes one for a log. Relative paths start from the folder of the",
-        "configuration file. Keys that are absent have the default; `absent` as a default means",
-        "that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
-        "The keys that most users meet: [Everyday settings](settings.md). Each key, or its table, says",
-        "who sets it.",
+        "configuration file. A key without a default is decided from the data, and said. For editors:",
+        "`config-schema.json`. The keys that most users meet: [Everyday settings](tutorial.md#everyday-settings).",
         "",
         "_Generated from the schema by `make docs`._",
     ]
@@ -80,8 +77,7 @@ def config_page() -> str:
         lines += ["", f"## `{header(key)}`", "", f"{meaning(key)} Set by {who_sets(key.dotted)}", ""]
         assert key.table is not None
         rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
-        if rows:
-            lines += ["| key | value | default | meaning |", "|---|---|---|---|", *(_config_row(row) for row in rows)]
+        lines += [_config_row(row) for row in rows]
     return "\n".join(lines) + "\n"
 
 
@@ -120,7 +116,8 @@ def commands_page() -> str:
     lines = [
         "# Commands",
         "",
-        "What `collaudit --help` and `collaudit COMMAND --help` print, all options explained (`--more`).",
+        "What `collaudit --help` and `collaudit COMMAND --help` print. All options: `COMMAND --help --more`, and",
+        "the manual pages ([`man/`](man/)).",
     ]
     lines += ["", "_Generated from the commands by `make docs`._"]
     for name in ("", *collaudit.summaries):
@@ -130,7 +127,7 @@ def commands_page() -> str:
 
 
 def help_text(name: str) -> str:
-    """What ``collaudit NAME --help`` prints on a terminal of 80 columns, with ``--more`` where a command has it."""
+    """What ``collaudit NAME --help`` prints on a terminal of 80 columns."""
     top = click.Context(collaudit, info_name="collaudit", terminal_width=80, help_option_names=["-h", "--help"])
     if not name:
         return collaudit.get_help(top).rstrip()
@@ -138,16 +135,14 @@ def help_text(name: str) -> str:
     if command is None:
         raise KeyError(name)
     context = click.Context(command, info_name=name, parent=top, terminal_width=80)
-    context.meta[ALL_OPTIONS] = True
     return command.get_help(context).rstrip()
 
 
 def _config_row(key: Key) -> str:
-    default = default_text(key)
-    shown = default if default == "absent" else f"`{default}`"
-    by = who_sets(key.dotted)
+    default, by = default_text(key), who_sets(key.dotted)
+    shown = {"absent": "", "required": ", required"}.get(default, f", default `{default}`")
     words = f"{meaning(key)} Set by {by}" if by else meaning(key)
-    return f"| `{key.path[-1]}` | {_cell(value_text(key))} | {_cell(shown)} | {_cell(words)} |"
+    return f"- `{key.path[-1]}` ({value_text(key)}{shown}): {words}".replace("\n", " ")
 
 
 def _finding_row(code: str, kind: Kind) -> str:

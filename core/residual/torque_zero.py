@@ -16,7 +16,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: Of a threshold: of a steady torque of 1.3 times the threshold 1.05 times it are left.
 BOUND_SHARE = 0.25
-_BLOCK_S, _WINDOW_S = 1.0, 60.0
+_BLOCK_S, _WINDOW_S, _SAMPLE_S = 1.0, 60.0, 0.02
 #: Sliding in a block of which less tells nothing.
 _LEAST = 0.25
 
@@ -49,14 +49,16 @@ def follow_zero(
         bound_nm: the zero is at most that far off.
         causal: use the past only.
     """
-    block = max(1, round(_BLOCK_S / period_s))
+    step = max(1, round(_SAMPLE_S / period_s))
+    each = max(1, round(_BLOCK_S / (step * period_s)))
+    block = each * step
     count = excess_nm.size // block
-    rows = slice(0, count * block)
-    known = (usable & np.isfinite(excess_nm))[rows].reshape(count, block)
+    rows = slice(0, count * block, step)
+    known = (usable & np.isfinite(excess_nm))[rows].reshape(count, each)
     told = np.flatnonzero(known.mean(axis=1) >= _LEAST) if count else np.empty(0, np.int64)
     if not told.size:
         return None
-    values = np.where(known[told], excess_nm[rows].reshape(count, block)[told], np.nan)
+    values = np.where(known[told], excess_nm[rows].reshape(count, each)[told], np.nan)
     level = np.asarray(np.nanmedian(values, axis=1))
     width = round(_WINDOW_S / _BLOCK_S) | 1
     at = (told + 0.5) * block

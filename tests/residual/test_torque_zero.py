@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collaudit.core.numeric.arrays import FloatArray
@@ -45,6 +45,7 @@ def test_a_person_who_leans_and_a_clamp_over_half_the_log_still_alarm(
     assert left.min() >= 1.05 * GAMMA - 1e-9
 
 
+@settings(deadline=None)
 @given(st.floats(-50.0, 50.0), st.integers(0, 2**16))
 def test_it_stays_within_its_bound(level: float, seed: int) -> None:
     found = follow_zero(level * noise(seed), np.ones(TIME.size, bool), PERIOD, BOUND, False)

@@ -30,7 +30,7 @@ DEFAULT_PER_HOUR = 0.1
     "collaudit recommend run/",
     "collaudit recommend out/ --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
-    "collaudit recommend run/ --per-hour 0.01 --max-delay-ms 40",
+    "collaudit recommend run/ --per-hour 0.01 --n 9",
     "collaudit recommend run/ --write collaudit.toml",
     "collaudit recommend run/ --plot planes.html",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
@@ -65,11 +65,6 @@ DEFAULT_PER_HOUR = 0.1
     help="False alarms of the whole arm per hour that the hours should show; it moves no threshold.",
 )
 @click.option(
-    "--max-delay-ms",
-    type=click.FloatRange(min=0.0, min_open=True),
-    help="Longest delay to the alarm: a persistence that takes longer, by filter and samples, is shortened.",
-)
-@click.option(
     "--plot",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
@@ -91,7 +86,6 @@ def command(
     verbose: bool,
     as_json: bool,
     per_hour: float,
-    max_delay_ms: float | None,
     plot: Path | None,
     snippet: str | None,
     truth: tuple[Path, ...],
@@ -124,7 +118,7 @@ def command(
     for name, judged in arms.items():
         audits = [audit for audit, *_ in judged]
         with progress("recommending") as report:
-            found = _found(judged, per_hour, max_delay_ms)
+            found = _found(judged, per_hour)
             report(8, 10)
         answers[name] = found
         if as_json:
@@ -149,11 +143,11 @@ def command(
     return EXIT_PASS if all(known) else EXIT_NOT_JUDGED
 
 
-def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None) -> ArmRecommendation:
+def _found(judged: Sequence[Judged], per_hour: float) -> ArmRecommendation:
     from collaudit.core.api import recommend_arm
 
     audits = [audit for audit, *_ in judged]
-    persistence_s, why = _persistence(audits, max_delay_ms)
+    persistence_s, why = _persistence(audits)
     found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged], per_hour)
     return replace(found, chosen_by=why)
 
@@ -189,50 +183,21 @@ def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) 
     note(f"thresholds of {', '.join(supported)} written into {target}")
 
 
-def _persistence(audits: Sequence[Audit], max_delay_ms: float | None) -> tuple[float, PersistenceReason]:
-    """The persistence, s, in whole samples of the slowest log, and why.
-
-    Raises:
-        ConfigError: no persistence reacts as soon as wanted.
-    """
+def _persistence(audits: Sequence[Audit]) -> tuple[float, PersistenceReason]:
+    """The persistence, s, in whole samples of the slowest log, and why."""
     from collaudit.core.detection.rule import persistence_samples
 
     flags, period_s = overrides(), max(audit.result.log.sample_period_s for audit in audits)
-    longest_s = None if max_delay_ms is None else _longest_s(audits, max_delay_ms, period_s)
     detect = load_settings().config.detect
     rules = [audit.result.rule for audit in audits]
     if "detect.n" in flags and detect.n is not None:
-        return _no_longer(detect.n * period_s, longest_s), "stated"
+        return detect.n * period_s, "stated"
     if "detect.persistence_ms" in flags and detect.persistence_ms is not None:
-        asked_s = persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
-        return _no_longer(asked_s, longest_s), "stated"
+        return persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s, "stated"
     asked_ms = {rule.persistence_requested_ms for rule in rules}
     first_ms = rules[0].persistence_requested_ms if len(asked_ms) == 1 else None
     set_s = max(rule.persistence_s for rule in rules) if first_ms is None else first_ms / 1e3  # not as it was rounded
-    return _no_longer(set_s, longest_s), "set"
-
-
-def _no_longer(persistence_s: float, longest_s: float | None) -> float:
-    return persistence_s if longest_s is None else min(persistence_s, longest_s)
-
-
-def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) -> float:
-    """The longest persistence that alarms in time, by the filter's delay and one sample of jitter.
-
-    Raises:
-        ConfigError: none does.
-    """
-    facts = [audit.result.detection for audit in audits]
-    filter_s = max((known.delay.filter_s for known in facts if known is not None), default=0.0)
-    most = int((max_delay_ms / 1e3 - filter_s) / period_s + 1e-9) - 1
-    if most < 1:
-        raise ConfigError(
-            "no persistence reacts as soon as that",
-            where="--max-delay-ms",
-            found=f"{max_delay_ms:g} ms",
-            expected=f"at least {1e3 * (filter_s + 2 * period_s):.3g} ms: the filter's delay and two samples",
-        )
-    return most * period_s
+    return set_s, "set"
 
 
 def _answer(found: ArmRecommendation) -> dict[str, object]:

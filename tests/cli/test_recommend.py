@@ -63,16 +63,14 @@ def test_the_folder_of_an_audit_stands_for_its_runs(collaudit, run: Path, tmp_pa
     assert "the folder holds no logs" in collaudit("recommend", tmp_path / "out").err, "a folder that is no audit's"
 
 
-def test_rate_and_delay_are_asked_for(collaudit, run: Path) -> None:
+def test_rate_and_persistence_are_asked_for(collaudit, run: Path) -> None:
     often = json.loads(collaudit("recommend", run, "--per-hour", "20", "--json").out)
     seldom = json.loads(collaudit("recommend", run, "--json").out)
     assert often["arm"]["supported"] is True and often["arm"]["bound_per_hour"] <= 20.0
     assert often["joints"] == seldom["joints"], "what the hours show does not move a threshold"
-    quick = json.loads(collaudit("recommend", run, "--max-delay-ms", "20", "--json").out)
-    assert quick["joints"]["joint1"]["n"] == 9, "nine samples and one of jitter"
+    quick = json.loads(collaudit("recommend", run, "--n", "9", "--json").out)
+    assert quick["joints"]["joint1"]["n"] == 9
     assert quick["joints"]["joint2"]["gamma_nm"] >= seldom["joints"]["joint2"]["gamma_nm"]
-    never = collaudit("recommend", run, "--max-delay-ms", "2")
-    assert never.code == 2 and "--max-delay-ms" in never.err
 
 
 def test_a_stated_persistence_counts(collaudit, run: Path) -> None:

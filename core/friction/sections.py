@@ -63,7 +63,7 @@ class SectionSet:
         return tuple(s for s in self.sections if s.joint == joint)
 
     def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
-        """What is left of the sections in the same log with less effort known: whole ones, and long enough pieces."""
+        """The sections of the same log with less effort known: whole ones, and pieces that are long enough."""
         found: list[Section] = []
         for section in self.sections:
             j = series.column(section.joint)

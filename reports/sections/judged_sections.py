@@ -24,11 +24,11 @@ def judged_section(result: AuditResult) -> Section:
     head = (
         "joint",
         "judged",
-        "friction a range",
+        "friction as a range",
         "not judged",
-        "alarms in 50 %",
-        "in 95 %",
-        "whenever judged",
+        "alarms 50 % of the time",
+        "95 % of the time",
+        "at any judged moment",
         "asked",
     )
     said = [(joint, why) for joint, cover in joints.items() if (why := _why_not(cover))]

@@ -56,7 +56,7 @@ def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
 
 
 def _forces(as_set: str) -> str:
-    return f"with gamma as it was: {as_set}" if as_set else "in newtons not known"
+    return f"with the γ of these runs: {as_set}" if as_set else "in newtons not known"
 
 
 def claim(arm: ArmRate) -> str:

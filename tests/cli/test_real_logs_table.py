@@ -1,4 +1,4 @@
-"""The table of docs/real-logs.md is what ``init`` does: each row is run, and compared with the page.
+"""The table of what_init_writes.md is what ``init`` does: each row is run, and compared with it.
 
 ``COLLAUDIT_WRITE_TABLE=1`` writes the page's rows anew.
 """
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from init_rows import ROWS, Motion, Row
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "real-logs.md"
+PAGE = Path(__file__).with_name("what_init_writes.md")
 BEGIN, END = "<!-- rows of init -->", "<!-- end of rows -->"
 #: Keys of the file that say how a log is read, in the order of the table.
 CSV_KEYS = ("time", "rate_hz", "position", "velocity", "effort", "delimiter", "decimal", "header")

@@ -1,4 +1,4 @@
-"""Cases that docs/real-logs.md lists with what ``init`` writes: each builds its log in a folder of its own."""
+"""Cases that what_init_writes.md lists with what ``init`` writes: each builds its log in a folder of its own."""
 
 from __future__ import annotations
 

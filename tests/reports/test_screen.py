@@ -85,7 +85,10 @@ def test_every_report_counts_contacts() -> None:
     suite = ElementTree.fromstring(junit_text([result])).find("testsuite")
     assert suite is not None
     shown = {p.get("name") or "": p.get("value") or "" for p in suite.findall("properties/property")}
-    torques = "alarms in 50 % 4.70 N·m; in 95 % –; whenever judged 20.004 N·m; asked 20 N·m: 57.0 % of its motion"
+    torques = (
+        "alarms 50 % of the time 4.70 N·m; 95 % of the time –; at any judged moment 20.004 N·m; "
+        "asked 20 N·m: 57.0 % of its motion"
+    )
     assert torques in shown["torque_alarms_shoulder_pan"]
     forces = "in 50 % 34 N; in 90 % 62 N; in 95 % no force; asked 100 N (default)"
     assert shown["force_alarms_tool"].startswith(forces)
@@ -144,7 +147,8 @@ def test_where_nothing_was_judged_the_cause_comes_before_what_follows_from_it() 
 def test_shares_and_levels_of_a_joint() -> None:
     row = next(record for record in judged_section(with_contacts(1)).records if record["joint"] == JOINT)
     assert row["asked"] == "20 N·m: 57.0 % of its motion"
-    assert (row["alarms in 50 %"], row["in 95 %"], row["whenever judged"]) == ("4.70 N·m", "–", "20.004 N·m")
+    told = tuple(row[name] for name in ("alarms 50 % of the time", "95 % of the time", "at any judged moment"))
+    assert told == ("4.70 N·m", "–", "20.004 N·m")
     assert "asked" not in judged_section(samples.passed().result).columns
 
 
@@ -186,6 +190,6 @@ def test_shares_of_a_joint_have_one_denominator() -> None:
     result = replace(result, coverage=replace(result.coverage, joints={JOINT: cover}))
     found = judged_section(result)
     (row,) = found.records
-    assert (row["judged"], row["friction a range"], row["not judged"]) == ("60.0 %", "20.0 %", "20.0 %")
+    assert (row["judged"], row["friction as a range"], row["not judged"]) == ("60.0 %", "20.0 %", "20.0 %")
     assert lost_share(result) == pytest.approx(0.2)
     assert "not judged, of 100 s, 15.0 s" in " ".join(found.notes)

@@ -125,7 +125,7 @@ def _of_joint(
     return JointFigures(
         joint=joint,
         anchor=name,
-        bar=coverage_bar(trace, visible(f"{joint}: judged, friction a range, not judged")),
+        bar=coverage_bar(trace, visible(f"{joint}: judged, friction known only as a range, not judged")),
         overview=overview,
         caption=caption,
         small=(

@@ -29,21 +29,19 @@ def api_page() -> str:
         "",
         "_Generated from signatures and docstrings by `make docs`._",
         "",
-        "| call | does |",
-        "|---|---|",
     ]
     calls = [getattr(api, name) for name in api.__all__]
     lines += [_call_row(call) for call in calls if inspect.isfunction(call)]
     for kind in RETURNED:
-        lines += ["", f"## {kind.__name__}", "", _first(kind), "", "| field | is |", "|---|---|", *_field_rows(kind)]
+        lines += ["", f"## {kind.__name__}", "", _first(kind), "", *_field_rows(kind)]
     return "\n".join(lines) + "\n"
 
 
 def _call_row(call: Callable[..., object]) -> str:
     signature = inspect.signature(call)
     shown = [name if one.default is one.empty else f"{name}=…" for name, one in signature.parameters.items()]
-    returned = _cell(str(signature.return_annotation))
-    return f"| `{call.__name__}({', '.join(shown)})` → `{returned}` | {_first(call)} |"
+    returned = str(signature.return_annotation)
+    return f"- `{call.__name__}({', '.join(shown)})` → `{returned}`: {_first(call)}"
 
 
 def _first(thing: object) -> str:
@@ -52,20 +50,18 @@ def _first(thing: object) -> str:
 
 
 def _field_rows(kind: type) -> list[str]:
-    """What the docstring says of a field, else its type."""
+    """What the docstring says of each field; the others by their names."""
     assert is_dataclass(kind)
     told: dict[str, str] = {}
     for one in parse(inspect.getdoc(kind) or "", style=DocstringStyle.GOOGLE).params:
         told |= dict.fromkeys(one.arg_name.split(", "), _plain(one.description or ""))
-    shown = [one for one in fields(kind) if not one.name.startswith("_")]
-    return [f"| `{one.name}` | {told.get(one.name) or f'`{_cell(str(one.type))}`'} |" for one in shown]
+    names = [one.name for one in fields(kind) if not one.name.startswith("_")]
+    rest = ", ".join(f"`{name}`" for name in names if not told.get(name))
+    rows = [f"- `{name}`: {told[name]}" for name in names if told.get(name)]
+    return [*rows, *([f"- {rest}: as the name says."] if rest else [])]
 
 
 def _plain(text: str) -> str:
     """On one line of Markdown, without roles and without numbers of equations, which are those of another page."""
     text = re.sub(r",? eq\. \(\d+\)", "", " ".join(text.split()))
-    return _cell(re.sub(r":\w+:`([^`]*)`", r"`\1`", text).replace("``", "`"))
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+    return re.sub(r":\w+:`([^`]*)`", r"`\1`", text).replace("``", "`")

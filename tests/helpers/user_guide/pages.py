@@ -105,24 +105,28 @@ def findings_page() -> str:
         "",
         "_Generated from `core/findings/finding_kinds.py` by `make docs`._",
         "",
-        "| code | meaning | effect | what to do |",
-        "|---|---|---|---|",
     ]
     return "\n".join([*lines, *(_finding_row(code, kind) for code, kind in KINDS.items())]) + "\n"
 
 
 def commands_page() -> str:
-    """The help of every command."""
+    """What every command is for, with examples and the names of its options."""
     lines = [
         "# Commands",
         "",
-        "What `collaudit --help` and `collaudit COMMAND --help` print. All options: `COMMAND --help --more`, and",
-        "the manual pages ([`man/`](man/)).",
+        "`collaudit COMMAND --help` explains the everyday options, `--help --more` all, and so do the manual pages",
+        "([`man/`](man/)). Here stand examples, purpose and the names of all options.",
+        "",
+        "_Generated from the commands by `make docs`._",
     ]
-    lines += ["", "_Generated from the commands by `make docs`._"]
-    for name in ("", *collaudit.summaries):
-        title = f"collaudit {name}".strip()
-        lines += ["", f"## {title}", "", "```text", help_text(name), "```"]
+    top = click.Context(collaudit, info_name="collaudit")
+    lines += ["", "```text", help_text(""), "```"]
+    for name in collaudit.summaries:
+        command = collaudit.get_command(top, name)
+        assert command is not None
+        options = [f"`{max(param.opts, key=len)}`" for param in command.params if param.param_type_name == "option"]
+        shown = help_text(name).partition("\n\nOptions:\n")[0]
+        lines += ["", f"## collaudit {name}", "", "```text", shown, "```", "", f"Options: {', '.join(options)}."]
     return "\n".join(lines) + "\n"
 
 
@@ -146,17 +150,13 @@ def _config_row(key: Key) -> str:
 
 
 def _finding_row(code: str, kind: Kind) -> str:
-    """One line of the table; severities are said where the effect depends on them."""
+    """One line; severities are said where the effect depends on them."""
     effects = [f"`{effect}`" if effect != "none" else effect for effect in kind.effects.values()]
     if len(set(effects)) == 1:
         effect = effects[0]
     else:
         effect = ", ".join(f"{severity}: {shown}" for severity, shown in zip(kind.effects, effects, strict=True))
-    return f"| `{code}` | {_cell(kind.meaning)} | {effect} | {_cell(kind.remedy)} |"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ")
+    return f"- `{code}` ({effect}): {kind.meaning} *Do:* {kind.remedy}".replace("\n", " ")
 
 
 def with_picture(page: str) -> str:

@@ -28,7 +28,6 @@ SCORE_SCHEMA = "collaudit/score/1"
     "collaudit detect run.bag --urdf arm.urdf --gamma 4 --n 13 --json",
     "collaudit detect hits.mcap -c hits.toml --friction friction.json --truth hits.truth.json",
     "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --set 'detect.watch=[\"joint1\"]'",
-    common=("--output", "--friction", "--gamma", "--n", "--json", "--config", "--verbose"),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(

@@ -34,17 +34,6 @@ DEFAULT_PER_HOUR = 0.1
     "collaudit recommend run/ --write collaudit.toml",
     "collaudit recommend run/ --plot planes.html",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
-    common=(
-        "--write",
-        "--per-hour",
-        "--free-of-contact",
-        "--truth",
-        "--robot",
-        "--friction",
-        "--json",
-        "--config",
-        "--verbose",
-    ),
 )
 @click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
 @click.option("--robot", metavar="NAME", help="The robot, where runs are of several.")

@@ -256,7 +256,7 @@ def test_a_fit_of_several_logs_says_whose_a_finding_is(arm, collaudit, tmp_path:
     assert places == {"clean.csv", "pushed.csv"}
 
 
-@pytest.mark.parametrize("name", ["audit", "detect", "recommend"])
+@pytest.mark.parametrize("name", ["audit"])
 def test_help_explains_what_is_common_and_names_the_rest(name: str, collaudit) -> None:
     command = import_module(f"collaudit.cli.commands.{name}").command
     options = {opt for param in command.params for opt in param.opts}

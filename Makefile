@@ -74,6 +74,7 @@ sharpness: $(RUN)/.dev
 
 spoilt: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/spoilt_logs.py --seed $(SEED) -o docs/evidence.md
+	$(RUN)/bin/python tests/bench/spoilt_nights.py --seed $(SEED) -o docs/evidence.md
 	$(RUN)/bin/python tests/bench/spoilt_touches.py --data $(DATA) -o docs/evidence.md
 
 # What planned motions deliver on simulated arms, and whether thousands of plans keep all limits (docs/plan.md).

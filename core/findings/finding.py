@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
-from collaudit.core.findings.finding_kinds import FACT, KINDS, Effect, Kind, Severity
+from collaudit.core.findings.finding_kinds import FACT, KINDS, RENAMED, Effect, Kind, Severity
 
 #: Finding code to its meaning.
 CODES: dict[str, str] = {code: kind.meaning for code, kind in KINDS.items()}
@@ -42,6 +42,10 @@ class Finding:
     end_s: float | None = None
 
     def __post_init__(self) -> None:
+        if self.code in RENAMED:  # of a file that an earlier version wrote
+            object.__setattr__(self, "code", RENAMED[self.code])
+            if self.severity not in self.kind.effects:
+                object.__setattr__(self, "severity", list(self.kind.effects)[-1])  # the gravest
         if self.code not in KINDS:
             raise ValueError(f"unknown finding code {self.code!r}: add it to core.findings.finding_kinds.KINDS")
         if self.severity not in self.kind.effects:

@@ -18,7 +18,7 @@ from collaudit.cli import main as entry
 Columns = dict[str, Any]
 CONSTANTS = f"log.units.torque_constant_nm_per_a={{ joint1 = {TORQUE_CONSTANT}, joint2 = {TORQUE_CONSTANT} }}"
 #: Findings of reading differ with the names of columns; those of everything behind it do not.
-OF_READING = ("log-columns", "log-units", "log-labels", "log-joint")
+OF_READING = ("log-guessed", "log-labels", "log-joint")
 
 
 #: MATLAB's names of a controller's columns lose what tells its name from a role: these are asked about.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import log_writers as w
@@ -115,7 +116,7 @@ def test_two_topics_on_one_arm_are_no_two_arms(collaudit, tmp_path: Path) -> Non
     told = [_messages(tmp_path / "run.csv", f"/{name}/joint_states", ["joint1", "joint2"], 0) for name in ("a", "b")]
     log = w.write_mcap(tmp_path / "log.mcap", sorted([*told[0], *told[1]], key=lambda one: one.log_ns))
     made = collaudit("init", log, "-c", tmp_path / "arm.toml", "-o", tmp_path / "one.toml")
-    assert "arms" not in made.err and not (tmp_path / "one.a.toml").exists()
+    assert not re.search(r"\barms\b", made.err) and not (tmp_path / "one.a.toml").exists()
 
 
 def test_a_second_encoder_is_no_arm() -> None:

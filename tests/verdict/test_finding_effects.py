@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding, joints_not_judged, without_errors_of
-from collaudit.core.findings.finding_kinds import KINDS
+from collaudit.core.findings.finding_kinds import KINDS, RENAMED, Severity
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
@@ -287,3 +288,10 @@ def test_alarms_of_glitches_are_in_doubt(clean: JointLog, friction: FrictionFile
     assert found.collisions
     assert any("doubt the effort or the model of joint1" in reason for reason in found.reasons)
     assert {f.joint for f in found.findings if f.code == "effort-spikes"} == {"joint1"}
+
+
+def test_a_file_of_an_earlier_version_is_read_by_the_code_that_stands_for_its_own() -> None:
+    for old, new in RENAMED.items():
+        for severity in get_args(Severity):
+            found = Finding(old, severity, "x")
+            assert found.code == new and found.effect in KINDS[new].effects.values()

@@ -325,7 +325,7 @@ ROWS: tuple[Row, ...] = (
     Row("Format", "HDF5, `observations/qpos` …, no time", _of_observations),
     Row("Format", "HDF5, `observations/qpos` …, rate stated", _of_observations, ("--set", "log.csv.rate_hz=125")),
     Row("Format", "HDF5, `data/demo_0/obs/robot0_joint_pos` …, rate stated", _demonstrations,
-        ("--set", "log.csv.rate_hz=125"), finding="log-guessed"),
+        ("--set", "log.csv.rate_hz=125"), finding="time-gap"),
     Row("Format", "KUKA trace, a `.dat` and a `.r64` an axis", kuka_trace),
     Row("Format", "JSON lines, a key a column", _json_lines(
         "run.jsonl", lambda m, k: {name: float(values[k]) for name, values in m.plain().items()})),

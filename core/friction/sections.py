@@ -16,7 +16,7 @@ from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import centred_extremes, run_bounds
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled
+from collaudit.core.prepare.reversal_travel import settled
 
 #: Above this speed another joint counts as moving (rad/s; m/s if prismatic), as its pose changes.
 _MOVING_RAD_S = 0.01
@@ -94,7 +94,7 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
         logged = series.raw_velocity_rad_s
         noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
         quiet = _quiet(smooth[:, j], _least(series, config), noise)
-        slid, _ = settled(series, j, smooth[:, j], config.min_speed_rad_s, REVERSAL_TRAVEL_RAD)
+        slid, _ = settled(series.segments, series.position_rad[:, j], smooth[:, j], config.min_speed_rad_s)
         for span in _moving_spans(smooth[:, j], slid, series.segments, config.min_speed_rad_s):
             found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
             sections += [_measure(series, joint, j, s) for s in found]

@@ -22,8 +22,8 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import Severity
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.reversal_travel import settled
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
 #: Below this speed of the axis, rad/s, its direction is not told.
@@ -268,7 +268,7 @@ def _coupled_torque(series: UniformSeries, coupled: Mapping[str, CoupledFriction
     return out
 
 
-def coupled_doubt(series: UniformSeries, coupled: Mapping[str, CoupledFriction], travel_rad: float) -> FloatArray:
+def coupled_doubt(series: UniformSeries, coupled: Mapping[str, CoupledFriction]) -> FloatArray:
     """(n, j) by how much the coupled torque may be off (95 %), N·m.
 
     After a reversal of the axis its friction is anywhere between both directions' until it has travelled.
@@ -276,25 +276,15 @@ def coupled_doubt(series: UniformSeries, coupled: Mapping[str, CoupledFriction],
     Args:
         series: the motion.
         coupled: by the motor's own joint.
-        travel_rad: travel of an axis until its friction is steady.
     """
     out = np.zeros(series.velocity_rad_s.shape, order="F")
     for axis in coupled.values():
         s = _axis_speed(series, axis.weights, series.velocity_rad_s)
-        loose = _loose(series, axis, s, travel_rad)
+        angle = _axis_speed(series, axis.weights, series.position_rad)
+        loose = ~settled(series.segments, angle, s, STILL_RAD_S)[0]
         half = {name: 0.5 * ((high or 0.0) - (low or 0.0)) for name, (low, high) in axis.ci95.items()}
         doubt = np.hypot(half.get("coulomb_nm", 0.0), half.get("viscous_nm_s_per_rad", 0.0) * s)
         doubt[loose] += axis.coulomb_nm * (1.0 + np.abs(np.tanh(s[loose] / STILL_RAD_S)))
         for joint, weight in axis.weights.items():
             out[:, series.column(joint)] += abs(weight) * np.nan_to_num(doubt)
-    return out
-
-
-def _loose(series: UniformSeries, axis: CoupledFriction, s: FloatArray, travel_rad: float) -> BoolArray:
-    """(n,) the axis rests, or has not travelled far enough since it rested or reversed."""
-    out = np.ones(s.size, dtype=np.bool_)
-    angle = _axis_speed(series, axis.weights, series.position_rad)
-    for direction in (s > STILL_RAD_S, s < -STILL_RAD_S):
-        for start, stop in zip(*run_bounds(direction), strict=True):
-            out[start:stop] = np.abs(angle[start:stop] - angle[start]) < travel_rad
     return out

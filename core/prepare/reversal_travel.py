@@ -1,37 +1,43 @@
 """How far a joint has travelled since it last rested or reversed: over the first hundredth of a radian its gear turns.
 
-Sections and the residual ask the same: what is not settled is no evidence for the friction of sliding.
+Sections, coupled axes and the residual ask the same: what is not settled is no evidence for the friction of sliding.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 
 #: Travel until friction is steady, rad (m if prismatic): presliding of gears ends within a few thousandths of a radian.
 REVERSAL_TRAVEL_RAD = 0.01
 
 
 def settled(
-    series: UniformSeries, j: int, velocity: FloatArray, rest_rad_s: float, travel_rad: float
+    segments: Sequence[Span], position: FloatArray, velocity: FloatArray, rest_rad_s: float
 ) -> tuple[BoolArray, FloatArray]:
     """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
 
     Both also count from the start of a stretch.
+
+    Args:
+        segments: stretches without a gap.
+        position, velocity: (n,) of the joint, or of an axis that several turn.
+        rest_rad_s: speed below which it rests.
     """
     steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
-    for segment in series.segments:
+    for segment in segments:
         if len(segment) == 0:
             continue
         s = segment.slice
         direction = np.sign(_last_known(velocity[s]))  # an unknown velocity is no reversal, and hides none
-        place = _last_known(series.position_rad[s, j])
+        place = _last_known(position[s])
         resting = np.abs(velocity[s]) < rest_rad_s  # an unknown velocity does not rest
         starts = np.flatnonzero(resting | np.concatenate(([True], direction[1:] * direction[:-1] < 0)))
         travel[s] = np.nan_to_num(np.abs(place - np.repeat(place[starts], np.diff(starts, append=place.size))))
-        steady[s] = (travel[s] >= travel_rad) & ~resting
+        steady[s] = (travel[s] >= REVERSAL_TRAVEL_RAD) & ~resting
     return steady, travel
 
 

@@ -26,7 +26,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import settled
+from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled
 
 #: Friction is trusted this far below the slowest speed it was measured at: what a section's speed may vary by.
 _BELOW_RANGE = 0.95
@@ -55,7 +55,6 @@ def friction_bounds(
     j: int,
     velocity: FloatArray,
     law: FrictionModel,
-    travel_rad: float,
     load_nm: FloatArray | None = None,
 ) -> FrictionBounds:
     """Bounds of one joint's friction.
@@ -65,11 +64,10 @@ def friction_bounds(
         j: its column.
         velocity: (n,) at which friction is taken.
         law: the fitted law.
-        travel_rad: travel after which friction is steady.
         load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
     slowest = _BELOW_RANGE * law.speed_range[0]
-    steady, travel = settled(series, j, velocity, rest_below(law), travel_rad)
+    steady, travel = settled(series.segments, series.position_rad[:, j], velocity, rest_below(law))
     steady &= np.abs(velocity) >= slowest
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
@@ -78,7 +76,7 @@ def friction_bounds(
         steady &= np.isfinite(sliding)
     low, high = sliding.copy(), sliding.copy()
     k = np.flatnonzero(~steady)
-    low[k], high[k] = loose_bounds(law, velocity[k], sliding[k], travel[k], slowest, travel_rad)
+    low[k], high[k] = loose_bounds(law, velocity[k], sliding[k], travel[k], slowest)
     trend = law.temperature_trend
     if trend is None or series.temperature_c is None:
         return FrictionBounds(sliding, steady, low, high)
@@ -98,21 +96,20 @@ def loose_bounds(
     sliding: FloatArray,
     travel: FloatArray,
     slowest: float,
-    travel_rad: float,
 ) -> FloatArray:
     """(2, k) lower and upper bound of friction where it is not steady.
 
     Args:
         law: the fitted law.
         velocity, sliding, travel: (k,) of the joint, steady friction at it, way since it last rested or reversed.
-        slowest, travel_rad: below this speed steady friction is a range itself; after this travel friction is steady.
+        slowest: below this speed steady friction is a range itself.
     """
     forward, size = velocity >= 0, np.abs(sliding)
     hold = np.maximum(law.hold, size)
     slow, at_slowest = np.abs(velocity) < slowest, np.abs(law.torque(np.where(forward, slowest, -slowest)))
     least = np.where(slow, np.minimum(size, at_slowest / UNKNOWN_BREAKAWAY), size)
     most = np.where(slow, hold, size)
-    turning = travel <= travel_rad
+    turning = travel <= REVERSAL_TRAVEL_RAD
     along_low, along_high = np.where(turning, -hold, least), np.where(turning, hold, most)
     return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
 

@@ -20,7 +20,6 @@ from collaudit.core.numeric.runs import covered
 from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD
 from collaudit.core.residual.balance import Balance, balance_from_momentum
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
@@ -101,7 +100,7 @@ class Residual:
 def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:
     """Take friction off a torque balance: eq. (5) per joint.
 
-    While a joint rests, or has travelled less than ``REVERSAL_TRAVEL_RAD`` since it rested or reversed, its
+    While a joint rests, or has travelled less than a hundredth of a radian since it rested or reversed, its
     friction is only known as an interval (:mod:`friction_bounds`). There the residual is the distance of the
     unexplained torque from that interval: nonzero is evidence, zero is not a clean bill. The interval passes
     the balance's kernel like every other torque.
@@ -163,7 +162,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     mark_reasons(state, torque, series, balance)
     if prepared.calibration.coupled and known:
         # what the torque of coupled axes, taken off the effort, may be wrong by; 0 where nothing is known
-        doubt = coupled_doubt(prepared.series, prepared.calibration.coupled, REVERSAL_TRAVEL_RAD)
+        doubt = coupled_doubt(prepared.series, prepared.calibration.coupled)
         own = doubt[:, prepared.columns()]
         uncertainty += np.nan_to_num(balance.kernel.apply(own, series.segments, series.period_s))
     for j in known:
@@ -208,7 +207,7 @@ def _fill_joint(
     torque, state, uncertainty = made.torque_nm[:, j], made.state[:, j], made.uncertainty_nm[:, j]
     assert balance.total_nm is not None and made.hidden_nm is not None and made.span_nm is not None
     velocity = np.ascontiguousarray(balance.velocity_rad_s[:, j])
-    band = friction_bounds(series, j, velocity, law, REVERSAL_TRAVEL_RAD, load_nm)
+    band = friction_bounds(series, j, velocity, law, load_nm)
     total = balance.total_nm[:, j]  # ripple is taken off it, for whoever looks at it later
     undecided = balance.kernel.reach(~band.steady[:, None], series.segments, series.period_s)[:, 0]
     beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]

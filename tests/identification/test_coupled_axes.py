@@ -129,7 +129,7 @@ def test_an_axis_in_doubt_raises_the_threshold_only_around_its_reversals() -> No
     config = config_of()
     log = prepared_log(config)
     fits, _ = fit_coupled([log], config, with_inertia=False)
-    doubt = coupled_doubt(log.series, fits, 0.01)
+    doubt = coupled_doubt(log.series, fits)
     s = log.series.velocity_rad_s @ np.array([0, 1.0, 1.0])
     assert np.all(doubt[:, 0] == 0)
     assert doubt[np.abs(s) < 0.01, 2].min() > 0.9 * fits["joint3"].coulomb_nm

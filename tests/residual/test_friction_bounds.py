@@ -72,7 +72,7 @@ def test_the_bristle_friction_lies_within_its_bounds_through_reversals(preslidin
     t = T * np.arange(6000)
     v = 0.35 * np.sin(2.2 * t) + 0.2 * np.sin(5.1 * t + 1.0)
     true = bristles(v, presliding_rad)
-    band = friction_bounds(motion(v), 0, v, law(), 0.01)
+    band = friction_bounds(motion(v), 0, v, law())
     slack = 0.65  # the Stribeck curve lags behind soft bristles near its foot; a sixth of the paper's gamma
     assert np.all(true <= band.high_nm + slack)
     assert np.all(true >= band.low_nm - slack)
@@ -86,11 +86,11 @@ def test_slower_than_the_fitted_speeds_friction_opposes_the_motion_and_its_size_
     v = 0.2 * np.sin(1.5 * T * np.arange(6000))
     true = bristles(v, 1.5e-4)
     fast = replace(law(), speed_range=(0.3, 1.2), breakaway_known=False)
-    band = friction_bounds(motion(v), 0, v, fast, 0.01)
+    band = friction_bounds(motion(v), 0, v, fast)
     assert not band.steady.any()
     assert np.all(true <= band.high_nm + 0.65)
     assert np.all(true >= band.low_nm - 0.65)
-    sliding = settled(motion(v), 0, v, 0.02, 0.01)[0]
+    sliding = settled(motion(v).segments, motion(v).position_rad[:, 0], v, 0.02)[0]
     assert np.mean(sliding) > 0.7
     assert np.all((np.sign(v) * np.where(v > 0, band.low_nm, band.high_nm))[sliding] > 5.0)
     assert np.all((band.high_nm - band.low_nm)[sliding] < 0.35 * 2.0 * fast.hold)
@@ -104,14 +104,13 @@ def test_a_joint_whose_velocity_has_an_offset_does_not_slide() -> None:
     still = motion(np.zeros(4000))
     noisy = still.position_rad + np.random.default_rng(1).normal(0.0, 1e-4, still.position_rad.shape)
     slow = replace(law(), speed_range=(0.3, 1.2), breakaway_known=False)
-    band = friction_bounds(replace(still, position_rad=noisy), 0, np.full(4000, 0.05), slow, 0.01)
+    band = friction_bounds(replace(still, position_rad=noisy), 0, np.full(4000, 0.05), slow)
     assert (band.high_nm - band.low_nm).min() > 1.5 * slow.hold
 
 
-@pytest.mark.parametrize("travel_rad", [0.01, 0.0])
-def test_at_rest_anything_up_to_breakaway_is_consistent(travel_rad: float) -> None:
+def test_at_rest_anything_up_to_breakaway_is_consistent() -> None:
     v = np.zeros(500)
-    band = friction_bounds(motion(v), 0, v, law(), travel_rad)
+    band = friction_bounds(motion(v), 0, v, law())
     assert not band.steady.any()
     assert band.high_nm == pytest.approx(np.full(500, A + B))
     assert band.low_nm == pytest.approx(np.full(500, -A - B))
@@ -119,7 +118,7 @@ def test_at_rest_anything_up_to_breakaway_is_consistent(travel_rad: float) -> No
 
 def test_a_reversal_between_two_samples_is_a_reversal() -> None:
     v = np.r_[np.full(400, 0.3), np.full(400, -0.3)]
-    band = friction_bounds(motion(v), 0, v, law(), 0.01)
+    band = friction_bounds(motion(v), 0, v, law())
     assert not band.steady[400]
     assert band.high_nm[400] > A
 
@@ -185,13 +184,11 @@ def test_an_unknown_velocity_is_no_reversal_in_either_direction(direction: float
     v = np.full(500, 0.2 * direction)
     series = motion(v)
     v[300] = np.nan
-    band = friction_bounds(series, 0, v, law(), 0.01)
+    band = friction_bounds(series, 0, v, law())
     known = np.arange(500) != 300
-    assert np.array_equal(
-        band.steady[known], friction_bounds(series, 0, np.where(known, v, v[0]), law(), 0.01).steady[known]
-    )
+    assert np.array_equal(band.steady[known], friction_bounds(series, 0, np.where(known, v, v[0]), law()).steady[known])
     turned = np.where(np.arange(500) < 300, v, -v)
-    after = friction_bounds(motion(turned), 0, turned, law(), 0.01)
+    after = friction_bounds(motion(turned), 0, turned, law())
     assert not after.steady[301]
 
 
@@ -203,7 +200,7 @@ def test_friction_of_the_load_goes_with_the_temperature_too() -> None:
     warm = replace(law(), load=load, temperature_trend=trend)
     series = replace(motion(v), temperature_c=np.full((v.size, 1), 40.0))
     carried = np.full(v.size, 25.0)
-    bounds = friction_bounds(series, 0, v, warm, 0.01, carried)
+    bounds = friction_bounds(series, 0, v, warm, carried)
     assert bounds.sliding_nm[-1] == pytest.approx(0.8 * (law().torque(v)[-1] + 0.1 * 15.0))
 
 
@@ -212,7 +209,7 @@ def test_the_way_since_the_last_rest_is_that_of_each_stretch() -> None:
     v = np.repeat(rng.choice([-0.3, 0.0, 0.2], 700), rng.integers(1, 120, 700))
     v[rng.integers(0, v.size, 5)] = np.nan
     series = replace(motion(np.nan_to_num(v)), segments=(Span(0, 300), Span(300, 300), Span(340, v.size - 7)))
-    steady, travel = settled(series, 0, v, 0.1, 0.02)
+    steady, travel = settled(series.segments, series.position_rad[:, 0], v, 0.1)
     known = v[0]
     for k in range(v.size):
         inside = any(k in range(s.start, s.stop) for s in series.segments)
@@ -224,5 +221,5 @@ def test_the_way_since_the_last_rest_is_that_of_each_stretch() -> None:
         else:
             way += abs(series.position_rad[k, 0] - series.position_rad[k - 1, 0])
         assert travel[k] == pytest.approx(way, abs=1e-9)
-        if inside and not abs(way - 0.02) < 1e-9:
-            assert steady[k] == (way > 0.02)
+        if inside and not abs(way - 0.01) < 1e-9:
+            assert steady[k] == (way > 0.01)

@@ -21,7 +21,6 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel, first_order
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD
 from collaudit.core.residual.balance import Balance, KnownTorques, friction_velocity, start_mask
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.detectors.direct import direct_residual
@@ -104,7 +103,7 @@ def _friction_power(
     """Bounds of the friction's power over all joints, and what its level may be wrong by, W."""
     low, high, slack = (np.zeros(series.time_s.size) for _ in range(3))
     for j, joint in enumerate(series.joint_names):
-        band = friction_bounds(series, j, v[:, j], laws[joint], REVERSAL_TRAVEL_RAD)
+        band = friction_bounds(series, j, v[:, j], laws[joint])
         level = by_joint.levels[joint]
         scale = 1.0 + level.deviation
         ends = (scale * band.low_nm * v[:, j], scale * band.high_nm * v[:, j])

@@ -122,7 +122,7 @@ def _flag(name: str, key: str, kind: Any, metavar: str, words: str, multiple: bo
 
 
 def _gamma(text: str) -> float | str | dict[str, float]:
-    if text == "auto":
+    if text in ("auto", "sharpest"):
         return text
     if "=" not in text:
         return _number(text)
@@ -180,7 +180,7 @@ robot_options = all_of(
 #: Rule (6).
 rule_options = all_of(
     _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit)."),
-    _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto."),
+    _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto, or sharpest."),
     _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
 )
 free_option = _switch("--free-of-contact", "fit.contact", "none", _WHAT_FREE)

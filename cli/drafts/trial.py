@@ -117,7 +117,7 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
             return trial
         origin = make_provenance(loaded, None, robot.sha256)
         # a fit tells automatic thresholds, and the gain of an effort in a unit of its own
-        own = friction is None and (config.detect.gamma_nm == "auto" or config.log.units.effort == "raw")
+        own = friction is None and (config.detect.automatic or config.log.units.effort == "raw")
         report(2, 10)
         fitted = _own_fit(prepared, loaded, origin, stage(report, 0.2, 0.6)) if own else None
         if isinstance(fitted, CollauditError):

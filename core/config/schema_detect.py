@@ -121,9 +121,14 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
             raise ValueError("give either persistence_ms or n, not both")
 
     @property
+    def automatic(self) -> bool:
+        """Whether thresholds are to be told, and not stated."""
+        return isinstance(self.gamma_nm, str)
+
+    @property
     def short_persistence(self) -> bool:
         """Whether the persistence is not stated, and that of a causal detector with automatic thresholds."""
-        return self.causal and isinstance(self.gamma_nm, str) and self.persistence_ms is None and self.n is None
+        return self.causal and self.automatic and self.persistence_ms is None and self.n is None
 
     @property
     def asked_persistence_ms(self) -> float:

@@ -252,10 +252,9 @@ def with_rest_thresholds(config: Config, levels: Mapping[str, QuietLevel], joint
         joints: all judged joints; those without a level keep what is configured for all.
     """
     detect = config.detect
-    automatic = detect.gamma_nm == "auto"
-    if not levels or ("gamma_nm" in detect.given and not automatic):
+    if not levels or ("gamma_nm" in detect.given and not detect.automatic):
         return config
-    if automatic and len(levels) < len(joints):
+    if detect.automatic and len(levels) < len(joints):
         return config
     common = detect.gamma_nm if isinstance(detect.gamma_nm, float) else 0.0
     gamma = {joint: levels[joint].gamma_nm if joint in levels else common for joint in joints}

@@ -161,7 +161,7 @@ def judge(
     prepared = _with_smoothing(without_guiding(prepared, friction, config), friction, config)
     series = prepared.judged_series
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
-    automatic = isinstance(config.detect.gamma_nm, str)
+    automatic = config.detect.automatic
     config, motion, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
     rule, watch = make_rule(series, prepared.phases, config, motion)
     check_persistence(series, rule.n)

@@ -76,7 +76,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
 
 def _same_log(friction: FrictionFile, prepared: Prepared, config: Config) -> list[Finding]:
     """A friction file that was fitted on the log to be judged, among others or alone."""
-    logs, auto = friction.provenance.logs.values(), isinstance(config.detect.gamma_nm, str)
+    logs, auto = friction.provenance.logs.values(), config.detect.automatic
     others = set(logs) - {prepared.series.source.sha256}
     if len(others) == len(set(logs)):
         return []

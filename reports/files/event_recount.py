@@ -70,7 +70,9 @@ def _judged_columns(result: AuditResult, signals: StoredSignals) -> list[str]:
     for joint in watched[1:]:
         column = np.abs(signals.read(f"residual_nm:{joint}").astype(np.float64))
         largest[joint] = float(np.nanmax(column, initial=0.0))
-        if not largest[joint] or np.nanmax(np.abs(column / largest[joint] - first / largest[watched[0]])) > _IN_SCALE:
+        if not all(largest.values()):  # nothing tells a scale
+            return watched
+        if np.nanmax(np.abs(column / largest[joint] - first / largest[watched[0]])) > _IN_SCALE:
             return watched
     return sorted(watched, key=lambda joint: rule.gamma_nm[joint] / largest[joint])[:1]
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from origins import NOBODY
 
@@ -82,3 +83,18 @@ def test_a_report_counts_the_events_again(
     ):
         with pytest.raises(CollauditError, match=r"contradicts signals\.parquet"):
             check_events(tmp_path, edited, signals)
+
+
+@pytest.mark.parametrize("detector", ["direct", "energy"])
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_a_residual_that_was_wiped_out_is_no_report(
+    made: Made, friction_of: Callable[[str], FrictionFile], tmp_path: Path, detector: str, value: float
+) -> None:
+    files = made("free-hits", "paper6")
+    settings = load_config(files.config, {"detect.gamma_nm": 4.0, "detect.detector": detector})
+    friction = friction_of("paper6")
+    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY)
+    wiped = replace(audit.signals, residual_nm=np.full_like(audit.signals.residual_nm, value))
+    write_run(tmp_path, replace(audit, signals=wiped), friction)
+    with pytest.raises(CollauditError, match=r"contradicts signals\.parquet"):
+        check_events(tmp_path, audit.result, open_run(tmp_path).signals)

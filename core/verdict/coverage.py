@@ -142,12 +142,15 @@ def _not_judged(coverage: Coverage) -> list[str]:
 
 
 def _missed(sensitivity: Sensitivity) -> list[str]:
-    """Directions from which what is asked for would not have alarmed, or that no watched joint feels."""
+    """Directions from which what is asked for would not have alarmed, or that no watched joint feels.
+
+    Where it would have alarmed from none, the verdict says so by itself.
+    """
     missed = [
         f"From {100 * (1.0 - force.asked.directions):.0f} % of the directions {force.asked.force_n:.3g} N at "
         f"{place_text(force)} would not have alarmed."
         for force in sensitivity.forces
-        if force.asked is not None and 1.0 - force.asked.directions >= _WORTH_SAYING_OF_DIRECTIONS
+        if force.asked is not None and 0.0 < force.asked.directions <= 1.0 - _WORTH_SAYING_OF_DIRECTIONS
     ]
     unfelt = [
         f"From {100 * force.unfelt:.0f} % of the directions a force at {place_text(force)} loads no watched joint."

@@ -5,12 +5,15 @@ are noise, and subtracting them makes the residual larger. In each band the effo
 motion, the effort contains it too, and their regression is one; where it is noise, it is zero, and subtracting the band
 raises the residual's power as soon as it is below a half. The median over short blocks of time tells it: a contact is
 large beside noise, and in few of them.
+
+Where a band that is left out stands out of its own noise it is motion, which the effort has and the model then lacks:
+an arm that starts with a jerk. The residual may be wrong by that much there, and no threshold stands below it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import chain, pairwise, takewhile
 
 import numpy as np
@@ -19,6 +22,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
+from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import MEDIAN_SE, SD_PER_MAD, median_of, weighted_median
 
@@ -32,7 +36,11 @@ _HALF = 0.5
 _WORTH = 0.05
 
 
-@dataclass(frozen=True, slots=True)
+#: Standard deviations of the noise of what is left out beyond which it is motion: one sample of 16,000 lies there.
+_MOTION_SDS = 4.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ModelBandwidth:
     """Up to where the model torque of one joint is used.
 
@@ -41,12 +49,21 @@ class ModelBandwidth:
         bandwidth_hz: of the model torque, Hz.
         before_nm, after_nm: RMS of effort less model torque above a quarter of the filters' bandwidth, N·m, in the
             median of blocks of time.
+        left_out_nm: (n,) model torque above the bandwidth, N·m; NaN outside the stretches.
     """
 
     joint: str
     bandwidth_hz: float
     before_nm: float
     after_nm: float
+    left_out_nm: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
+
+    def lacking_nm(self, kernel: Kernel, series: UniformSeries) -> FloatArray:
+        """(n,) how much of the motion's torque the model lacks behind a kernel, N·m: what stands out of the noise."""
+        passed = kernel.apply(self.left_out_nm[:, None], series.segments, series.period_s)[:, 0]
+        size = np.nan_to_num(np.abs(passed))
+        noise = SD_PER_MAD * median_of(size[size > 0.0]) if size.any() else 0.0
+        return np.maximum(size - _MOTION_SDS * noise, 0.0)
 
 
 def quiet_model(
@@ -70,7 +87,11 @@ def quiet_model(
         return _bandwidth(series, spans, j, effort, rigid)
 
     found = tuple(b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None)
-    return within_bandwidth(series, rigid_nm, found), found
+    if not found:
+        return rigid_nm, ()
+    quiet = within_bandwidth(series, rigid_nm, found)
+    left_out = np.asfortranarray(rigid_nm - quiet)
+    return quiet, tuple(replace(b, left_out_nm=left_out[:, series.column(b.joint)]) for b in found)
 
 
 def within_bandwidth(series: UniformSeries, rigid_nm: FloatArray, found: Sequence[ModelBandwidth]) -> FloatArray:

@@ -167,6 +167,7 @@ class Prepared(shown.Showing):
             rigid_nm=cut(self.rigid_nm),
             commanded=replace(self.commanded, torque_nm=cut(self.commanded.torque_nm)),
             phases=cut(self.phases),
+            quiet=tuple(replace(one, left_out_nm=cut(one.left_out_nm)) for one in self.quiet),
         )
 
     def columns(self) -> list[int]:

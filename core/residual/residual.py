@@ -62,7 +62,8 @@ class Residual:
         effort_nm: (n, j) measured torque that the model was compared with; None when nothing was compared.
         state: (n, j) codes of :class:`State`.
         uncertainty_nm: (n, j) what friction may be wrong by (95 %): its level, and its curve above the fastest fitted
-            speed; less what the threshold covers. The threshold is raised by it.
+            speed; less what the threshold covers; and what the model torque lacks of fast motion. The threshold is
+            raised by it.
         levels: friction level by joint, where there is a law and a model.
         zeros: zero of the torque by joint, where it is followed.
         balance: the torques before friction, with the kernel that they and the friction have passed.
@@ -168,6 +169,10 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     for j in known:
         if seen := inputs.covered.get(names[j]):
             np.maximum(uncertainty[:, j] - seen.covered_nm, 0.0, out=uncertainty[:, j])
+    if not balance.kernel.causal:  # causally no model torque is filtered apart from the effort
+        for quiet in prepared.quiet:
+            if quiet.joint in names:
+                uncertainty[:, names.index(quiet.joint)] += quiet.lacking_nm(balance.kernel, series)
     return made
 
 

@@ -13,6 +13,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.residual.detectors.direct import direct_kernel
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -95,3 +96,27 @@ def test_a_band_nearer_to_none_than_to_one_is_noise_whatever_its_sign(made: Make
     drawn = 3.0 * np.random.default_rng(0).standard_normal(log.rigid_nm.shape)
     effort, model = np.asarray(log.rigid_nm + share * drawn), np.asarray(log.rigid_nm + drawn)
     assert bool(quiet_model(replace(log.series, effort=effort), model, None)[1]) is noise
+
+
+@pytest.mark.parametrize("height", [0.0, 15.0])
+def test_what_is_left_out_of_fast_motion_raises_the_threshold(made: Maker, height: float) -> None:
+    """A jerk in bands that are noise all the way: the threshold stands above what the model lacks of it, only there."""
+    log = prepared_of(made("free-clean", "paper6", duration_s=20.0))
+    t = log.series.time_s
+    jerk = height * np.exp(-(((t - 10.0) / 0.01) ** 2))
+    motion = np.sin(2.0 * np.pi * 0.2 * t) + jerk
+    model = np.repeat(motion[:, None], 6, axis=1) + 2.0 * np.random.default_rng(1).standard_normal((t.size, 6))
+    effort = np.repeat(motion[:, None], 6, axis=1)
+    quiet, found = quiet_model(replace(log.series, effort=effort), model, None)
+    assert found
+    kernel = direct_kernel(20.0, causal=False)
+    for one in found:
+        column = [log.series.column(one.joint)]
+        passed = (kernel.apply(x[:, column], log.series.segments, log.series.period_s)[:, 0]
+                  for x in (effort - quiet, effort - model, model - quiet))  # fmt: skip
+        wrong, noise, left_out = map(np.abs, passed)
+        lacking, near = one.lacking_nm(kernel, log.series), np.abs(t - 10.0) < 0.5
+        bound = noise.max() + 4.0 * np.sqrt(np.mean(left_out[~near] ** 2))
+        assert np.count_nonzero(lacking[~near]) < 0.002 * t.size
+        assert (wrong[near].max() > 1.2 * bound) == (height > 0.0)
+        assert np.all(wrong[near] < lacking[near] + bound)

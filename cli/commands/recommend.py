@@ -61,7 +61,7 @@ DEFAULT_PER_HOUR = 0.1
 )
 @click.option(
     "--snippet",
-    type=click.Choice(["config", "franka", "ur"]),
+    type=click.Choice(["config", "franka", "kuka", "ur"]),
     help="Print text to paste: the configuration's [detect] table, or a controller's call.",
 )
 @contact_options

@@ -14,7 +14,7 @@ from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.terminal.recommendation_text import claim
 
 #: What :func:`snippet` makes.
-SNIPPETS = ("config", "franka", "ur")
+SNIPPETS = ("config", "franka", "kuka", "ur")
 
 _FRANKA = """\
 // libfranka, from collaudit: {claim}
@@ -25,6 +25,13 @@ _FRANKA = """\
 // The controller estimates external torque by a filter of its own: try these before relying on them.
 const std::array<double, {count}> lower_torque_nm{{{{{values}}}}};
 robot.setCollisionBehavior(lower_torque_nm, upper_torque_nm, {{...}}, {{...}});
+"""
+_KUKA = """\
+; KUKA KR C: not comparable. SET_TQ_VALUES(TQ_AX1, ..., TQ_AX6) sets $COLLMON_TOL_PRO[axis], without improved collision
+; monitoring $TORQMON[axis]: by axis, in whole numbers, the tolerance about the torque that the controller's own model
+; asks for. Beyond it the arm stops. A threshold of a residual is no such tolerance, and a contact is no order to stop.
+; Run the program free of contact, read off the controller how far each axis departs, and stay above that.
+; These logs, for comparison: {values}
 """
 _UR = """\
 # Universal Robots: not comparable. Safety limits bound force, power, momentum, speed and stopping at the level of the
@@ -48,7 +55,7 @@ def snippet(kind: str, found: ArmRecommendation) -> str:
         values = ", ".join(f"{gamma:g}" for gamma in gammas.values())
         return _FRANKA.format(claim=claim(found.rate), joints=", ".join(gammas), count=len(gammas), values=values)
     values = ", ".join(f"{joint} {gamma:g} {found.units.get(joint, 'N·m')}" for joint, gamma in gammas.items())
-    return _UR.format(values=values)
+    return (_KUKA if kind == "kuka" else _UR).format(values=values)
 
 
 def written_into(text: str, found: ArmRecommendation, robot: str | None = None) -> str:

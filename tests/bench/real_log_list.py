@@ -69,8 +69,8 @@ class RealLog:
         """Keys that a user states, or uncomments, beside the robot."""
         return len(re.findall(r"^\w+ = ", self.stated, re.MULTILINE)) + self.signs
 
-    def settings(self, data: Path, work: Path) -> LoadedConfig:
-        """What `init` writes for the judged log, read; the file stays in ``work``."""
+    def settings(self, data: Path, work: Path, gamma: str = "auto") -> LoadedConfig:
+        """What `init` writes for the judged log, read, with thresholds of one kind; the file stays in ``work``."""
         stated, out = work / f"{self.name}.stated.toml", work / f"{self.name}.toml"
         robot = data / self.robot
         head = robot.read_text(encoding="utf-8") if robot.suffix == ".toml" else f'[robot]\nurdf = "{robot}"\n'
@@ -83,7 +83,7 @@ class RealLog:
         if self.signs:
             text = re.sub("^# effort_sign", "effort_sign", out.read_text(encoding="utf-8"), flags=re.MULTILINE)
             out.write_text(text, encoding="utf-8")
-        return load_config(out)
+        return load_config(out, {"detect.gamma_nm": gamma})
 
     def files(self, data: Path, work: Path) -> tuple[Path, ...]:
         """Those of the judged log."""

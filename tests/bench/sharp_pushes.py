@@ -2,7 +2,7 @@
 
 A force of random direction acts for 0.2 s on the tool, on the last link but one or on the fourth, and loads the joints
 by J(q)^T f through the log's own poses. Its size gives one joint, which moves all the while, 1.5 times the 99.9 %
-quantile of what a day's script leaves on it.
+quantile of what a day's script leaves on it. Thresholds stand at the motion's level ("sharpest").
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def measure(asked: Any, known: frozenset[str]) -> Iterator[tuple[str, dict[str, 
     for number, log in enumerate(REAL_LOGS):
         if log.name in known or (asked.logs and log.name not in asked.logs):
             continue
-        settings = log.settings(asked.data, asked.work)
+        settings = log.settings(asked.data, asked.work, "sharpest")
         try:
             found = pushed(log, settings, asked.data, asked.work, asked.seed + 100 * number)
         except CollauditError as error:

@@ -30,7 +30,7 @@ def measure(asked: Any, known: frozenset[str]) -> Iterator[tuple[str, dict[str, 
     for number, log in enumerate(TOUCH_LOGS):
         if log.name in known or (asked.logs and log.name not in asked.logs):
             continue
-        settings = log.settings(asked.data, asked.work)
+        settings = log.settings(asked.data, asked.work, "sharpest")
         read = api.open_log(log.files(asked.data, asked.work), settings)
         try:
             friction: FrictionFile | None = api.fit([log.files(asked.data, asked.work)], settings)

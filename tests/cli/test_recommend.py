@@ -90,6 +90,9 @@ def test_snippets(collaudit, run: Path) -> None:
     assert "setCollisionBehavior(lower_torque_nm, upper_torque_nm, {...}, {...})" in franka
     assert "upper_torque_nm{" not in franka, "where the robot stops is not told by logs"
     assert "not comparable" in collaudit("recommend", run, "--snippet", "ur").out
+    # KR C: tolerances about the controller's own torque, one an axis; beyond them the arm stops, so none is written
+    kuka = collaudit("recommend", run, "--snippet", "kuka").out
+    assert "$COLLMON_TOL_PRO[axis]" in kuka and all(line.startswith(";") for line in kuka.splitlines())
 
 
 def test_too_little_is_refused(collaudit, tmp_path: Path) -> None:

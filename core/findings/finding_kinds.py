@@ -364,7 +364,8 @@ KINDS: dict[str, Kind] = {
     ),
     "friction-other-model": Kind(
         "The friction was fitted with another robot model, tool or mounting.",
-        "Fit again with the robot, tool and mounting of this configuration.",
+        "Nothing where tools alone differ, and each log carries the one that is stated for it. Else fit again with the "
+        "robot and mounting of this configuration.",
         {"warning": "excludes"},
     ),
     "residual-position": Kind(

@@ -153,8 +153,8 @@ def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
         )
         if friction.identified is not None and friction.identified.masses:
             text += (
-                " Masses are used as that fit identified them, its tool included: what the description and "
-                "[robot.tool] state now has no effect on them."
+                " What that fit found beyond its description is added to this one: a tool that only one of the two "
+                "states must have been carried in its logs alone."
             )
         findings.append(Finding("friction-other-model", "warning", text))
     for joint, fit in friction.joints.items():

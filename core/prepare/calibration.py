@@ -218,6 +218,10 @@ def missing_sensor_findings(calibration: Calibration, config: Config) -> list[Fi
 
 
 def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
+    """The arm as it is described now, with what the fit found beyond the description that it had.
+
+    So a tool that is stated for this log has its effect, whatever tool was stated for the fitted ones.
+    """
     names = robot.inertial_bodies().joint_names
     if set(names) != set(identified.bodies):
         raise ConfigError(
@@ -227,10 +231,10 @@ def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
         )
     parameters = robot.inertial_parameters.reshape(len(names), -1)
     for row, name in enumerate(names):
-        if identified.bodies[name].identified:
-            parameters[row] = identified.bodies[name].parameters
+        body = identified.bodies[name]
+        parameters[row] += np.subtract(body.parameters, body.parameters_file)
     armature = robot.armature
-    for name, joint in identified.joints.items():
+    for name, joint in identified.joints.items():  # a rotor is the drive's own: no log carries another
         if name in names and joint.armature_kg_m2 != joint.armature_file_kg_m2:
             armature[names.index(name)] = joint.armature_kg_m2
     return robot.with_inertials(parameters.ravel(), armature)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from collaudit.core.config.schema import Config
+from collaudit.core.contacts.after_contact import with_controller
 from collaudit.core.contacts.contact_scene import arm_geometry
 from collaudit.core.contacts.contact_states import Precedents, with_states
 from collaudit.core.contacts.contacts import find_contacts
@@ -82,6 +83,7 @@ def audit_log(
     contacts = with_states(contacts, known, log.sha256, log.start, config.policy.max_accepted_days)
     arm = arm_geometry(prepared, config.robot.tool.frame)
     alarms = controller_alarms(series, run, inputs, config.detect, contacts)
+    contacts = with_controller(contacts, alarms)
     disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, run, inputs, config.detect, truth)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.contacts.after_contact import after_contact
 from collaudit.core.contacts.contact_kind import classify
 from collaudit.core.contacts.contact_scene import ArmAtSamples, scene_at
 from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
@@ -82,6 +83,7 @@ def _describe(
         least_force=least,
         scene=scene_at(prepared, peak, at.stick),
         peak_nm={name: max(abs(c.peak_nm) for c in group if c.joint == name) for name in names},
+        after=after_contact(prepared, run, names, onset, end, at.stick[-1] if at.stick else None),
     )
 
 

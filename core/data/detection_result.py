@@ -5,6 +5,8 @@ from typing import Literal
 
 ContactKind = Literal["meant", "accidental", "undecided"]
 ContactState = Literal["new", "known", "back", "accepted"]
+ToolMotion = Literal["went on", "slowed", "turned back", "stopped", "stood", "unknown"]
+LoadKind = Literal["quasi-static", "transient", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +158,36 @@ class ContactScene:
 
 
 @dataclass(frozen=True, slots=True)
+class AfterContact:
+    """What the arm did in the second after a contact's onset; times count from the onset.
+
+    Attributes:
+        motion: of the tool: it went on; it slowed, below 70 % of its speed; it turned back, passing through standstill;
+            it stopped, for 0.1 s or longer; it stood already; or positions and speeds are not known. A planned motion
+            may do any of these.
+        force_s: how long the residual was above gamma.
+        load: ``quasi-static`` where that is longer than 0.5 s, else ``transient``; unknown where the joints stopped
+            being judged before.
+        speed_m_s: of the tool just before the onset; None where it is not known.
+        slowest: least share of that speed in the second after.
+        slowing_s: from when on it was below 90 % of that speed, on the way to its slowest.
+        stopped_s: when it stopped.
+        stopping_m: way of the tool from the onset until then.
+        controller_s: when the controller's own alarm came; None where the log has none.
+    """
+
+    motion: ToolMotion
+    force_s: float
+    load: LoadKind
+    speed_m_s: float | None = None
+    slowest: float | None = None
+    slowing_s: float | None = None
+    stopped_s: float | None = None
+    stopping_m: float | None = None
+    controller_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One contact: alarms of several joints that belong together.
 
@@ -175,6 +207,7 @@ class Contact:
         state: ``new``; ``known`` from earlier nights; ``back`` after a night without it; ``accepted`` by a person.
         state_text: since when, or by whom; and why an acceptance that means it does not cover it.
         known_since, known_nights: first earlier night that had it (ISO date), and how many had.
+        after: what the arm did after it; None in files of earlier versions.
     """
 
     onset_s: float
@@ -194,6 +227,7 @@ class Contact:
     state_text: str = ""
     known_since: str | None = None
     known_nights: int = 0
+    after: AfterContact | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,6 +49,7 @@ _CONTACT = (
     "alarms",
     "link or further out",
     "force (95 %)",
+    "after it",
     "tool speed",
     "kind",
     "state",

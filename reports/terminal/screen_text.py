@@ -92,7 +92,7 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
         near_miss_section(result).only("#", *_NEAR_MISS, "kind", "phase"),
         disturbance_section(result),
     )
-    contacts = contact_section(result).only(*_CONTACT, "joints", "evidence")
+    contacts = contact_section(result).only(*_CONTACT, "joints", "after it", "evidence")
     findings = [finding for finding in worst_first(result.findings) if finding.severity != "info"]
     lines = [_finding(severity, line, width) for severity, line in finding_lines(findings, brief=True)]
     return "".join(

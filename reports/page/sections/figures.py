@@ -173,7 +173,7 @@ def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: f
     return around + [(event.onset_s - 0.2, event.onset_s + event.duration_s + 0.2) for event in near]
 
 
-_SHOWN = ("wall clock", "alarms", "lasted", "link or further out", "force (95 %)", "tool speed", "controller")
+_SHOWN = ("wall clock", "alarms", "link or further out", "force (95 %)", "after it", "tool speed", "controller")
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from collaudit.core.errors import CollauditError, ConfigError, NotJudgedError
+from collaudit.core.logs.storage.trace_files import is_trace
 
 #: Scheme to the extra that brings its backend.
 EXTRAS = {"s3": "s3", "gs": "gs", "gcs": "gs", "az": "az", "abfs": "az", "http": "http", "https": "http"}
@@ -77,7 +78,7 @@ def local_copy(url: str) -> Iterator[Path]:
         url: of one log.
 
     Raises:
-        NotJudgedError: it cannot be fetched, was replaced meanwhile, or the disk has no room for it.
+        NotJudgedError: it cannot be fetched, was replaced meanwhile, is one file of several, or the disk has no room.
         ConfigError: the backend is missing.
     """
     with TemporaryDirectory(prefix="collaudit-remote-") as folder:
@@ -88,6 +89,13 @@ def local_copy(url: str) -> Iterator[Path]:
             _fetch(system, path, url, target)
             if _stamp(system, path) != stamp:
                 raise NotJudgedError("the log was replaced while it was fetched", where=url)
+        if is_trace(target):
+            raise NotJudgedError(
+                "a KUKA trace is several files, and a URL names one of them",
+                where=url,
+                expected="a .dat and a .r64 for each axis",
+                hint="fetch all of them into one folder, and name that folder",
+            )
         yield target
 
 

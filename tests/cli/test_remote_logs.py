@@ -153,3 +153,20 @@ def test_a_backend_that_is_missing_is_named(scheme: str, module: str, monkeypatc
     with pytest.raises(CollauditError) as caught:
         remote_logs(f"{scheme}://logs/a.mcap")
     assert f"collaudit[{EXTRAS[scheme]}]" in str(caught.value.hint)
+
+
+@pytest.mark.parametrize("name", ["night#1.dat", "NIGHT#2.DAT", "all axes.dat"])
+def test_a_trace_of_several_files_is_refused_by_a_line_that_leads_on(name: str, arm, collaudit, tmp_path: Path) -> None:
+    (tmp_path / "at").mkdir()
+    (tmp_path / "at" / name).write_text("DIAEXTENDED  {@:DIADEM}\n#BEGINCHANNELHEADER\n#ENDCHANNELHEADER\n")
+    url = f"file://{tmp_path}/at/{name}"
+    run = collaudit("audit", url, "-c", arm.config, "-o", tmp_path / "out")
+    assert run.code == 3
+    assert "a KUKA trace is several files, and a URL names one of them" in run.err
+    assert "fetch all of them into one folder, and name that folder" in run.err
+
+
+def test_another_table_of_that_ending_is_fetched(arm, tmp_path: Path) -> None:
+    shutil.copyfile(arm.clean, tmp_path / "table.dat")
+    with local_copy(f"file://{tmp_path}/table.dat") as path:
+        assert path.read_bytes() == arm.clean.read_bytes()

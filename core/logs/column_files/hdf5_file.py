@@ -15,6 +15,7 @@ from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.column_files.numpy_file import columns_of, fields_of
 from collaudit.core.logs.storage.file_reading import plausible_table
 from collaudit.core.logs.storage.other_formats import python_line, quoted
+from collaudit.core.logs.storage.table_reader import arrow_of
 
 #: A group that is one recording of several: ``demo_3``, ``episode_000012``.
 _EPISODE = re.compile(
@@ -127,7 +128,7 @@ def _one_after_the_other(arrays: Mapping[str, Any], path: Path) -> tuple[dict[st
             continue
         left_out += [f"{group}.{array}" for array in other]
         rows = len(next(iter(columns.values())))
-        tables.append(pa.table({**columns, _RUN: np.full(rows, len(tables))}))
+        tables.append(pa.table({**columns, _RUN: arrow_of(np.full(rows, len(tables)))}))
     if not tables:
         raise failure
     try:

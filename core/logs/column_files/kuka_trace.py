@@ -12,10 +12,10 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
+from collaudit.core.logs.storage.table_reader import arrow_of
 from collaudit.core.logs.storage.trace_files import AXIS, values_beside
 
 _CHANNEL = re.compile(r"#BEGINCHANNELHEADER\s+(.*?)#ENDCHANNELHEADER", re.DOTALL)
@@ -65,7 +65,7 @@ def _columns(path: Path, channels: list[dict[str, str]]) -> dict[str, Any]:
             name = f"{channel[_NAME]} [{channel[_UNIT]}]"
         if name in columns:
             raise LogError("two channels have the same name", where=str(path), found=name)
-        columns[name] = pa.array(offset + factor * numbers)
+        columns[name] = arrow_of(offset + factor * numbers)
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
         raise LogError("its channels are not equally long", where=str(path), found=str(lengths)[:200])

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.table_reader import TableColumns, numbers_of
+from collaudit.core.logs.storage.table_reader import TableColumns, arrow_of, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Cells that are compared to tell whether tables were written from one recording.
@@ -79,7 +79,7 @@ class NamedColumns:
     def _numbers(self, index: int) -> FloatArray:
 
         column = self._columns[index]
-        whole = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
+        whole = _whole(column)
         try:
             return numbers_of(whole.cast(pa.int8()) if pa.types.is_boolean(whole.type) else whole)
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError, pa.ArrowTypeError) as error:
@@ -96,10 +96,15 @@ class NamedColumns:
             if pa.types.is_timestamp(kind) or pa.types.is_date(kind):
                 return column.cast(pa.timestamp("ns", tz=getattr(kind, "tz", None)))
             if pa.types.is_duration(kind):
-                return pa.array(column.cast(pa.duration("ns")).cast(pa.int64()).to_numpy() / 1e9)
+                return arrow_of(numbers_of(_whole(column).cast(pa.duration("ns")).cast(pa.int64())) / 1e9)
             if pa.types.is_string(kind) or pa.types.is_large_string(kind):
                 return column.cast(pa.timestamp("ns"))
             return column if pa.types.is_integer(kind) or pa.types.is_decimal(kind) else column.cast(pa.float64())
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
             text = f"the time column {self.names[index]!r} holds neither numbers nor times"
             raise LogError(text, where=str(self.path), found=f"{kind} ({str(error)[:120]})") from error
+
+
+def _whole(column: Any) -> Any:
+    """An Arrow array in one piece."""
+    return column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column

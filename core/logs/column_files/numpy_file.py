@@ -16,6 +16,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.file_reading import plausible_table
+from collaudit.core.logs.storage.table_reader import arrow_of
 
 _ARCHIVE = b"PK"
 #: Fewer values in a row than these are no signal but a setting.
@@ -83,14 +84,14 @@ def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], t
     left_out = []
     for name, value in kept.items():
         if value.ndim == 1 and value.shape[0] == rows:
-            columns[name] = pa.array(_plain(value))
+            columns[name] = _arrow(value)
         elif value.ndim == 2 and rows in value.shape:
             upright = value if value.shape[0] == rows else value.T
             numbers = range(1, upright.shape[1] + 1)
             taken = name[-1:].isdigit() or any(f"{name}{k}" in kept for k in numbers)
             between = "_" if taken else ""
             for k in numbers:
-                columns[f"{name}{between}{k}"] = pa.array(_plain(np.ascontiguousarray(upright[:, k - 1])))
+                columns[f"{name}{between}{k}"] = _arrow(upright[:, k - 1])
         elif value.dtype.kind in "fiub" and max(value.shape, default=0) * 2 >= rows:
             left_out.append(f"{name} {' x '.join(map(str, value.shape))}")
     return columns, tuple(left_out)
@@ -104,14 +105,15 @@ def _without_common(arrays: dict[str, Any]) -> dict[str, Any]:
     return _without_common({name.partition(".")[2]: value for name, value in arrays.items()})
 
 
-def _plain(values: Any) -> Any:
-    """Values in the byte order of this machine and of a type that Arrow has."""
+def _arrow(values: Any) -> Any:
+    """Values (n,) as an Arrow array of a type that Arrow has."""
     if values.dtype.kind in "fiub":
         wide = values.dtype.kind == "f" and values.dtype.itemsize > np.dtype(np.float64).itemsize
-        return values.astype(np.float64 if wide else values.dtype.newbyteorder("="))
+        return arrow_of(values.astype(np.float64 if wide else values.dtype.newbyteorder("=")))
     if values.dtype.kind == "M":
-        return values.astype("datetime64[ns]")
-    return [str(value.decode(errors="replace") if isinstance(value, bytes) else value) for value in values.tolist()]
+        return pa.array(values.astype("datetime64[ns]"))
+    words = [str(value.decode(errors="replace") if isinstance(value, bytes) else value) for value in values.tolist()]
+    return pa.array(words)
 
 
 def _rows(arrays: Mapping[str, Any], path: Path) -> int:

@@ -131,14 +131,15 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     sample = [line for _, line in rows]
     stated = settings.delimiter.replace("\\t", "\t")
     delimiter = stated if stated != "auto" else _delimiter(sample)
-    decimal = settings.decimal if settings.decimal != "auto" else _decimal(sample, delimiter)
-    before = _before(sample, delimiter, decimal) if settings.skip_rows == "auto" and settings.header == "auto" else 0
-    rows = rows[before:]
-    first_cells = split(rows[0][1], delimiter)
+    cut = [split(line, delimiter) for line in sample]
+    decimal = settings.decimal if settings.decimal != "auto" else _decimal(cut)
+    before = _before(cut, decimal) if settings.skip_rows == "auto" and settings.header == "auto" else 0
+    rows, cut = rows[before:], cut[before:]
+    first_cells = cut[0]
     header = _has_header(first_cells, decimal) if settings.header == "auto" else settings.header
     if header and len(rows) < 2:
         raise LogError("the file holds no rows of data", where=str(path), found="only a line of column names")
-    start, cells = rows[1 if header else 0][0], split(rows[1 if header else 0][1], delimiter)
+    start, cells = rows[1 if header else 0][0], cut[1 if header else 0]
     names = first_cells if header else _commented_names(lines[:start], delimiter, len(cells))
     units: list[str] = []
     if header and len(rows) > 2 and _are_units(cells, len(names), decimal, settings.units_row):
@@ -156,13 +157,12 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     )
 
 
-def _before(sample: Sequence[str], delimiter: str, decimal: str) -> int:
-    """How many lines stand before the names of the columns.
+def _before(cells: Sequence[Sequence[str]], decimal: str) -> int:
+    """How many of the first lines, cut into cells, stand before the names of the columns.
 
     These are the line above the first row of numbers, or above a row of units, with as many cells as most rows; what
     comes before has another number of cells.
     """
-    cells = [split(line, delimiter) for line in sample]
     counts = [len(row) for row in cells]
     usual = max(set(counts), key=counts.count)
     first = counts.index(usual)
@@ -232,8 +232,8 @@ def _between_numbers(sample: Sequence[str], delimiter: str) -> bool:
     return sum(is_number(cell) or is_number(cell, ",") for cell in cells) >= 0.5 * max(len(cells), 1)
 
 
-def _decimal(sample: Sequence[str], delimiter: str) -> str:
-    cells = [cell.strip() for line in sample[-max(len(sample) - 1, 1) :] for cell in split(line, delimiter)]
+def _decimal(rows: Sequence[Sequence[str]]) -> str:
+    cells = [cell.strip() for row in rows[-max(len(rows) - 1, 1) :] for cell in row]
     commas = sum(1 for cell in cells if "," in cell and is_number(cell, ","))
     points = sum(1 for cell in cells if "." in cell and is_number(cell))
     return "," if commas > points else "."

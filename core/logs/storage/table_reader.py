@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,10 +72,42 @@ class TableReader(Protocol):
 
 
 def numbers_of(column: Any) -> FloatArray:
-    """An Arrow array as float64, NaN where missing; its own ``to_numpy`` imports pandas (0.2 s)."""
+    """An Arrow array (n,) as float64, NaN where missing; its own ``to_numpy`` imports pandas (0.2 s)."""
     import pyarrow as pa
 
     column = column.cast(pa.float64(), safe=False)  # a column of time may be asked for as numbers too
     whole = column.fill_null(float("nan")) if column.null_count else column
-    values = np.frombuffer(whole.buffers()[1], dtype=np.float64, count=len(whole) + whole.offset)
-    return np.asarray(values[whole.offset :])
+    return np.asarray(_held(whole, np.float64))
+
+
+def integers_of(column: Any) -> IntArray:
+    """An Arrow array (n,) without missing values as int64, without pandas as :func:`numbers_of`."""
+    import pyarrow as pa
+
+    return np.asarray(_held(column.cast(pa.int64()), np.int64))
+
+
+def _held(whole: Any, kind: type[np.float64] | type[np.int64]) -> Any:
+    """(n,) what an Arrow array of this kind holds, not copied."""
+    return np.frombuffer(whole.buffers()[1], dtype=kind, count=len(whole) + whole.offset)[whole.offset :]
+
+
+def arrow_of(values: NDArray[Any], known: BoolArray | None = None) -> Any:
+    """Numbers or truth values (n,) as an Arrow array; ``pyarrow.array`` imports pandas.
+
+    Args:
+        values: of the byte order of this machine.
+        known: (n,) where they are not missing; None for everywhere.
+    """
+    import pyarrow as pa
+
+    held = _bits(values) if values.dtype.kind == "b" else pa.py_buffer(np.ascontiguousarray(values))
+    missing = None if known is None else _bits(known)
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), values.size, [missing, held])
+
+
+def _bits(flags: BoolArray) -> Any:
+    """Truth values (n,) as Arrow keeps them."""
+    import pyarrow as pa
+
+    return pa.py_buffer(np.packbits(flags, bitorder="little"))

@@ -15,15 +15,19 @@ _PARTS = (".r64", ".trc")
 _NAMED = re.compile(r"^\s*211,(.*?)\s*$", re.MULTILINE)
 
 
+def is_trace(path: Path) -> bool:
+    """Whether a file is the header of a trace."""
+    if path.suffix.lower() != ".dat" or not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(TRACE)) == TRACE
+
+
 def trace_values(path: Path) -> tuple[Path, ...]:
     """The files of values of a header, those that are there; none of another file."""
-    if path.suffix.lower() != ".dat" or not path.is_file():
+    if not is_trace(path):
         return ()
-    with path.open("rb") as stream:
-        if stream.read(len(TRACE)) != TRACE:
-            return ()
-        text = stream.read().decode("latin-1")
-    found = {values_beside(path, name) for name in _NAMED.findall(text)}
+    found = {values_beside(path, name) for name in _NAMED.findall(path.read_bytes().decode("latin-1"))}
     return tuple(sorted(values for values in found if values is not None))
 
 

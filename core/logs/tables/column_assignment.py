@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
@@ -219,8 +220,16 @@ def _keeps_names(named: Found, choice: Choice, alike: set[str], robot: Sequence[
     )
 
 
-def _parts(text: str) -> Iterator[tuple[str, str, Meaning]]:
-    """Each way to cut a name: the pattern, the joint, and what the words beside it mean, where these are measured."""
+@lru_cache(maxsize=1024)
+def _parts(text: str) -> tuple[tuple[str, str, Meaning], ...]:
+    """Each way to cut a name: the pattern, the joint, and what the words beside it mean, where these are measured.
+
+    Of a name it is asked for every quantity.
+    """
+    return tuple(_cut(text))
+
+
+def _cut(text: str) -> Iterator[tuple[str, str, Meaning]]:
     for cut in _BETWEEN.finditer(text):
         for joint, words, pattern in (
             (text[: cut.start()], text[cut.end() :], "{joint}" + text[cut.start() :]),

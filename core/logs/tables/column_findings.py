@@ -82,21 +82,22 @@ def unusable_time(
     steps = f"The steps of the time column {name!r} are {raw:.9g}"
     fitting = [json.dumps(one) for one, scale in SCALES.items() if raw / scale < LONGEST_STEP_S]
     other = f"[log.units] time = {' or '.join(fitting)}" if fitting else "[log.units] time"
-    parts = json.dumps(time_parts(file.reader, file.assignment.time), ensure_ascii=False)
     if known and step_s >= LONGEST_STEP_S:
         text = (
             f"{steps}, which are {step_s:.9g} s by its unit, {unit}: no motion of an arm can be judged by such steps. "
             f"State another unit, {other}, or the column that holds the time, [log.csv] time."
         )
     elif repeats_most(time_s):
-        pair = parts if parts != "[]" else '["sec", "nanosec"]'
+        pair = _parts(file) or '["sec", "nanosec"]'
         text = (
             f"Most rows have the stamp of the row before in the time column {name!r}: if it holds whole seconds, and "
             f"another column the rest of each, name both: [log.csv] time = {pair}, or their numbers."
         )
     elif not known and (step_s >= LONGEST_STEP_S or (unit == "s" and is_doubtful(step_s, start_ns))):
         whole = (
-            f" Whole seconds seem to stand in a column of their own: [log.csv] time = {parts}." if parts != "[]" else ""
+            f" Whole seconds seem to stand in a column of their own: [log.csv] time = {parts}."
+            if (parts := _parts(file))
+            else ""
         )
         text = (
             f"{steps}, and its unit is stated nowhere: state it, {other}.{whole} "
@@ -105,6 +106,12 @@ def unusable_time(
     else:
         return None
     return Finding("log-unit-suspect", "error", text, where=where)
+
+
+def _parts(file: AssignedTable) -> str:
+    """The columns that make the time together, as the configuration states them; empty where none do."""
+    found = time_parts(file.reader, file.assignment.time)
+    return json.dumps(found, ensure_ascii=False) if found else ""
 
 
 def time_unit_findings(file: AssignedTable, unit: str, settings: LogConfig) -> list[Finding]:

@@ -135,35 +135,12 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     where = " + ".join(str(file.reader.path) for file in files)
     columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
-    by_number = "name them by their numbers from 1: [log.csv] time = 1, position = [2, 3], effort = [4, 5]; "
-    echoed = {} if files[0].reader.named else echoed_keys(files[0].reader)
-    wide = widening_command(files[0].reader)
-    hint = (
-        f"it is a JointState as ros2 topic echo --csv writes it: {echoed_lines(echoed)}"
-        if echoed
-        else f"it has one row a joint and stamp; this makes one row of each stamp: {wide}"
-        if wide
-        else by_number + "collaudit inspect LOG shows what each column may be"
-        if not files[0].reader.named
-        else 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}", or by their '
-        "numbers from 1, position = [2, 3]; collaudit inspect LOG lists every column with its likely role"
-    )
     guessed = all(getattr(settings, quantity) is None for quantity in QUANTITIES)
     for quantity in ("position", "effort"):
         if quantity not in held and guessed:
             refuse_by_names(files, quantity)
     if "position" not in held:
-        kinds = f" (taken as {' and '.join(sorted(held))})" if held else ""
-        short = [array for file in files for array in file.reader.left_out]
-        kinds += f"; arrays of another length {listed(short)}" if short else ""
-        raise LogError(
-            "no columns of joint positions were recognised",
-            where=where,
-            found=f"columns {listed(columns, 40)}{kinds}",
-            expected="a time column and one position column per joint",
-            hint=hint,
-            keys=echoed,
-        )
+        raise _without_positions(files, where, columns, held)
     timeless = [file for file in files if file.assignment.time is None]
     if len(timeless) == len(files) and settings.row_period_s is None and settings.time is not None:
         own = timeless[0].reader.names
@@ -185,6 +162,34 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             if (parts := time_parts(timeless[0].reader, None))
             else NO_TIME_HINT,
         )
+
+
+def _without_positions(files: Sequence[AssignedTable], where: str, columns: Sequence[str], held: set[str]) -> LogError:
+    """That a log has no positions by its columns, and what reads it all the same where that is seen."""
+    by_number = "name them by their numbers from 1: [log.csv] time = 1, position = [2, 3], effort = [4, 5]; "
+    echoed = {} if files[0].reader.named else echoed_keys(files[0].reader)
+    wide = widening_command(files[0].reader)
+    hint = (
+        f"it is a JointState as ros2 topic echo --csv writes it: {echoed_lines(echoed)}"
+        if echoed
+        else f"it has one row a joint and stamp; this makes one row of each stamp: {wide}"
+        if wide
+        else by_number + "collaudit inspect LOG shows what each column may be"
+        if not files[0].reader.named
+        else 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}", or by their '
+        "numbers from 1, position = [2, 3]; collaudit inspect LOG lists every column with its likely role"
+    )
+    kinds = f" (taken as {' and '.join(sorted(held))})" if held else ""
+    short = [array for file in files for array in file.reader.left_out]
+    kinds += f"; arrays of another length {listed(short)}" if short else ""
+    return LogError(
+        "no columns of joint positions were recognised",
+        where=where,
+        found=f"columns {listed(columns, 40)}{kinds}",
+        expected="a time column and one position column per joint",
+        hint=hint,
+        keys=echoed,
+    )
 
 
 def _rows_matched(files: Sequence[AssignedTable]) -> list[Finding]:

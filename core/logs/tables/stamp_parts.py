@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.table_reader import numbers_of
+from collaudit.core.logs.storage.table_reader import arrow_of, integers_of, numbers_of
 from collaudit.core.logs.tables.time_columns import NS, REST, words_of_time
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -40,7 +40,7 @@ def joined_stamps(stamps: Any, fraction: FloatArray, name: str) -> Any | None:
         return None
     with np.errstate(invalid="ignore"):
         both = np.where(known, seconds, 0).astype(np.int64) * NS + np.where(known, rest, 0).astype(np.int64)
-    return pa.array(both, mask=~known)
+    return arrow_of(both, known)
 
 
 def dated_stamps(parts: Sequence[Sequence[str]], where: str) -> Any:
@@ -78,7 +78,7 @@ def unwrapped(stamps: Any) -> tuple[Any, str | None]:
     if not (time_of_day or pa.types.is_integer(stamps.type)) or stamps.null_count or len(stamps) < 2:
         return stamps, None
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    values = np.asarray(whole.cast(pa.int64()) if not time_of_day else whole.cast(pa.time64("ns")).cast(pa.int64()))
+    values = integers_of(whole.cast(pa.time64("ns")) if time_of_day else whole)
     modulus = _DAY_NS if time_of_day else 1 << 32
     steps = np.diff(values)
     if steps.min() > -modulus // 2 or (not time_of_day and int(values.max()) - int(values.min()) >= modulus):
@@ -90,7 +90,6 @@ def unwrapped(stamps: Any) -> tuple[Any, str | None]:
     values = values + modulus * np.concatenate([[0], np.cumsum(wraps)])
     count = int(np.count_nonzero(wraps))
     if time_of_day:
-        return pa.array(values).cast(
-            pa.timestamp("ns")
-        ), f"The time of day passed midnight {count} times: time goes on."
-    return pa.array(values), f"The time column wrapped at 2^32 {count} times: 2^32 was added to what follows."
+        said = f"The time of day passed midnight {count} times: time goes on."
+        return arrow_of(values).cast(pa.timestamp("ns")), said
+    return arrow_of(values), f"The time column wrapped at 2^32 {count} times: 2^32 was added to what follows."

@@ -108,4 +108,8 @@ def test_time_that_passes_too_slowly_is_noticed_by_the_speeds(tmp_path, times: f
     assert severities(of(fast, "rrr", limits, tmp_path)) == [("error", None)]
     assert of(fast, "rrr", [np.nan] * 3, tmp_path) == [], "nothing says what is too fast"
     one = np.column_stack([fast[:, 0], moving[:, 1:]])
+    slow = np.column_stack([0.25 * np.sin(times * T), 0.2 * np.cos(times * T), 0.4 * np.sin(times * T)])
+    assert severities(of(slow, "rrr", [1.5] * 3, tmp_path)) == [("error", None)], "a quarter of the limits, ten times"
+    flips = moving + 0.0015 * (np.arange(T.size)[:, None] % 2)
+    assert of(flips, "rrr", [1.5] * 3, tmp_path) == [], "steps of an encoder are no speed"
     assert of(one, "rrr", [1.5, 1.5, 1.5], tmp_path) == [], "an encoder, not the time"

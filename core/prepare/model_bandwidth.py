@@ -142,7 +142,8 @@ def _bandwidth(
     power = [median_of(_by_block(x, x, length)) for x in (before, after)]
     if power[1] > (1.0 - _WORTH) * power[0]:
         return None
-    return ModelBandwidth(series.joint_names[j], ends[len(noise)], *(float(np.sqrt(p)) for p in power))
+    before_nm, after_nm = (float(np.sqrt(p)) for p in power)
+    return ModelBandwidth(series.joint_names[j], ends[len(noise)], before_nm, after_nm)
 
 
 def _is_noise(effort: FloatArray, model: FloatArray, length: int) -> bool:

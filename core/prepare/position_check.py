@@ -28,7 +28,7 @@ _MAX_SAMPLES = 20_000
 _LONG_M, _TIMES_LIMIT = 50.0, 10.0
 #: They are slower, too, m/s.
 _FAST_M_S = 20.0
-#: Half of the joints are beyond their limits of speed by more than limits are rounded, and one of them by so many times.
+#: Half of the joints are beyond their limits of speed by more than limits are rounded, and one by so many times.
 #: At their true rates the real logs of the guide reach 0.26 to 0.9 of a limit on their fastest joint.
 _OVER_SPEED, _TIMES_SPEED = 1.2, 2.0
 #: Steps of an encoder are small against the way in this time, s.

@@ -10,6 +10,7 @@ from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_sentence, worst_first
+from collaudit.reports.values.first_words import excluded_lines, first_lines, unsaid
 from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import NONE, STATEMENT
@@ -46,6 +47,7 @@ def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] =
     lines = ["# Collision audit", "", escaped(night.sentence or night_sentence(entries)), ""]
     lines += [line for text in night.breaches for line in (f"{_MARKS['fail']} {escaped(text)}", "")]
     if len(entries) == 1:
+        lines += [line for result in results for line in _first(result)]
         lines += _one_log(entries[0]) + [line for result in results for line in _events(result)]
     else:
         lines += _log_table([entry for entry in entries if entry.verdict != "pass"])
@@ -81,6 +83,13 @@ def _log_table(entries: Sequence[IndexEntry]) -> list[str]:
     return [*_table(("Verdict", "Log", "Contacts", "Near misses", "Why"), lines), *more] if lines else []
 
 
+def _first(result: AuditResult) -> list[str]:
+    """What a reader must know first, and what the verdict does not cover beside it."""
+    first = first_lines(result)
+    beside = [f"Not part of this verdict: {text}" for text in unsaid(excluded_lines(result), first)]
+    return [*(f"- {escaped(line)}" for line in (*first, *unsaid(result.reasons, first), *beside)), ""]
+
+
 def _one_log(entry: IndexEntry) -> list[str]:
     cells = (
         f"{_MARKS[entry.verdict]} {entry.word}",
@@ -88,9 +97,8 @@ def _one_log(entry: IndexEntry) -> list[str]:
         escaped(entry.noticed or NONE),
         entry.counted(entry.contacts),
         entry.counted(entry.near_misses),
-        "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
     )
-    return _table(("Verdict", "Log", "Would have noticed", "Contacts", "Near misses", "Reasons"), [cells])
+    return _table(("Verdict", "Log", "Would have noticed", "Contacts", "Near misses"), [cells])
 
 
 def _events(result: AuditResult) -> Iterator[str]:

@@ -20,7 +20,6 @@ from collaudit.reports.values.words import (
     clock_text,
     counted,
     law_text,
-    noticed_line,
     rule_text,
 )
 
@@ -44,7 +43,6 @@ def environment() -> Environment:
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
     made.filters.update(minus=_minus, share=_share, counted=counted, css_text=_css_text)
     made.filters.update(
-        noticed=noticed_line,
         rule=rule_text,
         near_levels=near_levels,
         law=law_text,

@@ -35,9 +35,10 @@ from collaudit.reports.sections.judged_sections import (
 )
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.contact_alarms import strongest
+from collaudit.reports.values.first_words import excluded_lines, first_lines, unsaid
 from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import effort_unit, speed_unit, verdict_word
+from collaudit.reports.values.words import effort_unit, plural, speed_unit, verdict_word
 
 #: Contacts that the page lists.
 MOST_CONTACTS = 500
@@ -68,12 +69,17 @@ class AuditView:
         key: prefix of its anchors, unique in the page.
         end_s: time of the last sample.
         word: the verdict in words.
+        first: what comes before anything else.
+        reasons, excluded: those of the verdict that it does not say.
     """
 
     key: str
     result: AuditResult
     end_s: float
     word: str
+    first: tuple[str, ...]
+    reasons: list[str]
+    excluded: list[str]
     facts: tuple[Fact, ...]
     strip: LogStrip
     judged: Section
@@ -109,13 +115,16 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
     result = audit.result
     source = TracesInMemory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
     end = result.log.duration_s if source.end_s is None else source.end_s
-    contacts = strongest(result, detail.cards)
+    contacts, first = strongest(result, detail.cards), first_lines(result)
     figures = joint_figures(source, result, contacts, key, detail, stage(progress, 0.0, 1.0))
     return AuditView(
         key=key,
         result=result,
         end_s=end,
         word=verdict_word(result.verdict, result.exclusions),
+        first=first,
+        reasons=unsaid(result.reasons, first),
+        excluded=unsaid(excluded_lines(result), first),
         facts=verdict_facts(result),
         strip=log_strip(result, end, figures),
         judged=judged_section(result),
@@ -136,11 +145,13 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
 
 def _findings(result: AuditResult) -> tuple[Section, ...]:
     """What forbids judging or limits trust, what is worth knowing, and facts."""
-    grave = [finding for finding in result.findings if finding.severity != "info"]
+    errors = [finding for finding in result.findings if finding.severity == "error"]
+    warnings = [finding for finding in result.findings if finding.severity == "warning"]
     other = [finding for finding in result.findings if finding.severity == "info" and not finding.is_fact]
     facts = fact_lines(result.findings)
     found = (
-        finding_section("Errors forbid judging; warnings limit trust", grave),
+        finding_section("Errors forbid judging", errors),
+        replace(finding_section(f"{plural(len(warnings), 'warning')}: they limit trust", warnings), folded=True),
         replace(finding_section("Worth knowing", other), folded=True),
         Section(f"{len(facts)} facts of the log, and choices that were made", (), (), facts, folded=True),
     )

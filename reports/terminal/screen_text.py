@@ -21,22 +21,23 @@ from collaudit.reports.sections.judged_sections import force_line, judged_sectio
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
 from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.first_words import all_told, excluded_lines, first_lines, unsaid
 from collaudit.reports.values.visible_text import visible, wrapped
 from collaudit.reports.values.words import (
     BRIEF_STATEMENT,
+    NONE,
     STATEMENT,
+    clock_text,
     nothing_judged,
-    noticed_line,
     plural,
     rule_text,
     verdict_word,
 )
 
-_MOST_CONTACTS = 8
+_MOST_CONTACTS = 3
 _MOST_FINDINGS = 3
-_MOST_NEAR = 3
-_MOST_REASONS = 6
+_MOST_NEAR = 2
+_MOST_REASONS = 4
 _CONTACT = (
     "onset",
     "lasted",
@@ -49,6 +50,8 @@ _CONTACT = (
     "state",
     "id",
 )
+#: Columns that a screen has no room for.
+_TOO_WIDE = ("friction as a range",)
 _NEAR_MISS = ("onset", "lasted", "joint", "peak", "γ", "how close")
 _RESIDUAL = ("joint", "mean |r|", "99 % below", "largest", "γ", "alarms, near misses")
 
@@ -62,11 +65,11 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
         more: where the rest is.
     """
     contacts = contact_section(result, strongest(result, _MOST_CONTACTS)).only(*_CONTACT)
-    near_misses = near_miss_section(result).only(*_NEAR_MISS)
+    near_misses, which = near_miss_section(result).only(*_NEAR_MISS), f"the {_MOST_CONTACTS} highest"
     sections = [
-        _counted(contacts, "Contacts", len(result.contacts), f"the {_MOST_CONTACTS} highest"),
+        *([] if all_told(result) else [_counted(contacts, "Contacts", len(result.contacts), which)]),
         _counted(near_misses.part(0, _MOST_NEAR), "Near misses", len(near_misses.rows), f"the {_MOST_NEAR} closest"),
-        *(() if nothing_judged(result) else (_noticed(result),)),
+        *(() if nothing_judged(result) else (_noticed(result, _TOO_WIDE),)),
     ]
     rule = rule_text(result) if more is None else f"{rule_text(result)}. More: {more}."
     return "".join(
@@ -121,15 +124,15 @@ def detection_text(result: AuditResult, width: int | None = None) -> str:
 
 
 def verdict_text(result: AuditResult, most: int | None = None, width: int | None = None) -> str:
-    """The verdict, its reasons and what it does not cover, ``most`` of each at most, in lines of ``width``."""
-    head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n"
-    noticed = noticed_line(result)
-    lines = [*_listed(result.reasons, most, width), *_listed([noticed] if noticed else [], 1, width)]
-    text = head + "".join(lines)
-    if not result.exclusions:
+    """The verdict, what comes first, and ``most`` other reasons and exclusions each, in lines of ``width``."""
+    recorded = clock_text(result.log.start, 0.0)
+    when = "recording time not known" if recorded == NONE else f"recorded {recorded}"
+    head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}, {when}\n"
+    first = first_lines(result)
+    reasons, excluded = unsaid(result.reasons, first), unsaid(excluded_lines(result), first)
+    text = "".join((head, *_listed(first, None, width), *_listed(reasons, most, width)))
+    if not excluded:
         return text
-    joint_of = {finding.text: finding.joint or "" for finding in result.findings if finding.excludes}
-    excluded = joint_lines(((joint_of.get(said, ""), said) for said in result.exclusions), brief=True)
     return f"{text}  excluded:\n" + "".join(_listed(excluded, most, width))
 
 
@@ -139,9 +142,10 @@ def _counted(found: Section, title: str, count: int, which: str) -> Section:
     return Section(f"{title} ({count}{some})", found.columns, found.rows)
 
 
-def _noticed(result: AuditResult) -> Section:
-    """The smallest torque by joint, and push by place, that would have alarmed."""
+def _noticed(result: AuditResult, left_out: Sequence[str] = ()) -> Section:
+    """The smallest torque by joint, and push by place, that would have alarmed; without some columns."""
     found = judged_section(result)
+    found = found.only(*(column for column in found.columns if column not in left_out))
     line = force_line(result)
     return Section(found.title, found.columns, found.rows, (visible(line),) if line else ())
 

@@ -57,13 +57,9 @@ def contact_limits(contact: Contact, period_s: float) -> tuple[float, float]:
 
 
 def force_text(force: ContactForce | None, least: LeastForce | None = None) -> str:
-    """The interval of a contact's force and its blind directions; what it is at least where there is no interval."""
-    at_least = "" if least is None or least.force_n < 1.0 else f"at least {math.floor(least.force_n)} N"
-    if force is None:
-        return at_least or "unknown"
-    low, high = force.size_ci95_n
-    if force.blind and low < 0.5:
-        visible = f"up to {high:.0f} N in visible directions"
-        return f"{at_least} ({visible})" if at_least else f"not determinable ({visible})"
-    blind = f", {len(force.blind)} blind direction{'s' if len(force.blind) > 1 else ''}" if force.blind else ""
-    return f"{low:.0f} to {high:.0f} N{blind}"
+    """The interval of a contact's force; what it is at least where a direction is blind or there is no interval."""
+    low, high = (0.0, None) if force is None else force.size_ci95_n
+    if force is not None and not force.blind:
+        return f"{low:.0f} to {high:.0f} N"
+    at_least = max(low, 0.0 if least is None else least.force_n)
+    return f"at least {math.floor(at_least)} N" if at_least >= 1.0 else "not determinable" if force else "unknown"

@@ -131,12 +131,9 @@ def clock_text(start: str | None, seconds: float) -> str:
 
 
 def noticed_line(result: AuditResult) -> str | None:
-    """What would have been noticed, in a sentence; None where nothing is told, or the verdict's reasons say it."""
+    """What would have been noticed, in a sentence; None where nothing is told, or the reasons say it is too much."""
     sensitivity = result.sensitivity
-    sentence = None if sensitivity is None else noticed_sentence(sensitivity)
-    if sensitivity is None or sentence is None or too_insensitive(sensitivity):
-        return None
-    return None if any(sentence in reason for reason in result.reasons) else sentence
+    return None if sensitivity is None or too_insensitive(sensitivity) else noticed_sentence(sensitivity)
 
 
 def noticed_brief(result: AuditResult) -> str:
@@ -152,13 +149,6 @@ def noticed_n(result: AuditResult) -> float | None:
     sensitivity = result.sensitivity
     forces = headline_forces(sensitivity)
     return forces[0].at(sensitivity.time.share) if forces and sensitivity is not None and sensitivity.time else None
-
-
-def lost_share(result: AuditResult) -> float | None:
-    """Share of the watched joints' time, all together, that could not be judged; None where nothing was watched."""
-    watched = [cover for cover in result.coverage.joints.values() if cover.watched]
-    time_s = sum(cover.time_s for cover in watched)
-    return sum(cover.lost_s for cover in watched) / time_s if time_s > 0 else None
 
 
 def rule_text(result: AuditResult) -> str:

@@ -100,7 +100,11 @@ def test_detect_prints_a_screen_more_or_the_verdict_alone(arm, collaudit) -> Non
     screen, whole, short = (collaudit(*usual, *flags) for flags in ((), ("-v",), ("-q",)))
     assert {run.code for run in (screen, whole, short)} == {1}
     assert short.out == "FAIL  pushed.csv\n"
-    assert "Contacts (1)" in screen.out and "Alarms of single joints" not in screen.out
+    assert (
+        "1 contact (policy: at most 0)" in screen.out
+        and "Contacts (1)" not in screen.out
+        and "Alarms of single joints" not in screen.out
+    )
     assert "Alarms of single joints" in whole.out
     assert collaudit(*usual, "-q", "-v").code == 2
 

@@ -195,6 +195,16 @@ def test_six_joints_fit_4000_pixels_and_a_minute_400_kilobytes(
     assert path.stat().st_size <= 400_000
 
 
+def test_a_page_of_one_contact_says_it_first_and_in_900_words(chromium: Any, tmp_path: Path) -> None:
+    audit = samples.busy(1)
+    page = visit(chromium, tmp_path, audit).page
+    words = page.locator("main").inner_text().split()
+    assert len(words) <= 900
+    before = page.locator("main").inner_text().split(f"{audit.result.contacts[0].onset_s:.3f} s")[0]
+    assert len(before.split()) <= 40
+    assert page.locator(".verdict").bounding_box()["y"] < 120
+
+
 @pytest.mark.parametrize("made", ["report", "busy"])
 def test_it_prints_on_eight_pages_with_everything_unfolded(
     chromium: Any, made: str, request: pytest.FixtureRequest, tmp_path: Path

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import pytest
 import samples
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.detection_result import Contact, ContactForce
+from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.sensitivity_result import (
     AskedForce,
     AskedTorque,
@@ -30,7 +29,7 @@ from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text, important_findings, screen_text
 from collaudit.reports.values.contact_alarms import force_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.words import lost_share
+from collaudit.reports.values.first_words import lost_line
 
 JOINT = samples.JOINTS[0]
 FORCES = (ForceLevel(0.5, 34.0), ForceLevel(0.9, 61.3), ForceLevel(0.95, None))
@@ -58,7 +57,7 @@ def test_a_screen_stays_one_however_many_alarms_there_are() -> None:
     text = screen_text(result, 110, "-v")
     assert len(result.collisions) == 600
     assert len(text.splitlines()) < 50
-    assert "Contacts (200, the 8 highest)" in text
+    assert "Contacts (200, the 3 highest)" in text
     assert "Gaps in the log: 3 s." in text
     assert " 20.004" in text, "not rounded to what was asked"
     assert "Smallest torque that would have alarmed" in text
@@ -156,16 +155,16 @@ def test_time_without_watch_is_time_not_judged() -> None:
     result = with_contacts(1)
     cover = replace(result.coverage.joints[JOINT], watched=True, not_judged_s={"not-watched": 100.0})
     coverage = replace(result.coverage, joints={**result.coverage.joints, JOINT: cover})
-    lost = lost_share(replace(result, coverage=coverage)), lost_share(result)
-    assert lost[0] is not None and lost[1] is not None and lost[0] > lost[1], (
-        "a joint under force control is not judged"
-    )
+    assert lost_line(replace(result, coverage=coverage)).startswith(f"Not judged, of the log: {JOINT} ")
+    assert not lost_line(result).startswith(f"Not judged, of the log: {JOINT} "), "force control is not judged"
 
 
 def test_a_force_without_a_lower_bound_has_no_size() -> None:
     one = ContactForce("link", (1.0, 0.0, 0.0), (2.0, None, None), 1.0, (0.0, 1150.0), ((0.0, 1.0, 0.0),), ("link",))
-    assert force_text(one) == "not determinable (up to 1150 N in visible directions)"
-    assert force_text(replace(one, size_ci95_n=(30.0, 143.0))) == "30 to 143 N, 1 blind direction"
+    assert force_text(one) == "not determinable"
+    assert force_text(one, LeastForce(33.7, "a", 0.5)) == "at least 33 N"
+    assert force_text(replace(one, size_ci95_n=(30.0, 143.0))) == "at least 30 N", "the rest is in blind directions"
+    assert force_text(replace(one, size_ci95_n=(30.0, 143.0), blind=())) == "30 to 143 N"
     assert force_text(None) == "unknown"
 
 
@@ -191,5 +190,5 @@ def test_shares_of_a_joint_have_one_denominator() -> None:
     found = judged_section(result)
     (row,) = found.records
     assert (row["judged"], row["friction as a range"], row["not judged"]) == ("60.0 %", "20.0 %", "20.0 %")
-    assert lost_share(result) == pytest.approx(0.2)
+    assert lost_line(result) == f"Not judged, of the log: {JOINT} 20.0 %."
     assert "not judged, of 100 s, 15.0 s" in " ".join(found.notes)

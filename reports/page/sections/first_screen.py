@@ -12,8 +12,8 @@ from collaudit.core.verdict.noticed_words import force_text, headline_forces
 from collaudit.reports.page.sections.figures import JointFigures
 from collaudit.reports.plots.svg import tick_text, ticks
 from collaudit.reports.sections.judged_sections import judged_section
-from collaudit.reports.values.numbers import duration, percent, significant, stated
-from collaudit.reports.values.words import NONE, counted, lost_share
+from collaudit.reports.values.numbers import duration, significant, stated
+from collaudit.reports.values.words import NONE, counted
 
 #: Of a row of marks.
 _WIDTH, _HEIGHT = 1000, 20
@@ -31,14 +31,12 @@ class Fact:
 
 def verdict_facts(result: AuditResult) -> tuple[Fact, ...]:
     """Values in the order of the box."""
-    lost = lost_share(result)
     allowed = None if result.limits is None else result.limits.max_near_misses_per_hour
     at_most = "" if allowed is None else f"at most {significant(allowed)} /h"  # no flag: it holds for a robot's logs
     return (
         _contacts(result),
         Fact("Near misses", counted(len(result.near_misses), result), at_most),
         *_noticed(result),
-        Fact("Not judged", NONE if lost is None else percent(lost)),
         Fact("Joints watched", _watched(result)),
         Fact("Recorded", duration(result.coverage.recorded_s)),
     )

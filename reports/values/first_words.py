@@ -1,0 +1,122 @@
+"""What a reader of one audit must know first, a sentence a line, in at most 120 words; the same in every format."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.detection_result import Contact
+from collaudit.reports.values.after_words import after_text
+from collaudit.reports.values.contact_alarms import alarms_of, force_text, height, strongest
+from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.numbers import apart, fixed, percent, time_decimals
+from collaudit.reports.values.words import clock_text, noticed_line, plural
+
+MOST_WORDS = 120
+_REST = "{} more, listed below."
+#: Contacts that are told one by one, those furthest above their thresholds.
+_MOST_CONTACTS = 2
+
+
+def first_lines(result: AuditResult) -> tuple[str, ...]:
+    """What happened, what would have been noticed, what was not judged, what to do next.
+
+    A fail begins with its contacts, a pass with the push that it would have noticed, a log that was not judged with
+    what is missing. What does not fit is counted.
+    """
+    noticed = noticed_line(result)
+    seen = [] if noticed is None else [noticed]
+    reasons = [reason for reason in (_without(text, noticed) for text in result.reasons) if reason]
+    lost = [text for text in (lost_line(result),) if text]
+    contacts = [contact_line(contact, result) for contact in strongest(result, _MOST_CONTACTS).values()]
+    left = len(result.contacts) - len(contacts)
+    contacts += [f"{plural(left, 'more contact')}: below."] if left else []
+    if result.verdict == "pass":
+        return _fitting([*seen, *reasons, *contacts], [f"Not covered: {text}" for text in excluded_lines(result)], lost)
+    next_step = [f"Next: {text}" for text in (_next(result),) if text]
+    if result.verdict == "not_judged":
+        return _fitting(reasons[:1], [*contacts, *reasons[1:], *seen], [*lost, *next_step])
+    return _fitting([*reasons[:1], *contacts], reasons[1:], [*seen, *lost, *next_step])
+
+
+def all_told(result: AuditResult) -> bool:
+    """Whether :func:`first_lines` tell every contact."""
+    if len(result.contacts) > _MOST_CONTACTS:
+        return False
+    return not unsaid((contact_line(contact, result) for contact in result.contacts), first_lines(result))
+
+
+def contact_line(contact: Contact, result: AuditResult) -> str:
+    """One contact: when, where, how far above γ, how strong, how late the alarm, what the arm did then."""
+    worst = max(alarms_of(contact, result), key=height, default=None)
+    when = f"{fixed(contact.onset_s, time_decimals(result.log.sample_period_s))} s"
+    clock = clock_text(result.log.start, contact.onset_s).partition(" ")[2]  # the date stands above
+    parts = [f"{when}{f' ({clock})' if clock else ''}"]
+    parts += [f"{contact.link} or further out"] if contact.link else []
+    parts += [] if worst is None else [f"{worst.joint} at {apart([height(worst), 1.0])[0]} γ"]
+    force = force_text(contact.force, contact.least_force)
+    parts += [force if force.endswith(" N") else f"force {force}"]
+    parts += [f"alarm after {fixed(1e3 * (contact.detected_s - contact.onset_s), 0)} ms"]
+    after = after_text(contact.after)
+    return f"{', '.join(parts)}{f'; {after}' if after else ''}."
+
+
+def lost_line(result: AuditResult) -> str:
+    """Of each watched joint the share of the log that was not judged, the largest first; empty where there is none."""
+    shares = {
+        joint: cover.lost_s / cover.time_s
+        for joint, cover in result.coverage.joints.items()
+        if cover.watched and cover.time_s > 0
+    }
+    lossy = sorted((joint for joint, share in shares.items() if share > 0), key=lambda joint: -shares[joint])
+    if not lossy:
+        return ""
+    texts = [percent(shares[joint]) for joint in lossy]
+    if len(lossy) == len(shares) > 1 and len(set(texts)) == 1:
+        return f"Not judged: {texts[0]} of the log, on all joints."
+    others = f", others at most {texts[1]}" if len(lossy) > 1 else ""
+    return f"Not judged, of the log: {lossy[0]} {texts[0]}{others}."
+
+
+def excluded_lines(result: AuditResult) -> list[str]:
+    """What the verdict does not cover; what is said of several joints is said once."""
+    joint_of = {finding.text: finding.joint or "" for finding in result.findings if finding.excludes}
+    return joint_lines(((joint_of.get(said, ""), said) for said in result.exclusions), brief=True)
+
+
+def unsaid(texts: Iterable[str], lines: Sequence[str]) -> list[str]:
+    """The texts that no line holds."""
+    return [text for text in texts if not any(text in line for line in lines)]
+
+
+def _next(result: AuditResult) -> str:
+    """What to do: where nothing forbids judging look at the contact, else what mends the first reason."""
+    if result.verdict == "fail" and result.contacts:
+        known = next((c.id for c in strongest(result, 1).values() if c.id), "")
+        return f"look below; to accept: collaudit accept OUT {known}." if known else "look below."
+    found = (finding.kind.remedy for reason in result.reasons for finding in result.findings if finding.text in reason)
+    return next(found, "")
+
+
+def _without(text: str, sentence: str | None) -> str:
+    return text if sentence is None else text.replace(sentence, "").strip()
+
+
+def _fitting(first: Sequence[str], more: Sequence[str], last: Sequence[str]) -> tuple[str, ...]:
+    """The first and last lines, and of those between as many as fit; the first are cut where even they do not."""
+    room = MOST_WORDS - sum(len(line.split()) for line in last)
+    lines = [*first, *more]
+    if sum(len(line.split()) for line in lines) <= room:
+        return (*lines, *last)
+    room -= len(_REST.split())
+    out: list[str] = []
+    for number, line in enumerate(lines):
+        words = line.split()
+        if number == 0 and len(words) > room:
+            line = " ".join([*words[: max(room - 1, 1)], "…"])
+        elif len(words) > room:
+            break
+        out.append(line)
+        room -= len(words)
+    rest = [_REST.format(len(lines) - len(out))] if len(out) < len(lines) else []
+    return (*out, *rest, *last)

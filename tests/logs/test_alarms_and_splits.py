@@ -16,6 +16,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from collaudit.cli import main as entry
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.errors import LogError
 from collaudit.core.logs.log_reading import read_log
 
 COUNT = 100
@@ -199,6 +200,41 @@ def test_a_file_that_the_list_of_a_split_bag_leaves_out_is_said(tmp_path: Path) 
     assert log.time_s.size == 500
     (said,) = [one for one in log.findings if one.code == "log-partial"]
     assert "bag_1.mcap" in said.text and said.severity == "error"
+
+
+@pytest.mark.parametrize("storage_id", [None, "", "sqlite3", "mcap"])
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_what_a_bag_is_stored_in_is_told_by_its_bytes(storage: str, storage_id: str | None, tmp_path: Path) -> None:
+    """Without metadata, with an empty or another storage identifier."""
+    folder = w.write_folder(tmp_path / "bag", states(0, 500), storage=storage)
+    metadata = folder / "metadata.yaml"
+    if storage_id is None:
+        metadata.unlink()
+    else:
+        told = f"storage_identifier: '{storage_id}'"
+        metadata.write_text(metadata.read_text().replace(f"storage_identifier: {storage}", told))
+        assert told in metadata.read_text()
+    log = read(folder)
+    assert log.time_s.size == 500
+    said = [one.severity for one in log.findings if one.code == "log-partial"]
+    assert said == (["warning"] if storage_id is None else [])
+
+
+@pytest.mark.parametrize("name", ["renamed_0", "bag (1)", "bag_0.copy"])
+def test_a_bag_whose_file_was_renamed_is_read_and_said(name: str, tmp_path: Path) -> None:
+    folder = w.write_folder(tmp_path / "bag", states(0, 500), storage="mcap")
+    file = w.storage_file(folder)
+    file.rename(folder / f"{name}.mcap")
+    log = read(folder)
+    assert log.time_s.size == 500
+    (said,) = [one for one in log.findings if one.code == "log-partial"]
+    assert said.severity == "warning" and name in said.text, "all of it is there"
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_bag_without_messages_is_refused(storage: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="has no topic with joint states"):
+        read(w.write_folder(tmp_path / "bag", [], storage=storage))
 
 
 def test_definitions_from_a_folder_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

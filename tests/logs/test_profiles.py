@@ -25,6 +25,7 @@ DEFINITIONS = {
     "control_msgs/msg/JointTrajectoryControllerState": (
         "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint reference\n"
         "trajectory_msgs/JointTrajectoryPoint feedback\ntrajectory_msgs/JointTrajectoryPoint error\n"
+        "trajectory_msgs/JointTrajectoryPoint output\n"
     ),
     "control_msgs/msg/InterfaceValue": "string[] interface_names\nfloat64[] values\n",
     "control_msgs/msg/DynamicJointState": (
@@ -93,13 +94,14 @@ def write(path: Path, store: Any, kind: str, make: Any, topic: str = "/state") -
     return w.write_mcap(path, said, store=store)
 
 
+@pytest.mark.parametrize("efforts", ["feedback", "output", "both", "none"])
 @pytest.mark.parametrize("era", ["feedback", "actual"])
-def test_trajectory_controller_state_of_both_eras(era: str, store: Any, tmp_path: Path) -> None:
+def test_trajectory_controller_state_of_both_eras(era: str, efforts: str, store: Any, tmp_path: Path) -> None:
+    """What the controller puts out is no measured effort, with or without one beside it."""
     kind = "control_msgs/msg/JointTrajectoryControllerState"
+    text = DEFINITIONS[kind]
     if era == "actual":
-        text = DEFINITIONS[kind].replace("feedback", "actual").replace("reference", "desired")
-    else:
-        text = DEFINITIONS[kind]
+        text = text.replace("feedback", "actual").replace("reference", "desired")
     own = get_typestore(Stores.ROS2_HUMBLE)
     own.fielddefs.pop(kind, None)
     own.register(get_types_from_msg(text, kind))
@@ -108,16 +110,24 @@ def test_trajectory_controller_state_of_both_eras(era: str, store: Any, tmp_path
     none = np.empty(0)
     position, speed, effort = signals(3)
 
-    def make(k: int) -> Any:
-        empty = point(positions=none, velocities=none, accelerations=none, effort=none, time_from_start=zero)
-        full = point(
-            positions=position[k], velocities=speed[k], accelerations=none, effort=effort[k], time_from_start=zero
+    def of(positions: Any, velocities: Any, efforts: Any) -> Any:
+        return point(
+            positions=positions, velocities=velocities, accelerations=none, effort=efforts, time_from_start=zero
         )
+
+    def make(k: int) -> Any:
+        measured = of(position[k], speed[k], effort[k] if efforts in ("feedback", "both") else none)
+        put_out = of(none, none, 3.0 * effort[k] if efforts in ("output", "both") else none)
         first, second = ("reference", "feedback") if era == "feedback" else ("desired", "actual")
-        fields = {first: empty, second: full, "error": empty}
+        fields = {first: of(none, none, none), second: measured, "error": of(none, none, none), "output": put_out}
         return own.types[kind](header=header(own, k), joint_names=["a", "b", "c"], **fields)
 
-    check(read(write(tmp_path / "x.mcap", own, kind, make)), ("a", "b", "c"))
+    log = read(write(tmp_path / "x.mcap", own, kind, make))
+    if efforts in ("feedback", "both"):
+        check(log, ("a", "b", "c"))
+    else:
+        np.testing.assert_allclose(log.position_rad, position)
+        assert log.effort is None
 
 
 def test_dynamic_joint_state_by_interface_name(store: Any, tmp_path: Path) -> None:

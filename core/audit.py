@@ -80,7 +80,7 @@ def audit_log(
     step(6, 10)
     log, events = log_facts(series), (detected.collisions, detected.near_misses)
     contacts = find_contacts(prepared, run, config)
-    contacts = with_states(contacts, known, log.sha256, log.start, config.policy.max_accepted_days)
+    contacts = with_states(contacts, known, log.sha256, log.start)
     arm = arm_geometry(prepared, config.robot.tool.frame)
     alarms = controller_alarms(series, run, inputs, config.detect, contacts)
     contacts = with_controller(contacts, alarms)
@@ -94,8 +94,8 @@ def audit_log(
     sensitivity = measure_sensitivity(prepared, run, inputs, config, time)
     evidence_here = evidence_of(log, inputs.rule, judged.signals, phases, events)
     rules = recommended_of_log(evidence_here, inputs.rule, sensitivity)
-    ranges = ranges_behind(config.detect.evidence, judged.thresholds, judged.automatic)
-    beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
+    ranges = ranges_behind(judged.thresholds if judged.automatic else None)
+    beyond = range_findings(judged.signals, series.period_s, series.temperature_c, ranges)
     short = (
         *shortfalls(
             config.policy, coverage, sensitivity, inputs, sliding, None if friction is None else friction.choice
@@ -115,9 +115,7 @@ def audit_log(
         ),
         sliding,
     )
-    limits = further_limits(
-        config.policy, judged.stats, inputs.rule.watch, sensitivity, units, findings, log.start, friction
-    )
+    limits = further_limits(config.policy, findings, log.start, friction)
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings, limits)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(

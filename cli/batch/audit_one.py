@@ -166,17 +166,17 @@ def rests_on(files: LogFiles, log_sha256: str, job: LogJob) -> dict[str, object]
     return {
         "log": log_sha256,
         "settings": loaded.sha256,
-        "known": _digest(job.known, config.policy.max_accepted_days),
+        "known": _digest(job.known),
         "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in other_files],
         "versions": {"collaudit": version("collaudit"), **versions()},
     }
 
 
-def _digest(known: Precedents | None, most_days: float) -> str | None:
+def _digest(known: Precedents | None) -> str | None:
     """Hash of what is known beforehand; of the day only which entries count on it."""
     if known is None:
         return None
-    days = [day_refusal(entry, known.today, most_days) for entry in known.accepted]
+    days = [day_refusal(entry, known.today) for entry in known.accepted]
     return hashlib.sha256(repr((replace(known, today=date.min), days)).encode("utf-8", "surrogateescape")).hexdigest()
 
 

@@ -48,7 +48,7 @@ def command(
 
     The entry means contacts of the same robot and program, of these joints, no harder than this one, with the tool at
     the same place. A harder one breaks the policy again. The file lies beside the configuration, or where [policy]
-    accepted says; review it like code. An entry counts for at most [policy] max_accepted_days (90).
+    accepted says; review it like code. An entry counts for 90 days at most.
 
     Exit codes: 0 written; 2 no such contact, or something is missing.
     """
@@ -71,7 +71,7 @@ def command(
         _say(path, [], taken, f"{len(gone)} of {len(entries)} entries taken out of {path}", as_json)
         return EXIT_PASS
     today = datetime.now(UTC).date()
-    entry = _entry(folder, contact, reason, owner, until, today, loaded.config.policy.max_accepted_days)
+    entry = _entry(folder, contact, reason, owner, until, today)
     made = with_entry(text, entry)
     parse_accepted(made, path)
     atomic_write(path, made)
@@ -94,7 +94,6 @@ def _entry(
     owner: str | None,
     until: datetime | None,
     today: date,
-    most_days: float,
 ) -> Acceptance:
     """The entry for a contact of an audit."""
     from collaudit.core.config.schema_accepted import Acceptance
@@ -119,9 +118,9 @@ def _entry(
         owner=owner.strip(),
         until=until.date(),
     )
-    why = day_refusal(entry, today, most_days)
+    why = day_refusal(entry, today)
     if why is not None:
-        hint = "name a nearer day; [policy] max_accepted_days allows more" if entry.until > today else None
+        hint = "name a nearer day" if entry.until > today else None
         raise ConfigError(f"this would not count: {why}", where="--until", found=f"{entry.until}", hint=hint)
     return entry
 

@@ -214,7 +214,7 @@ def command(
         results = [outcome.result for outcome in outcomes if outcome.result is not None]
         tonight = night_rows(work, outcomes)
         stored = [] if nights is None else ResultStore(nights).rows()
-        night = _night_facts(work, outcomes, others, accepted, today, loaded.config.policy.max_accepted_days)
+        night = _night_facts(work, outcomes, others, accepted, today)
         night = replace(night, sentence=night_sentence(entries))
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
         write_checksums(output, own_files(), folders, others)
@@ -240,7 +240,6 @@ def _night_facts(
     others: Sequence[LeftOut],
     accepted: Sequence[Acceptance],
     today: date,
-    most_days: float,
 ) -> NightFacts:
     """What is said of the night beside its logs; ``others`` are files that were left out."""
     from collaudit.core.policy.acceptance_use import acceptance_uses
@@ -252,7 +251,7 @@ def _night_facts(
     return NightFacts(
         breaches=tuple(budget_breaches([(job.owner, result) for job, result in judged])),
         left_out=tuple(others),
-        accepted=tuple(acceptance_uses(accepted, looked_at, today, most_days)),
+        accepted=tuple(acceptance_uses(accepted, looked_at, today)),
     )
 
 

@@ -41,14 +41,14 @@ def command(configs: tuple[Path, ...], as_json: bool) -> int:
 
 def _check(path: Path) -> None:
     from collaudit.cli.fleet.precedents import read_accepted
-    from collaudit.cli.fleet.robot_matching import fleet_robots, robot_settings
+    from collaudit.cli.fleet.robot_matching import robot_settings
     from collaudit.core.config import load_config
     from collaudit.core.config.key_needs import without_effect
     from collaudit.core.contacts.contact_states import day_refusal
     from collaudit.reports.files.run_files import read_friction
 
     loaded = load_config(path)
-    robots = fleet_robots(loaded)
+    robots = loaded.config.fleet.robots
     for settings in (loaded, *robot_settings(loaded, {}, robots).values()):
         if idle := without_effect(settings.config):
             raise ConfigError(
@@ -63,8 +63,8 @@ def _check(path: Path) -> None:
             raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))
         if settings.friction_path is not None:
             read_friction(settings.friction_path)
-    today, most_days = datetime.now(UTC).date(), loaded.config.policy.max_accepted_days
+    today = datetime.now(UTC).date()
     for entry in read_accepted(loaded):
-        why = day_refusal(entry, today, most_days)
+        why = day_refusal(entry, today)
         if why is not None:
             note(f"accepted contact that does not count, {why}: {entry.words}")

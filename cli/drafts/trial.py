@@ -147,8 +147,8 @@ def _own_fit(
     try:
         fit = loaded.config.fit
         quick = fit.changed({"max_samples": min(fit.max_samples, _SAMPLES), "blocks": min(fit.blocks, _FOLDS)})
-        config, others = loaded.config.changed({"fit": quick}), bool(loaded.config.detect.compare)
-        fitted = fit_logs([prepared], config, origin, progress=report, detectors=others)
+        config = loaded.config.changed({"fit": quick})
+        fitted = fit_logs([prepared], config, origin, progress=report, detectors=False)
     except CollauditError as error:
         return error
     return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None

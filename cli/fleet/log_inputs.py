@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs, remote_others
-from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_settings, robots_of
+from collaudit.cli.fleet.robot_matching import LogTraits, robot_settings, robots_of
 from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot
@@ -62,7 +62,7 @@ def night_of(
         ConfigError: an argument names nothing, or fleet and robots are not described as they should be.
         LogError: a folder holds no log, or an argument is a pipe or a device.
     """
-    robots = fleet_robots(loaded)
+    robots = loaded.config.fleet.robots
     settings = robot_settings(loaded, flags, robots)
     asked = with_stdin(arguments)
     listed, missing = _there(asked, loaded) if keep_going else (asked, [])

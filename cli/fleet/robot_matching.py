@@ -21,31 +21,6 @@ _HEAD_BYTES = 1 << 16
 _WORD = re.compile(r"[^\s,;:=\"'#]+")
 
 
-def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
-    """The robots of the configuration and of the fleet file that it names.
-
-    Raises:
-        ConfigError: the file cannot be used, holds something else, or names a robot that the configuration has.
-    """
-
-    fleet = loaded.config.fleet
-    if fleet.file is None:
-        return dict(fleet.robots)
-    there = load_config(fleet.file).config
-    strangers = there.given - {"fleet"}
-    if strangers or there.fleet.file is not None:
-        raise ConfigError(
-            "a fleet file holds [fleet.robots.NAME] tables and nothing else",
-            where=str(fleet.file),
-            found=", ".join(f"[{name}]" for name in sorted(strangers)) or "fleet.file",
-            hint="put what holds for all robots into the configuration that names the fleet file",
-        )
-    twice = set(there.fleet.robots) & set(fleet.robots)
-    if twice:
-        raise ConfigError("a robot is described twice", where=str(fleet.file), found=", ".join(sorted(twice)))
-    return {**fleet.robots, **there.fleet.robots}
-
-
 class LogTraits:
     """What rules look at; the log is opened only when a rule asks for its content."""
 
@@ -198,7 +173,7 @@ def _of_robot(common: LoadedConfig, flags: Mapping[str, object], name: str, robo
                 hint="put it into the configuration that names the fleet",
             )
         policy = policy.changed({key: getattr(own.policy, key) for key in own.policy.given})
-    stated = {"robot.urdf": robot.urdf, "friction.file": robot.friction, "detect.gamma_nm": robot.gamma_nm}
+    stated = {"friction.file": robot.friction, "detect.gamma_nm": robot.gamma_nm}
     own_keys = {
         key: str(value.absolute()) if hasattr(value, "absolute") else value
         for key, value in stated.items()

@@ -72,7 +72,7 @@ def condition(
         angles.position_rad,
         cut,
         log.velocity_rad_s,
-        (lambda period: _bandwidth_hz(config, period)) if config.bridge_lost else None,
+        lambda period: _bandwidth_hz(config, period),
     )
     segments, period = base.grid, base.period_s
     bandwidth = _bandwidth_hz(config, period)

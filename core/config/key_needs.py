@@ -45,13 +45,9 @@ NEEDS = (
     ),
     Need(
         "detect.observer_gain_per_s",
-        "[detect] detector or compare with an observer, not direct alone",
-        lambda config: any(name != "direct" for name in (config.detect.detector, *config.detect.compare)),
+        "[detect] detector with an observer, not direct",
+        lambda config: config.detect.detector != "direct",
     ),
-    Need("fit.gain_sd", '[fit] estimate with "gain", or "auto"', lambda config: _estimates(config, "gain")),
-    Need("fit.cad_sd", '[fit] estimate with "inertials", or "auto"', lambda config: _estimates(config, "inertials")),
-    Need("phases.contact_force_n", '[phases] find = "wrench"', lambda config: config.phases.find == "wrench"),
-    Need("policy.min_observable", "[policy] observable_nm", lambda config: config.policy.observable_nm is not None),
 )
 
 
@@ -66,7 +62,3 @@ def _states(config: Config, dotted: str) -> bool:
     for name in tables:
         table = getattr(table, name)
     return key in table.given
-
-
-def _estimates(config: Config, what: str) -> bool:
-    return config.fit.estimate == "auto" or what in config.fit.estimate

@@ -57,9 +57,6 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
         _ByJoint,
         about("Highest acceleration, by joint, rad/s²; where absent, what takes a second to the highest speed."),
     ] = {}
-    jerk_rad_s3: Annotated[
-        _ByJoint, about("Highest jerk, by joint, rad/s³; where absent, what takes 0.2 s to the highest acceleration.")
-    ] = {}
     torque_nm: Annotated[
         _ByJoint, about("Highest torque of the drive, by joint, N·m (N if prismatic); at most 0.8 of it is asked for.")
     ] = {}
@@ -74,14 +71,13 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
         Vec3 | None,
         about("Where the tool ends, in `[robot.tool] frame`, m; where absent, at the farthest frame of the last link."),
     ] = None
-    clearance_m: Annotated[Positive, about("Least distance between links, and to the table, m.")] = 0.02
     table_z_m: Annotated[
         float, about("Height of the plane that no link but the first goes below, in the base's axes, m.")
     ] = 0.0
-    workspace_min_m: Annotated[
-        Vec3 | None, about("Lowest corner of a box that all links but the first stay in, in the base's axes, m.")
+    workspace_m: Annotated[
+        tuple[Vec3, Vec3] | None,
+        about("Lowest and highest corner of a box that all links but the first stay in, in the base's axes, m."),
     ] = None
-    workspace_max_m: Annotated[Vec3 | None, about("Highest corner of that box, m.")] = None
 
 
 class DhRow(ConfigTable, frozen=True, kw_only=True):
@@ -172,13 +168,6 @@ class ConditioningConfig(ConfigTable, frozen=True, kw_only=True):
             "are reported; position: always derived."
         ),
     ] = "auto"
-    bridge_lost: Annotated[
-        bool,
-        about(
-            "Whether lost samples are interpolated where the hole is short against the filter: one sample up "
-            "to 0.4, several up to 0.25 of the period of `bandwidth_hz` (20 and 12.5 ms at 20 Hz)."
-        ),
-    ] = True
 
 
 class SectionsConfig(ConfigTable, frozen=True, kw_only=True):
@@ -187,14 +176,6 @@ class SectionsConfig(ConfigTable, frozen=True, kw_only=True):
     min_speed_rad_s: Annotated[
         Positive, about("Below this speed a joint counts as stationary (rad/s; m/s if prismatic).")
     ] = 0.005
-    min_duration_s: Annotated[Positive, about("Shorter stretches are rejected.")] = 0.15
-    settle_s: Annotated[
-        NonNegative,
-        about(
-            "Taken off each end, where the motion has not settled; of stretches shorter than eight times as "
-            "long an eighth, but half of it at least."
-        ),
-    ] = 0.1
 
 
 class FrictionConfig(ConfigTable, frozen=True, kw_only=True):
@@ -207,10 +188,6 @@ class FrictionConfig(ConfigTable, frozen=True, kw_only=True):
             "the best, and whose parameters the data determine."
         ),
     ] = "auto"
-    robust: Annotated[
-        Literal["none", "huber", "bisquare"],
-        about("How outliers among friction points are down-weighted; their weights are in friction.json."),
-    ] = "none"
     file: Annotated[Path | None, about("friction.json to judge with, relative to this configuration.")] = None
 
     def __post_init__(self) -> None:
@@ -246,20 +223,6 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
             "be free of contact, nothing is left out, and what looks like contact is reported."
         ),
     ] = "find"
-    cad_sd: Annotated[
-        Positive | None,
-        about(
-            "How far the robot file's inertials are trusted: standard deviation of each, as a share of the "
-            "body's mass, mass times size, and mass times size squared; by held-out error when absent."
-        ),
-    ] = None
-    gain_sd: Annotated[
-        Positive,
-        about(
-            "How far stated torque constants, or an effort stated to be in N·m, are trusted where gains are estimated: "
-            "standard deviation as a share. A gain that the motion does not determine better stays as stated."
-        ),
-    ] = 0.2
     max_samples: Annotated[
         int, Meta(ge=500), about("Most samples used of arbitrary motion; friction.json says what precision this costs.")
     ] = 20_000

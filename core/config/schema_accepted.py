@@ -36,7 +36,7 @@ class Acceptance(ConfigTable, frozen=True, kw_only=True):
     lasted_s: Annotated[Positive | None, about("How long it lasted, s; one twice as long is not covered.")] = None
     reason: Annotated[str, Meta(min_length=3), about("Why it is accepted.")]
     owner: Annotated[str, Meta(min_length=1), about("Who answers for it.")]
-    until: Annotated[date, about("Last day on which it counts; at most `[policy] max_accepted_days` ahead.")]
+    until: Annotated[date, about("Last day on which it counts; at most 90 days ahead.")]
 
     def __post_init__(self) -> None:
         if all(place is None for place in (self.program, self.log, self.place_m, self.sha256)):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 from msgspec.structs import force_setattr
 
-from collaudit.core.config.config_table import ConfigTable, Interval, KeyedError, NonNegative, Positive, about
+from collaudit.core.config.config_table import ConfigTable, Interval, KeyedError, Positive, about
 from collaudit.core.config.detector_names import DetectorName
 
 #: Persistence where neither time nor samples are stated, ms (paper, section 5).
@@ -14,26 +14,10 @@ DEFAULT_PERSISTENCE_MS = 25.0
 CAUSAL_PERSISTENCE_MS = 12.5
 
 
-class EvidenceConfig(ConfigTable, frozen=True, kw_only=True):
-    """What the evidence behind one joint's gamma covers, as `collaudit recommend --snippet config` writes it."""
-
-    fastest_rad_s: Annotated[NonNegative, about("Speed, rad/s (m/s if prismatic).")]
-    hardest_rad_s2: Annotated[NonNegative, about("Acceleration, rad/s² (m/s²).")]
-    load_nm: Annotated[tuple[float, float], about("Lowest and highest rigid-body torque with friction, N·m.")]
-    temperature_c: Annotated[tuple[float, float] | None, about("Lowest and highest temperature, °C.")] = None
-    phases: Annotated[list[Literal["free", "approach", "contact", "retreat"]], about("Phases; empty: any.")] = []
-    standing: Annotated[bool, about("Whether the joint stood or reversed in it.")] = True
-    reversals_per_h: Annotated[NonNegative | None, about("Changes of direction an hour; absent: any.")] = None
-
-
 class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
     detector: Annotated[DetectorName, about("How the residual is computed (see docs/method.md).")] = "direct"
-    compare: Annotated[
-        list[DetectorName],
-        about("Further detectors that judge the same log side by side; the verdict is the first one's."),
-    ] = []
     causal: Annotated[
         bool,
         about(
@@ -55,12 +39,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
             "judged)."
         ),
     ] = 4.0
-    evidence: Annotated[
-        dict[str, EvidenceConfig],
-        about(
-            "By joint: the range of the evidence behind gamma_nm; a log outside it gets the finding `evidence-range`."
-        ),
-    ] = {}
     persistence_ms: Annotated[
         Positive | None,
         about(
@@ -70,15 +48,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     ] = None
     n: Annotated[Annotated[int, Meta(ge=1)] | None, about("Persistence in samples, instead of persistence_ms.")] = None
     watch: Annotated[Literal["auto"] | list[str], about("Joints whose residual is judged.")] = "auto"
-    beyond_range: Annotated[
-        float,
-        Meta(ge=0, le=1),
-        about(
-            "Above the fastest fitted speed the threshold is raised by the 95 % interval of the friction curve there; "
-            "the joint is judged until that exceeds this share of its friction. 0: not judged above 1.05 times that "
-            "speed."
-        ),
-    ] = 0.5
     friction_level: Annotated[
         Literal["followed", "fixed"],
         about(
@@ -86,14 +55,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
             "fixed: taken as calibrated."
         ),
     ] = "followed"
-    friction_level_sd: Annotated[
-        float,
-        Meta(gt=0, le=0.5),
-        about(
-            "How far friction is expected to be off its calibration (standard deviation, as a share); "
-            "what data do not settle raises the threshold."
-        ),
-    ] = 0.1
     hand_guiding: Annotated[
         Literal["found", "off"],
         about(
@@ -101,13 +62,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
             "(finding `arm-guided`); off: such motion is judged like any other."
         ),
     ] = "found"
-    controller_alarms_s: Annotated[
-        list[float],
-        about(
-            "The controller's own collision alarms, seconds from the log's first sample, to compare with; "
-            "labels of the log that are not `true_events` are compared in the same way, as labels."
-        ),
-    ] = []
     true_events: Annotated[
         list[str],
         about(
@@ -161,7 +115,6 @@ class PhasesConfig(ConfigTable, frozen=True, kw_only=True):
         dict[str, Literal["free", "approach", "contact", "retreat"]],
         about("Phase meant by each value of the log's phase topic or column, where that is not the phase's name."),
     ] = {}
-    contact_force_n: Annotated[Positive, about("Force that tells contact from free motion, N.")] = 3.0
     force_limit_n: Annotated[
         Positive | None,
         about(

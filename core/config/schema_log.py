@@ -142,26 +142,6 @@ class UnitsConfig(ConfigTable, frozen=True, kw_only=True):
         return bool(self.torque_constant_nm_per_a or self.rated_torque_nm)
 
 
-class LimitsConfig(ConfigTable, frozen=True, kw_only=True):
-    """How much is read of one log. More is refused, as a small file can honestly hold very much."""
-
-    memory_gb: Annotated[
-        Positive | None,
-        about(
-            "Memory that reading and judging may take, GB (10⁹ bytes), estimated from the numbers read (50 "
-            "bytes each); 100 times the size of the log's files when absent, at least 1 and at most 16."
-        ),
-    ] = None
-    expansion: Annotated[
-        float,
-        Meta(ge=1),
-        about("Bytes that compressed files may become, as a multiple of their size; 256 MB always are read."),
-    ] = 100.0
-    chunk_mb: Annotated[Positive, about("Largest decompressed chunk of an MCAP file or bag, MB (10⁶ bytes).")] = 128.0
-    messages: Annotated[int, Meta(ge=1), about("Most messages that are decoded.")] = 200_000_000
-    columns: Annotated[int, Meta(ge=1), about("Most numbers in one sample or columns of a table.")] = 30_000
-
-
 class LogConfig(ConfigTable, frozen=True, kw_only=True):
     """Which signals of a log are meant, and in which units."""
 
@@ -211,6 +191,10 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
         NonNegative | None, about("Where the part that is read begins, s from the log's first sample (--from).")
     ] = None
     to_s: Annotated[Positive | None, about("Where it ends (--to).")] = None
+    memory_gb: Annotated[
+        Positive | None,
+        about("Memory that reading and judging may take, GB; 100 times the files' size when absent, in 1 to 16."),
+    ] = None
     effort_delay_ms: Annotated[float, about("How much later than the motion the effort is stamped; subtracted.")] = 0.0
     wrench_delay_ms: Annotated[float, about("How much later than the motion the wrench is stamped; subtracted.")] = 0.0
     time: Annotated[Literal["auto", "header", "log"], about("Which stamp is the time of a sample.")] = "auto"
@@ -237,4 +221,3 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
     ] = None
     csv: Annotated[CsvConfig, about("Columns of CSV logs.")] = CsvConfig()
     units: Annotated[UnitsConfig, about("Units of the log.")] = UnitsConfig()
-    limits: Annotated[LimitsConfig, about("How much is read of one log.")] = LimitsConfig()

@@ -42,8 +42,8 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         Meta(gt=0, le=1),
         about(
             "Least share of the time in motion in which the force of `observable_n` would have alarmed, from 80 % of "
-            "the directions that load a watched joint; with less the log is not judged. If the arm never moves, of all "
-            "time."
+            "the directions that load a watched joint, and each torque of `observable_nm`; with less the log is not "
+            "judged. If the arm never moves, of all time."
         ),
     ] = 0.9
     observable_ms: Annotated[Positive, about("Duration of the push that must alarm, ms.")] = 200.0
@@ -51,14 +51,6 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         Positive | dict[str, Positive] | None,
         about("External torque that must alarm, N·m (N if prismatic); one number, or by joint. Absent: none is asked."),
     ] = None
-    min_observable: Annotated[
-        float,
-        Meta(ge=0, le=1),
-        about(
-            "Least share of a watched joint's time in motion in which a torque of `observable_nm` would have "
-            "alarmed; with less the log is not judged."
-        ),
-    ] = 0.5
     same_log: Annotated[
         Literal["refuse", "allow"],
         about(
@@ -82,17 +74,6 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
             "count as motion, unless the joint rested at one place before and after."
         ),
     ] = 0.8
-    max_residual_rms_nm: Annotated[
-        Positive | dict[str, Positive] | None,
-        about("The audit fails if a joint's judged residual has a larger RMS, N·m; one number, or by joint."),
-    ] = None
-    min_observable_s: Annotated[
-        NonNegative | None,
-        about(
-            "Least time, at rest included, in which the force of `observable_n` would have alarmed at each place, and "
-            "each torque of `observable_nm`, s; a log with less is not judged."
-        ),
-    ] = None
     max_fit_age_days: Annotated[
         Positive | None,
         about(
@@ -108,9 +89,6 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
             "one. `collaudit accept` writes it."
         ),
     ] = None
-    max_accepted_days: Annotated[
-        Positive, about("Longest time ahead for which an accepted contact counts, days; one with a later day does not.")
-    ] = 90.0
     known: Annotated[
         Literal["break", "allow"],
         about(
@@ -156,10 +134,9 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
         Path | None,
         about(
             "Configuration of this robot, in place of the common one but for `[fleet]`; of `[policy]` what it states "
-            "differs. Relative to the file that names it, as are the next two."
+            "differs. Relative to the file that names it, as is the next."
         ),
     ] = None
-    urdf: Annotated[Path | None, about("URDF file.")] = None
     friction: Annotated[Path | None, about("friction.json to judge with.")] = None
     gamma_nm: Annotated[
         Positive | str | dict[str, Positive] | None,
@@ -176,9 +153,6 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
 class FleetConfig(ConfigTable, frozen=True, kw_only=True):
     """Many robots: whose a log is, and with what it is judged."""
 
-    file: Annotated[
-        Path | None, about("File with more `[fleet.robots.NAME]` tables, relative to this configuration.")
-    ] = None
     robots: Annotated[
         dict[str, FleetRobot],
         about(

@@ -23,6 +23,8 @@ HARDER = 1.25
 LONGER, _LONGER_S = 2.0, 0.2
 #: Contacts are at one place where the tool was within this distance, m: about its travel during a short contact.
 NEAR_M = 0.2
+#: An acceptance counts for so many days ahead at most: what stands longer is a rule of the cell, and no exception.
+MOST_DAYS = 90
 #: Room around the times that an entry states, s.
 _ROOM_S = 0.1
 
@@ -77,7 +79,7 @@ def tool_place(contact: Contact) -> Place | None:
 
 
 def with_states(
-    contacts: Sequence[Contact], known: Precedents | None, sha256: str, start: str | None, most_days: float
+    contacts: Sequence[Contact], known: Precedents | None, sha256: str, start: str | None
 ) -> tuple[Contact, ...]:
     """The contacts with their names and states.
 
@@ -86,13 +88,12 @@ def with_states(
         known: beforehand; None for nothing.
         sha256: hash of the log.
         start: when it was recorded, ISO 8601, or None.
-        most_days: an acceptance counts for so many days ahead at most.
     """
     named = [replace(one, id=_name(one, sha256)) for one in contacts]
     if known is None:
         return tuple(named)
     tonight = known.night or (start or known.today.isoformat())[:10]
-    return tuple(_accepted(_seen(one, known, tonight), known, sha256, most_days) for one in named)
+    return tuple(_accepted(_seen(one, known, tonight), known, sha256) for one in named)
 
 
 def _name(contact: Contact, sha256: str) -> str:
@@ -136,13 +137,13 @@ def _harder(mine: Mapping[str, float], other: Mapping[str, float]) -> list[str]:
     return [joint for joint, peak in mine.items() if joint in other and peak > HARDER * other[joint]]
 
 
-def _accepted(contact: Contact, known: Precedents, sha256: str, most_days: float) -> Contact:
+def _accepted(contact: Contact, known: Precedents, sha256: str) -> Contact:
     """The contact as an entry leaves it: accepted, or with the words why the entry that means it does not count."""
     notes = []
     for entry in known.accepted:
         if not means(entry, contact, known, sha256):
             continue
-        why = refusal(entry, contact, known.today, most_days)
+        why = refusal(entry, contact, known.today)
         if why is None:
             text = f"accepted by {entry.owner} until {entry.until}: {entry.reason}"
             return replace(contact, state="accepted", state_text=text)
@@ -175,9 +176,9 @@ def means(entry: Acceptance, contact: Contact, known: Precedents, sha256: str) -
     return not entry.peak_nm or not set(contact.joints).isdisjoint(entry.peak_nm)
 
 
-def refusal(entry: Acceptance, contact: Contact, today: date, most_days: float) -> str | None:
+def refusal(entry: Acceptance, contact: Contact, today: date) -> str | None:
     """Why an entry that means a contact does not cover it; None where it does."""
-    day = day_refusal(entry, today, most_days)
+    day = day_refusal(entry, today)
     if day is not None or not entry.peak_nm:
         return day
     more = sorted(set(contact.joints) - set(entry.peak_nm))
@@ -195,10 +196,10 @@ def refusal(entry: Acceptance, contact: Contact, today: date, most_days: float) 
     return None
 
 
-def day_refusal(entry: Acceptance, today: date, most_days: float) -> str | None:
+def day_refusal(entry: Acceptance, today: date) -> str | None:
     """Why an entry does not count on a day; None where it does."""
     if entry.until < today:
         return f"it ended after {entry.until}"
-    if entry.until > today + timedelta(days=most_days):
-        return f"{entry.until} is further ahead than the {most_days:g} days that the policy allows"
+    if entry.until > today + timedelta(days=MOST_DAYS):
+        return f"{entry.until} is further ahead than the {MOST_DAYS} days for which an acceptance counts"
     return None

@@ -89,14 +89,14 @@ def _alone(mark: Mark, time_s: FloatArray, telling: BoolArray) -> ControllerAlar
 
 
 def _marks(series: UniformSeries, config: DetectConfig) -> list[Mark]:
-    """When the controller raised an alarm, as configured, and where the log's other labels begin."""
+    """Where the log's labels begin that are not true events: the controller's alarms among them."""
     labelled = {
         Mark(start, label.name)
         for label in series.annotations
         if not is_named(label, config.true_events) and state_of(label.name) not in ("guided", "off")
         for start, _ in label.intervals_s
     }
-    return sorted(labelled | {Mark(t) for t in config.controller_alarms_s}, key=lambda m: (m.time_s, m.label or ""))
+    return sorted(labelled, key=lambda m: (m.time_s, m.label or ""))
 
 
 def is_named(label: Annotation, names: Sequence[str]) -> bool:

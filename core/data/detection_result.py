@@ -51,23 +51,6 @@ class DetectorEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class DetectorFacts:
-    """What another detector made of the same log.
-
-    Attributes:
-        delay: its delay in parts.
-        collisions: its alarms.
-        near_misses: their number.
-        mean_abs_nm: mean |residual| over judged samples, by joint; None where none was judged.
-    """
-
-    delay: DelayFacts
-    collisions: tuple[DetectorEvent, ...]
-    near_misses: int
-    mean_abs_nm: dict[str, float | None]
-
-
-@dataclass(frozen=True, slots=True)
 class LevelFacts:
     """How far a joint's friction was off its calibration: range of the followed level, and its standard error.
 
@@ -321,7 +304,6 @@ class DetectionFacts:
         equation: what the detector computes.
         delay: its delay in parts.
         friction_level: by joint.
-        detectors: other detectors on the same log.
         flags: the controller's own alarms compared with ours; empty when none were given.
         scores: against known events, all joints combined first; empty when none are known.
         torque_zero: by joint, where thresholds are automatic.
@@ -331,7 +313,6 @@ class DetectionFacts:
     equation: str
     delay: DelayFacts
     friction_level: dict[str, LevelFacts]
-    detectors: dict[str, DetectorFacts]
     flags: tuple[ControllerAlarmComparison, ...]
     scores: tuple[Score, ...] = ()
     torque_zero: dict[str, ZeroFacts] = field(default_factory=dict)

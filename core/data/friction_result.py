@@ -23,7 +23,6 @@ class FrictionPoint:
         source: ``pair`` (both directions, eq. 15) or ``model`` (the model's torque was subtracted).
         direction: +1 or -1 for ``model`` points, 0 for pairs.
         others_moving: True when other joints moved in the section.
-        weight: share of its weight the point kept in a robust fit; 1 in an ordinary one.
         timing_nm: change of ``friction_nm`` if effort were stamped one standard deviation (0.41 samples) later than
             position; common to all points, in none of their standard errors.
         seconds: time that the shorter section took; 0 where that is not known.
@@ -36,7 +35,6 @@ class FrictionPoint:
     source: Literal["pair", "model"]
     direction: int
     others_moving: bool
-    weight: float = 1.0
     timing_nm: float = 0.0
     seconds: float = 0.0
 
@@ -133,7 +131,6 @@ class FrictionFit:
         rejected: reason to count of rejected stretches.
         comparison: every law that was compared, when the model was chosen automatically.
         identifiability: singular values, correlations, open sides, and what motion would settle them.
-        robust: how outlying points were treated: ``none``, ``huber`` or ``bisquare``.
         r_squared: share of the points' variance that the curve explains.
         motion: ``sections`` of constant velocity, ``any`` motion, or ``sensors``: the difference between effort and a
             joint torque sensor over any motion.
@@ -161,7 +158,6 @@ class FrictionFit:
     rejected: dict[str, int] = field(default_factory=dict)
     comparison: tuple[ModelComparison, ...] = ()
     identifiability: Identifiability | None = None
-    robust: str = "none"
     r_squared: float | None = None
     rmse_share: float | None = None
     motion: Literal["sections", "any", "sensors"] = "sections"

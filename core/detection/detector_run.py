@@ -15,8 +15,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import (
     DelayFacts,
-    DetectorEvent,
-    DetectorFacts,
     LevelFacts,
     ShortestPush,
     ZeroFacts,
@@ -53,19 +51,18 @@ class DetectionInputs(ResidualInputs):
     watch: Mapping[str, Watch]
 
 
-def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, name: str | None = None) -> DetectorRun:
-    """Apply the configured detector, or the named one.
+def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config) -> DetectorRun:
+    """Apply the configured detector.
 
     Args:
         prepared: the log.
         inputs: friction laws, joints that contradict the model, the rule, watched joints.
         config: the detector and its settings.
-        name: of the detector, when it is not the configured one.
 
     Raises:
         ConfigError: there is no such detector.
     """
-    detector = detector_named(name or config.detect.detector)
+    detector = detector_named(config.detect.detector)
     residual = detector.residual(prepared, inputs, config.detect)
     series, rule = prepared.judged_series, inputs.rule
     gamma = gamma_in_force(series, residual, rule)
@@ -100,20 +97,6 @@ def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]
 def torque_zeros(residual: Residual) -> dict[str, ZeroFacts]:
     """What was found of each joint's zero, and its bound."""
     return {joint: ZeroFacts(z.lowest_nm, z.highest_nm, z.bound_nm) for joint, z in residual.zeros.items()}
-
-
-def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], period_s: float) -> DetectorFacts:
-    """A detector's outcome for the side-by-side table."""
-    mean_abs: dict[str, float | None] = {}
-    for j, joint in enumerate(joints):
-        x = run.residual.torque_nm[run.detected.state[:, j] == State.JUDGED, j]
-        mean_abs[joint] = float(np.mean(np.abs(x))) if x.size else None
-    events = tuple(
-        DetectorEvent(c.joint, c.onset_s, c.detected_s, c.duration_s, c.peak_nm) for c in run.detected.collisions
-    )
-    return DetectorFacts(
-        delay_facts(run.residual.balance.kernel, rule, period_s), events, len(run.detected.near_misses), mean_abs
-    )
 
 
 def judged_signals(series: UniformSeries, run: DetectorRun, rule: RuleFacts) -> Signals:

@@ -25,7 +25,6 @@ from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
     delay_facts,
-    detector_facts,
     friction_levels,
     judged_signals,
     run_detector,
@@ -220,19 +219,13 @@ def judge(
 
 
 def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> DetectionFacts:
-    """Equation, delay and friction level of a detector, and what other detectors make of the same log."""
+    """Equation, delay and friction level of a detector."""
     series, rule, detect = prepared.judged_series, inputs.rule, config.detect
     return DetectionFacts(
         causal=detect.causal,
         equation=run.detector.equation,
         delay=delay_facts(run.residual.balance.kernel, rule, series.period_s),
         friction_level=friction_levels(run.residual, detect.friction_level == "followed"),
-        detectors={
-            name: detector_facts(
-                run_detector(prepared, inputs, config, name), rule, series.joint_names, series.period_s
-            )
-            for name in dict.fromkeys(detect.compare)
-        },
         flags=(),
         torque_zero=torque_zeros(run.residual),
     )

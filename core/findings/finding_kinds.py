@@ -208,8 +208,8 @@ KINDS: dict[str, Kind] = {
         "What was to be fitted could not be, or does not hold: a joint's friction (its residual is not judged then), "
         "or that of a motor that turns with several joints; inertials that explain held-out data worse than the "
         "robot's description or that no body can have; a tool whose mass differs between the halves of the motion.",
-        "Fit on longer or more varied motion with one tool, each joint at several speeds both ways; trust the "
-        "description more ([fit] cad_sd), or leave this out of [fit] estimate or the joint out of [detect] watch.",
+        "Fit on longer or more varied motion with one tool, each joint at several speeds both ways; or leave this "
+        "out of [fit] estimate or the joint out of [detect] watch.",
         _WARNING,
     ),
     "log-wrench": Kind(
@@ -232,8 +232,8 @@ KINDS: dict[str, Kind] = {
         "Samples were lost, or a table holds several runs one after the other: gaps, across which nothing is filtered "
         "or judged; stretches between gaps that are too short to be used; or many single samples, which were "
         "interpolated.",
-        "Look for lost samples at the recorder. Gaps count against [policy] min_coverage; [conditioning] bridge_lost = "
-        "false makes gaps of single lost samples. Runs of other robots or tools belong in files of their own.",
+        "Look for lost samples at the recorder. Gaps count against [policy] min_coverage. Runs of other robots or "
+        "tools belong in files of their own.",
         _WARNING,
     ),
     "effort-sign-inverted": Kind(
@@ -298,12 +298,10 @@ KINDS: dict[str, Kind] = {
         setting="robot",
     ),
     "evidence-range": Kind(
-        "The log leaves the range of motion, load, temperature or phase of the evidence behind a threshold or a "
-        "friction law.",
+        "The log leaves the range of motion, load or temperature of the evidence behind a threshold or a friction law.",
         "Recommend the threshold anew from logs that cover such motion (collaudit recommend), or fit at this "
         "temperature too: alarms out of the range may be false.",
         _LEVEL,
-        setting="detect.evidence",
     ),
     "residual-level": Kind(
         "The residual is large all the time: compared with that of the fitted logs, with the threshold, with the "
@@ -387,7 +385,7 @@ KINDS: dict[str, Kind] = {
         "A joint's residual was not judged in a phase, and why; or less would have been noticed on it than the policy "
         "asks for, or for less of the time.",
         "Name the joint in [detect] watch if it is to be judged. See what friction hides and what was not judged: "
-        "[policy] observable_nm, min_observable, max_hidden_s and min_coverage say what is asked.",
+        "[policy] observable_nm, observable_share, max_hidden_s and min_coverage say what is asked.",
         _EITHER,
     ),
     "friction-level": Kind(

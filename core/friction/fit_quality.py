@@ -13,8 +13,6 @@ from collaudit.core.data.friction_result import Bounds, FrictionPoint
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
 
@@ -69,31 +67,25 @@ def point_arrays(points: list[FrictionPoint] | tuple[FrictionPoint, ...]) -> ls.
     return ls.Points(speed, friction, np.maximum(se, floor), offset, direction, timing)
 
 
-def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
+def with_scatter(points: ls.Points) -> ls.Points:
     """Add a common variance to all points where they scatter more than their standard errors say.
 
     The variance is the one that brings chi-square down to its degrees of freedom (Paule and Mandel, J. Res.
     Natl. Bur. Stand. 87, 1982), so that a point with a lucky small error cannot pull the curve to itself. Points that
     rely on the robot model have a variance of their own beside pairs: an error of the model, or a drift of the
     effort's zero, is in them and not in pairs.
-
-    Args:
-        points: the points.
-        weight: (n,) robust weights; they divide the variances, the common one included.
     """
-    spread = np.sqrt(np.maximum(weight, 1e-6))
-    data = replace(points, sd=points.sd / spread)
-    pair = np.asarray(data.direction == 0)
-    variance = np.zeros(data.n)
-    pairs = data.take(np.asarray(np.flatnonzero(pair), dtype=np.int64))
-    if pairs.n < data.n and _flexible(pairs):
+    pair = np.asarray(points.direction == 0)
+    variance = np.zeros(points.n)
+    pairs = points.take(np.asarray(np.flatnonzero(pair), dtype=np.int64))
+    if pairs.n < points.n and _flexible(pairs):
         variance[pair], law = _common_variance(pairs)
-        rest = data.take(np.asarray(np.flatnonzero(~pair), dtype=np.int64))
+        rest = points.take(np.asarray(np.flatnonzero(~pair), dtype=np.int64))
         settled = replace(pairs, sd=np.sqrt(pairs.sd**2 + variance[pair]))
         variance[~pair] = _variance_needed_beyond(settled, rest, law)
     else:
-        variance[:], _ = _common_variance(data)
-    return replace(data, sd=np.sqrt(points.sd**2 + variance) / spread)
+        variance[:], _ = _common_variance(points)
+    return replace(points, sd=np.sqrt(points.sd**2 + variance))
 
 
 def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
@@ -169,40 +161,3 @@ def _variance_needed(excess: Callable[[float], float], top: float) -> float:
     if excess(top) >= 0:
         return top
     return float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top, rtol=1e-6))
-
-
-def robust_weights(data: ls.Points, method: str) -> FloatArray:
-    """(n,) weights of outlying points by iterated reweighting about the law that fits best.
-
-    Huber: 1 to 1.345 robust standard deviations, falling as 1/r; bisquare: (1 - (r/4.685)²)², zero beyond
-    (Holland and Welsch, Commun. Stat. A 6, 1977). The scale is the median absolute residual.
-
-    Args:
-        data: the points.
-        method: ``none``, ``huber`` or ``bisquare``.
-    """
-    laws = [law for law in _flexible(data) if data.n > _free(data, law) + 1]
-    if method == "none" or not laws:
-        return np.ones(data.n)
-    found = [_reweighted(data, law, method) for law in laws]
-    return min(found, key=lambda pair: pair[1])[0]
-
-
-def _reweighted(data: ls.Points, law: SeparableLaw, method: str) -> tuple[FloatArray, float]:
-    """Weights (n,) about one law, and their robust standard deviation."""
-    weight, scale = np.ones(data.n), np.inf
-    equal = replace(data, sd=np.full(data.n, float(np.median(data.sd))))
-    for _ in range(20):
-        now = replace(equal, sd=equal.sd / np.sqrt(np.maximum(weight, 1e-6)))
-        c = ls.best_rate(now, law) if law.rate is not None else 0.0
-        fit = ls.fit_at(now, law, c)
-        rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
-        scale = max(robust_sd(rest), 1e-12)
-        ratio = rest / scale
-        fresh = np.minimum(1.0, HUBER_BOUND / np.maximum(ratio, 1e-12))
-        if method == "bisquare":
-            fresh = np.where(ratio < 4.685, (1.0 - (ratio / 4.685) ** 2) ** 2, 0.0)
-        change, weight = float(np.max(np.abs(fresh - weight))), np.asarray(fresh)
-        if change < 1e-3:
-            break
-    return weight, scale

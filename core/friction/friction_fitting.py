@@ -14,7 +14,7 @@ from collaudit.core.data.friction_result import (
     ModelComparison,
 )
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.fit_quality import point_arrays, robust_weights, with_scatter
+from collaudit.core.friction.fit_quality import point_arrays, with_scatter
 from collaudit.core.friction.law_candidates import Candidate, FrictionUnits, fit_linear_law, fit_rate_law, fit_ridge_law
 from collaudit.core.friction.law_comparison import choose, compare, identifiability
 from collaudit.core.friction.physical_law import drives, physical, vanishes_unseen
@@ -38,7 +38,6 @@ def fit_friction(
     points: Sequence[FrictionPoint],
     units: FrictionUnits,
     model: str = "auto",
-    robust: str = "none",
 ) -> FrictionFit:
     """Fit a friction law to points.
 
@@ -47,7 +46,6 @@ def fit_friction(
         units: names and units of the parameters.
         model: name of a law, or ``auto``: the simplest that predicts speeds left out within one standard
             error of the best, and whose parameters the data determine.
-        robust: ``none``, ``huber`` or ``bisquare``: what is done about outlying points.
 
     Returns:
         Parameters with 95 % intervals, or a fit without a model and the reason.
@@ -56,16 +54,13 @@ def fit_friction(
         CollauditError: there is no law of this name.
     """
     law = None if model == "auto" else law_named(model)
-    empty = replace(_empty(points, units), robust=robust)
+    empty = _empty(points, units)
     reason = _too_little(points, units)
     if reason is not None:
         return replace(empty, reason=reason)
-    raw = point_arrays(tuple(points))
-    weight = robust_weights(raw, robust)
-    kept = tuple(replace(p, weight=float(w)) for p, w in zip(points, weight, strict=True))
-    data = with_scatter(raw, weight)
+    data = with_scatter(point_arrays(tuple(points)))
     inverted = drives(points)
-    job = _Job(replace(empty, points=kept, dissipates=not inverted), data, units, bounded=not inverted)
+    job = _Job(replace(empty, dissipates=not inverted), data, units, bounded=not inverted)
     fit = _automatic(job) if law is None else _insisted(job, law)
     return replace(fit, r_squared=_r_squared(fit, data))
 

@@ -94,7 +94,7 @@ def refit_joints(
         config: how friction is fitted.
     """
     known = {joint: fit for joint, fit in kinds.items() if fit.model is not None}
-    sections = [found.known_in(log.series, config.sections) for log, found in zip(prepared, sections, strict=True)]
+    sections = [found.known_in(log.series) for log, found in zip(prepared, sections, strict=True)]
 
     def refit(joint: str) -> FrictionFit:
         fit = known[joint]
@@ -168,7 +168,7 @@ def _fitted(
     from collaudit.core.friction.friction_fitting import fit_friction  # an audit takes the law of a file
 
     ordered = sorted(points, key=lambda p: p.speed_rad_s)
-    return fit_friction(ordered, units, model or config.friction.model, config.friction.robust)
+    return fit_friction(ordered, units, model or config.friction.model)
 
 
 def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:

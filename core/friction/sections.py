@@ -26,9 +26,12 @@ _SECTION_BANDWIDTH_HZ = 5.0
 _NOISE_SDS, _NOISE_SHARE = 4.0, 0.2
 #: Speeds are constant that stay within this share of their mean, or within this of it where that is more, rad/s.
 SPEED_TOLERANCE, SPEED_TOLERANCE_RAD_S = 0.05, 0.003
+#: Shorter stretches are no sections, s; and what is taken off each end, where motion has not settled, s: of
+#: cruises of a second and more, most is left.
+MIN_DURATION_S, SETTLE_S = 0.15, 0.1
 #: Standard deviation of noise over the median of its |third differences|: 1.4826 / sqrt(20).
 _SD_PER_THIRD_DIFFERENCE = 0.3315
-#: Most of a stretch that either end loses to settling, beyond the half of ``settle_s`` that is always taken off.
+#: Most of a stretch that either end loses to settling, beyond the half of ``SETTLE_S`` that is always taken off.
 _SETTLING_SHARE = 0.125
 
 
@@ -62,12 +65,12 @@ class SectionSet:
         """Sections of one joint."""
         return tuple(s for s in self.sections if s.joint == joint)
 
-    def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
+    def known_in(self, series: UniformSeries) -> SectionSet:
         """The sections of the same log with less effort known: whole ones, and pieces that are long enough."""
         found: list[Section] = []
         for section in self.sections:
             j = series.column(section.joint)
-            pieces = _known_pieces(section.span, series, j, _least(series, config))
+            pieces = _known_pieces(section.span, series, j, _least(series))
             whole = pieces == [section.span]
             found += [section] if whole else [_measure(series, section.joint, j, piece) for piece in pieces]
         return replace(self, sections=tuple(found))
@@ -78,8 +81,8 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
 
     A section is a gap-free stretch of one direction in which the speed stays within
     max(0.05 · speed, 0.003 rad/s), more where its own noise is larger, of its median for at least
-    ``min_duration_s`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
-    ``settle_s`` at most and half of it at least. What lies just after a reversal is none: friction is not that of
+    ``MIN_DURATION_S`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
+    ``SETTLE_S`` at most and half of it at least. What lies just after a reversal is none: friction is not that of
     sliding there. ``progress`` is called with joints done and in all.
 
     Returns:
@@ -93,10 +96,10 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
     for j, joint in enumerate(series.joint_names):  # not in threads: short calls, section by section
         logged = series.raw_velocity_rad_s
         noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
-        quiet = _quiet(smooth[:, j], _least(series, config), noise)
+        quiet = _quiet(smooth[:, j], _least(series), noise)
         slid, _ = settled(series.segments, series.position_rad[:, j], smooth[:, j], config.min_speed_rad_s)
         for span in _moving_spans(smooth[:, j], slid, series.segments, config.min_speed_rad_s):
-            found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
+            found, lost = _split(smooth[:, j], quiet, span, series, j, noise)
             sections += [_measure(series, joint, j, s) for s in found]
             rejected[joint].update(lost)
         if progress is not None:
@@ -115,9 +118,9 @@ def _moving_spans(v: FloatArray, slid: BoolArray, segments: Sequence[Span], min_
     return sorted(spans)
 
 
-def _least(series: UniformSeries, config: SectionsConfig) -> int:
+def _least(series: UniformSeries) -> int:
     """Samples of a section at least."""
-    return ceil(config.min_duration_s / series.period_s)
+    return ceil(MIN_DURATION_S / series.period_s)
 
 
 def _noise(v: FloatArray, passed: float) -> float:
@@ -138,11 +141,11 @@ def _quiet(v: FloatArray, least: int, noise: float) -> BoolArray:
 
 
 def _split(
-    v: FloatArray, quiet: BoolArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig, noise: float
+    v: FloatArray, quiet: BoolArray, span: Span, series: UniformSeries, j: int, noise: float
 ) -> tuple[list[Span], list[str]]:
     """Sections inside one stretch of motion, and what was rejected of it."""
-    least = _least(series, config)
-    if len(span) < least + 2 * _settling(len(span), series, config):
+    least = _least(series)
+    if len(span) < least + 2 * _settling(len(span), series):
         return [], ["too short"]
     part = v[span.slice]
     plateaus = _plateaus(part, quiet[span.slice], least, noise)
@@ -152,7 +155,7 @@ def _split(
     lost: list[str] = []
     for start, stop in plateaus:
         whole = Span(span.start + start, span.start + stop)
-        settle = _settling(len(whole), series, config)
+        settle = _settling(len(whole), series)
         if len(whole) < least + 2 * settle:
             lost.append("too short after settling")
             continue
@@ -180,9 +183,9 @@ def _known_pieces(inner: Span, series: UniformSeries, j: int, least: int) -> lis
     ]
 
 
-def _settling(length: int, series: UniformSeries, config: SectionsConfig) -> int:
+def _settling(length: int, series: UniformSeries) -> int:
     """Samples taken off each end: of a short stretch less, since logs of fast motion have no others."""
-    half, whole = (ceil(share * config.settle_s / series.period_s) for share in (0.5, 1.0))
+    half, whole = (ceil(share * SETTLE_S / series.period_s) for share in (0.5, 1.0))
     return min(whole, max(half, ceil(_SETTLING_SHARE * length)))
 
 

@@ -39,24 +39,20 @@ _MOST_TO_CHOOSE = 2000
 WIDTHS = (0.2, 1.0, 5.0)
 
 
-def candidates_of(
-    estimate: Sequence[str] | str, config: Config, with_gain: bool, with_rotor: bool = True
-) -> tuple[Candidate, ...]:
+def candidates_of(estimate: Sequence[str] | str, with_gain: bool, with_rotor: bool = True) -> tuple[Candidate, ...]:
     """What is tried, the simplest first.
 
     Args:
         estimate: as configured: ``auto``, or what is to be identified in any case.
-        config: states how far the description is trusted, or leaves that to the data.
         with_gain: whether the scale of the effort is open to the data.
         with_rotor: whether the effort has the torque that accelerates the rotors; behind the gears it has not.
     """
-    widths = WIDTHS if config.fit.cad_sd is None else (config.fit.cad_sd,)
     if estimate != "auto":
         stated = tuple(item for item in estimate if item != "friction")
-        return tuple(Candidate(stated, w) for w in (widths if "inertials" in stated else widths[:1]))
+        return tuple(Candidate(stated, w) for w in (WIDTHS if "inertials" in stated else WIDTHS[:1]))
     parts = ((), ("rotor",), ("rotor", "tool")) if with_rotor else ((), ("tool",))
-    plain = [Candidate(part, widths[0]) for part in parts]
-    every = [*plain, *(Candidate(("inertials",), w) for w in widths)]
+    plain = [Candidate(part, WIDTHS[0]) for part in parts]
+    every = [*plain, *(Candidate(("inertials",), w) for w in WIDTHS)]
     return tuple([*every, *(replace(c, estimate=(*c.estimate, "gain")) for c in every)] if with_gain else every)
 
 
@@ -105,7 +101,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     if stated is not None:
         if raw or "gain" in stated.estimate:
             return stated, None
-        others = candidates_of("auto", config, False, prepared[0].effort_source != "joint")
+        others = candidates_of("auto", False, prepared[0].effort_source != "joint")
         tried = (stated, *(one for one in others if one != stated))
     try:
         motion = collect(prepared, min(config.fit.max_samples, _MOST_TO_CHOOSE), config.fit.blocks)
@@ -157,7 +153,7 @@ def _possible(asked: Sequence[str] | str, log: Prepared, config: Config) -> tupl
     """The candidates of what is asked for that such logs leave open, the simplest first."""
     raw = log.series.effort_unit == "raw"
     with_gain = asked == "auto" and (raw or config.log.units.has_constants)
-    every = candidates_of(asked, config, with_gain, log.effort_source != "joint")
+    every = candidates_of(asked, with_gain, log.effort_source != "joint")
     if asked == "auto" and raw:  # without its gain an effort is no torque
         return tuple(one for one in every if "gain" in one.estimate)
     if asked == "auto" and config.robot.tool.mass_kg == "estimate":

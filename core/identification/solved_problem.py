@@ -23,6 +23,9 @@ from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
 
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
+#: How far stated torque constants, or an effort stated to be in N·m, are trusted: standard deviation as a share, that
+#: of constants of data sheets. A gain that the motion does not determine better stays as stated.
+GAIN_SD = 0.2
 #: Of a joint's inertia: robot files seldom state rotor inertia at all.
 ARMATURE_SHARE = 0.5
 #: Samples that tell the middle of a motion.
@@ -84,7 +87,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
     if "gain" in estimate:
         armature_prior_sd = np.maximum(armature_prior_sd, unstated)
         stated = gains_stated(prepared[0], config)
-        gain_prior_sd[:] = config.fit.gain_sd if stated else np.inf
+        gain_prior_sd[:] = GAIN_SD if stated else np.inf
         for found in prepared[0].gains:
             start = found.gain if abs(found.gain) > 1e-6 else 1.0
             gain[names.index(found.joint)] = (-1.0 if found.inverted else 1.0) if stated else start

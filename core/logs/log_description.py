@@ -64,7 +64,7 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None, robot: 
     if summary is not None:
         return summary
     files = [file for path in paths for file in data_files(path)]
-    bounds = ReadingBounds.of(files, log_name(paths), settings.limits)
+    bounds = ReadingBounds.of(files, log_name(paths), settings.memory_gb)
     with closing(open_messages(paths, bounds)) as reader:
         return _describe_messages(paths, reader, settings, bounds)
 
@@ -143,7 +143,7 @@ def describe_by_overview(
         return None
     settings = settings or LogConfig()
     with closing(overview.reader) as reader:
-        topics = topics_of(reader, settings, ReadingBounds.of(paths, log_name(paths), settings.limits))
+        topics = topics_of(reader, settings, ReadingBounds.of(paths, log_name(paths), settings.memory_gb))
         decode(reader, [topic for topic in topics if topic.decoders])
     first, last = overview.span_ns
     duration = (last - first) / 1e9 if last >= first else None

@@ -65,7 +65,7 @@ def read_log(
         from collaudit.core.logs.topics.message_reading import read_message_log
 
         name = log_name(paths)
-        bounds = ReadingBounds.of([file for path in paths for file in data_files(path)], name, settings.limits)
+        bounds = ReadingBounds.of([file for path in paths for file in data_files(path)], name, settings.memory_gb)
         reader = open_messages(paths, bounds)
         log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress, bounds)
         log = without_impossible(log, "message")
@@ -108,7 +108,7 @@ def _read_tables(
     try:
         files = [*paths, *also_files(paths, settings.csv)]
         readers = open_tables(files, settings.csv)
-        bounds = ReadingBounds.of(files, log_name(paths), settings.limits)
+        bounds = ReadingBounds.of(files, log_name(paths), settings.memory_gb)
         bounds.check_columns(sum(len(reader.names) for reader in readers))
         return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, judged, hashing, bounds)
     except LogError as error:

@@ -19,7 +19,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.identification.inertial_parameters import BaseMap, base_map
 from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, friction_columns
-from collaudit.core.identification.solved_problem import inertials_prior_sd
+from collaudit.core.identification.solved_problem import GAIN_SD, inertials_prior_sd
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.plan.timing import Motion, MoveCheck, move
@@ -109,16 +109,14 @@ def unknowns_of(robot: RobotModel, config: Config, friction: FrictionFile | None
     assert robot.bodies is not None
     names = robot.joint_names
     found = None if friction is None else friction.identified
-    share = config.fit.cad_sd or (found.prior_sd if found is not None and found.prior_sd > 0 else _SHARE)
+    share = found.prior_sd if found is not None and found.prior_sd > 0 else _SHARE
     inertials = np.maximum(inertials_prior_sd(robot.inertial_parameters, share), 1e-9)
     pose = np.tile(0.5 * np.nan_to_num(robot.position_limits.sum(axis=1)), (len(names), 1))
     still = np.zeros_like(pose)
     own = np.diag(robot.inverse_dynamics(pose, still, np.eye(len(names))) - robot.gravity_torque(pose))
     rotors = np.full(len(names), _ROTOR_SHARE * float(own.max()))
     gain = config.log.units.has_constants or "gain" in (config.fit.estimate or ())
-    scale = np.concatenate(
-        [inertials, rotors, np.full(len(names) * gain, config.fit.gain_sd), np.full(len(names), _LOAD)]
-    )
+    scale = np.concatenate([inertials, rotors, np.full(len(names) * gain, GAIN_SD), np.full(len(names), _LOAD)])
     base = base_map(robot, tuple(robot.bodies.joint_names))
     rows, labels = _reported(base, names, gain, inertials.size)
     return Unknowns(

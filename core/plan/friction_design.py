@@ -132,7 +132,7 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
         law, guesses = REFERENCE, _guesses(max(still, 1e-3 * torque_nm), max(slope, 1e-3 * abs(slow) / fastest))
     else:
         guesses = (values,)
-    data = with_scatter(point_arrays(fit.points), np.ones(len(fit.points)))
+    data = with_scatter(point_arrays(fit.points))
     noise, beyond = _scatter(fit, data)
     known = []
     for one in guesses:

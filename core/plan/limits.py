@@ -19,7 +19,7 @@ TO_SPEED_S, TO_ACCELERATION_S = 1.0, 0.2
 POSITION_MARGIN_RAD = 0.05
 #: Share of a drive's highest torque that model and friction together may ask for; the rest is the controller's.
 TORQUE_SHARE = 0.8
-_BY_JOINT = ("start_rad", "position_rad", "speed_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "torque_nm")
+_BY_JOINT = ("start_rad", "position_rad", "speed_rad_s", "acceleration_rad_s2", "torque_nm")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +87,7 @@ def arm_limits(robot: RobotModel, description: Description, settings: RobotConfi
             raise ConfigError("the range of a joint leaves no room", where=f"[plan] position_rad: {name}",
                               found=f"{a:.3g} to {b:.3g}, margin taken off", expected="room")  # fmt: skip
     acceleration = _stated(plan.acceleration_rad_s2, names, dict(zip(names, speed / TO_SPEED_S, strict=True)))
-    jerk = _stated(plan.jerk_rad_s3, names, dict(zip(names, acceleration / TO_ACCELERATION_S, strict=True)))
+    jerk = acceleration / TO_ACCELERATION_S
     start = _stated(plan.start_rad, names, dict(zip(names, 0.5 * (low + high), strict=True)))
     found = ArmLimits(
         names, low, high, speed * speed_scale, acceleration * speed_scale**2, jerk * speed_scale**3,
@@ -126,14 +126,12 @@ def _refuse_start(limits: ArmLimits) -> None:
 
 
 def _assumed(plan: PlanConfig, names: tuple[str, ...]) -> tuple[str, ...]:
-    words = []
-    for key, given, rule in (
-        ("acceleration", plan.acceleration_rad_s2, f"the highest speed takes {TO_SPEED_S:g} s"),
-        ("jerk", plan.jerk_rad_s3, f"the highest acceleration takes {TO_ACCELERATION_S:g} s"),
-        ("start", plan.start_rad, "the middle of the range"),
-    ):
-        lacking = [name for name in names if name not in given]
-        if lacking:
-            words.append(f"{key} of {', '.join(lacking)}: not stated, taken so that {rule}"
-                         if key != "start" else f"start of {', '.join(lacking)}: not stated, {rule}")  # fmt: skip
+    words = [f"jerk: taken so that the highest acceleration takes {TO_ACCELERATION_S:g} s"]
+    if lacking := [name for name in names if name not in plan.acceleration_rad_s2]:
+        text = (
+            f"acceleration of {', '.join(lacking)}: not stated, taken so that the highest speed takes {TO_SPEED_S:g} s"
+        )
+        words.insert(0, text)
+    if lacking := [name for name in names if name not in plan.start_rad]:
+        words.append(f"start of {', '.join(lacking)}: not stated, the middle of the range")
     return tuple(words)

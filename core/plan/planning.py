@@ -29,6 +29,8 @@ from collaudit.core.robot.robot_model import RobotModel
 _SWEEPS_SHARE = 0.7
 _LONGEST_EXCITING_S = 120.0
 _LEAST_MOTION_S = 5.0
+#: Least distance between links, and to the table, m.
+CLEARANCE_M = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,21 +194,18 @@ def _arm_joints(description: Description, friction: FrictionFile | None) -> Sequ
 
 def _around(settings: LoadedConfig) -> Surroundings:
     plan, robot = settings.config.plan, settings.config.robot
-    low, high = plan.workspace_min_m, plan.workspace_max_m
-    if (low is None) != (high is None):
-        raise ConfigError("a workspace needs both of its corners", where="[plan] workspace_min_m, workspace_max_m")
-    corners = None if low is None or high is None else (low, high)
+    corners = plan.workspace_m
     if corners is not None and any(a >= b for a, b in zip(*corners, strict=True)):
         raise ConfigError(
             "the workspace has no inside",
-            where="[plan] workspace_min_m, workspace_max_m",
-            found=f"{low} to {high}",
+            where="[plan] workspace_m",
+            found=f"{corners[0]} to {corners[1]}",
             expected="lowest values below highest ones",
         )
     if plan.tool_tip_m is not None and robot.tool.frame is None:
         raise ConfigError("the tool's tip needs the frame that it is given in", where="[robot.tool] frame")
     tip = (robot.tool.frame, plan.tool_tip_m) if plan.tool_tip_m is not None and robot.tool.frame else None
-    return Surroundings(plan.clearance_m, plan.table_z_m, corners, tip)
+    return Surroundings(CLEARANCE_M, plan.table_z_m, corners, tip)
 
 
 def _joints(robot: RobotModel, request: PlanRequest) -> list[int]:

@@ -32,7 +32,7 @@ class AcceptanceUse:
 
 
 def acceptance_uses(
-    entries: Sequence[Acceptance], logs: Sequence[tuple[Precedents, AuditResult]], today: date, most_days: float
+    entries: Sequence[Acceptance], logs: Sequence[tuple[Precedents, AuditResult]], today: date
 ) -> list[AcceptanceUse]:
     """What became of each entry.
 
@@ -40,9 +40,8 @@ def acceptance_uses(
         entries: of accepted.toml.
         logs: audited ones, each with what was known of it.
         today: day on which they are looked at.
-        most_days: an acceptance counts for so many days ahead at most.
     """
-    return [_use(number, entry, logs, today, most_days) for number, entry in enumerate(entries, 1)]
+    return [_use(number, entry, logs, today) for number, entry in enumerate(entries, 1)]
 
 
 def _use(
@@ -50,12 +49,11 @@ def _use(
     entry: Acceptance,
     logs: Sequence[tuple[Precedents, AuditResult]],
     today: date,
-    most_days: float,
 ) -> AcceptanceUse:
     asked = [(known, result) for known, result in logs if concerns(entry, known, result.log.sha256)]
     meant = [c for known, result in asked for c in result.contacts if means(entry, c, known, result.log.sha256)]
-    why = [refusal(entry, contact, today, most_days) for contact in meant]
-    day = day_refusal(entry, today, most_days)
+    why = [refusal(entry, contact, today) for contact in meant]
+    day = day_refusal(entry, today)
     state: UseState
     if day is not None:
         state = "expired" if entry.until < today else "too long"

@@ -18,6 +18,8 @@ from collaudit.core.numeric.runs import closed, equal_runs, lasting, run_bounds
 _SMOOTH_S = 0.05
 #: Approach and retreat that are found rather than stated last this long.
 _MARGIN_S = 2.0
+#: Force that tells contact from free motion, N: ten times the noise of a wrist sensor.
+CONTACT_FORCE_N = 3.0
 #: Contacts and separations shorter than this are not phases, s: a tool that bounces has not left the part.
 _LEAST_S = 0.5
 
@@ -87,19 +89,18 @@ def found_by_force(config: PhasesConfig, logged: bool) -> bool:
     return config.find == "wrench" and not configured(config) and not logged
 
 
-def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> NDArray[np.int8]:
+def find_phases(force_n: FloatArray, period_s: float) -> NDArray[np.int8]:
     """Contact from the measured force, with approach and retreat as the two seconds before and after it.
 
     Args:
         force_n: (n,) size of the tool's force, its offset removed; NaN where unknown.
         period_s: sample period, s.
-        config: force that tells contact.
     """
     width = max(1, round(_SMOOTH_S / period_s))
     known = np.nan_to_num(force_n)
     smooth = np.convolve(known, np.ones(width) / width, mode="same")
     least = round(_LEAST_S / period_s)
-    touching = lasting(closed(smooth > config.contact_force_n, least - 1), least)
+    touching = lasting(closed(smooth > CONTACT_FORCE_N, least - 1), least)
     labels = np.zeros(force_n.size, dtype=np.int8)
     margin = round(_MARGIN_S / period_s)
     for a, b in zip(*run_bounds(touching), strict=True):

@@ -331,4 +331,4 @@ def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[N
     force, _ = tool_force(series, robot, labels, config)
     if force is None:
         return labels, []
-    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s, config.phases), []
+    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s), []

@@ -13,6 +13,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import quantile_of
+from collaudit.core.prepare.phases import CONTACT_FORCE_N
 
 #: A force this many times the level that contact keeps below for 95 % of its time, and this much above it, stands out.
 _TIMES, _ABOVE_N = 1.5, 5.0
@@ -138,7 +139,7 @@ def found_finding(time_s: FloatArray, force_n: FloatArray, contact: BoolArray, c
     usual = f"what is usual in {_LEAST_FOUND} or more phases" if limit is None else f"force up to {limit:g} N"
     text = (
         f"{len(bounds)} contact phase{'' if len(bounds) == 1 else 's'} found where the tool's force exceeds "
-        f"{config.contact_force_n:g} N ({spans}; largest {force_n[top]:.3g} N at {time_s[top]:.4g} s). Nothing else "
+        f"{CONTACT_FORCE_N:g} N ({spans}; largest {force_n[top]:.3g} N at {time_s[top]:.4g} s). Nothing else "
         f"says that contact is intended: {usual} is taken as intended there, so a collision of the tool with no more "
         "cannot be seen. State in [phases] when contact is intended."
     )

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from collaudit.core.config.schema_detect import EvidenceConfig
-from collaudit.core.data.audit_result import PhaseSpan
 from collaudit.core.data.recommendation_result import FittedThresholds, RangeOfEvidence
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
@@ -131,45 +129,23 @@ _MORE_OFTEN, _REVERSAL_S = 3.0, 0.5
 _BY_CHANCE = 3
 
 
-def ranges_behind(
-    stated: Mapping[str, EvidenceConfig], fitted: FittedThresholds | None, auto: bool
-) -> dict[str, EvidenceConfig]:
-    """The ranges that count: of the configuration, and of the friction file where its thresholds are used.
-
-    Args:
-        stated: ``[detect.evidence]``.
-        fitted: thresholds of the friction file.
-        auto: whether they are the ones in use.
-    """
-    out: dict[str, EvidenceConfig] = {}
-    if auto and fitted is not None:
-        for joint, known in fitted.joints.items():
-            if known.evidence is not None:
-                r = known.evidence
-                out[joint] = EvidenceConfig(
-                    fastest_rad_s=r.fastest_rad_s,
-                    hardest_rad_s2=r.hardest_rad_s2,
-                    load_nm=(r.least_nm, r.most_nm),
-                    temperature_c=r.temperature_c,
-                    standing=r.standing > 0,
-                    reversals_per_h=r.reversals_per_h,
-                )
-    return out | dict(stated)
+def ranges_behind(fitted: FittedThresholds | None) -> dict[str, RangeOfEvidence]:
+    """The ranges that the thresholds of a friction file rest on, by joint."""
+    joints = {} if fitted is None else fitted.joints
+    return {joint: known.evidence for joint, known in joints.items() if known.evidence is not None}
 
 
 def range_findings(
     signals: Signals,
     period_s: float,
-    phases: tuple[PhaseSpan, ...],
     temperature_c: FloatArray | None,
-    ranges: Mapping[str, EvidenceConfig],
+    ranges: Mapping[str, RangeOfEvidence],
 ) -> list[Finding]:
     """One finding for each joint that leaves the range, with the shares of its judged time.
 
     Args:
         signals: of the judged log.
         period_s: sample period, s.
-        phases: of the run.
         temperature_c: (n, j) °C, or None.
         ranges: by joint.
     """
@@ -179,7 +155,7 @@ def range_findings(
         if joint not in ranges or not judged.any():
             continue
         celsius = None if temperature_c is None else temperature_c[:, j]
-        masks = _beyond(signals, j, period_s, phases, celsius, ranges[joint])
+        masks = _beyond(signals, j, period_s, celsius, ranges[joint])
         shares = {what: float(np.mean(mask[judged])) for what, mask in masks.items()}
         any_of = float(np.mean(np.logical_or.reduce(list(masks.values()))[judged]))
         if any_of < _SAID:
@@ -195,16 +171,11 @@ def range_findings(
 
 
 def _beyond(
-    signals: Signals,
-    j: int,
-    period_s: float,
-    phases: tuple[PhaseSpan, ...],
-    celsius: FloatArray | None,
-    known: EvidenceConfig,
+    signals: Signals, j: int, period_s: float, celsius: FloatArray | None, known: RangeOfEvidence
 ) -> dict[str, BoolArray]:
     """Masks (n,) of what lies beyond the range, by what it is."""
     velocity, load = signals.velocity_rad_s[:, j], signals.model_nm[:, j]
-    low, high = known.load_nm
+    low, high = known.least_nm, known.most_nm
     room = (_SLACK - 1.0) * max(high - low, 1e-9)
     with np.errstate(invalid="ignore"):
         masks: dict[str, BoolArray] = {
@@ -217,13 +188,10 @@ def _beyond(
             cold, warm = known.temperature_c
             masks[f"colder or warmer than {cold:.3g} to {warm:.3g} °C"] = (celsius < cold - 1) | (celsius > warm + 1)
     masks |= _reversing(velocity, period_s, known.reversals_per_h)
-    if not known.standing:
+    if known.standing == 0.0:
         masks["at rest, in slow motion or just after a reversal"] = np.asarray(
             signals.state[:, j] == State.FRICTION_INTERVAL
         )
-    other = {span.phase for span in phases} - set(known.phases) if known.phases else set()
-    for phase in sorted(other):
-        masks[f"in phase {phase}"] = signals.inside([(s.start_s, s.end_s) for s in phases if s.phase == phase])
     return masks
 
 

@@ -28,6 +28,10 @@ from collaudit.core.residual.torque_zero import TorqueZero, balanced_zero, follo
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05
+#: Above that speed a joint is judged until the doubt of its friction exceeds this share of it.
+MOST_DOUBT = 0.5
+#: How far friction is expected to be off its calibration: standard deviation, as a share.
+FRICTION_LEVEL_SD = 0.1
 #: Standard errors of the friction level that the threshold carries: 95 %.
 SIGMAS = 2.0
 
@@ -220,7 +224,7 @@ def _fill_joint(
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
     ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
     total -= ripple
-    sd = float(np.hypot(config.friction_level_sd, band.level_sd))
+    sd = float(np.hypot(FRICTION_LEVEL_SD, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
@@ -248,7 +252,7 @@ def _fill_joint(
         seen = ~(undecided | series.edge | balance.unsettled | series.saturated[:, j])
         shown = scatter_beyond(law, velocity, torque, seen, series.period_s)
         doubt = np.minimum(extrapolation_doubt(law, velocity), shown)
-        state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
+        state[beyond & ~(doubt <= MOST_DOUBT * np.abs(band.sliding_nm))] = State.TOO_FAST
         covered = extrapolation_doubt(law, np.clip(velocity, -fastest_rad_s, fastest_rad_s))
         doubt = np.maximum(doubt - covered, 0.0)
     if law.load is not None and load_nm is not None:

@@ -203,10 +203,10 @@ def _unnoticed(policy: PolicyConfig, joint: str, s: JointSensitivity, not_judged
     if asked is None:
         return None
     missed_s = s.motion_s * (1.0 - asked.share)
-    if asked.share < policy.min_observable and missed_s >= BRIEF_S:
+    if asked.share < policy.observable_share and missed_s >= BRIEF_S:
         return (
             f"Joint '{joint}': a torque of {asked.torque_nm:.3g} N·m would have alarmed in {100 * asked.share:.3g} % "
-            f"of its {seconds_text(s.motion_s)} of motion (policy: at least {100 * policy.min_observable:g} %)"
+            f"of its {seconds_text(s.motion_s)} of motion (policy: at least {100 * policy.observable_share:g} %)"
             f"{_up_to(s)}{_reasons(not_judged_s)}."
         )
     if asked.longest_unnoticed_s > policy.max_hidden_s:

@@ -91,8 +91,6 @@ def written_into(text: str, found: ArmRecommendation, robot: str | None = None) 
         detect.pop("n", None)
         detect["persistence_ms"] = round(1e3 * found.persistence_s, 6)
     _set(detect, found, gammas)
-    detect.pop("evidence", None)
-    detect.append("evidence", _evidence(found))
     return tomlkit.dumps(document)
 
 
@@ -113,23 +111,6 @@ def _table(gammas: Mapping[str, float]) -> Table:
     for joint, gamma in gammas.items():
         thresholds.append(_key(joint), gamma)
     return thresholds
-
-
-def _evidence(found: ArmRecommendation) -> Table:
-    ranges = tomlkit.table(is_super_table=True)
-    for joint, known in found.ranges.items():
-        warmth, reversals = known.temperature_c, known.reversals_per_h
-        stated = {
-            "fastest_rad_s": float(f"{known.fastest_rad_s:.4g}"),
-            "hardest_rad_s2": float(f"{known.hardest_rad_s2:.4g}"),
-            "load_nm": [float(f"{known.least_nm:.4g}"), float(f"{known.most_nm:.4g}")],
-            "phases": sorted(known.phases) or None,
-            "temperature_c": None if warmth is None else [float(f"{x:.4g}") for x in warmth],
-            "reversals_per_h": None if reversals is None else float(f"{reversals:.3g}"),
-            "standing": known.standing > 0,
-        }
-        ranges.append(_key(joint), tomlkit.item({name: x for name, x in stated.items() if x is not None}))
-    return ranges
 
 
 def _key(name: str) -> SingleKey:

@@ -204,25 +204,13 @@ def shortest_push_text(delay: DelayFacts) -> str:
 
 
 def detection_sections(result: AuditResult) -> tuple[Section, ...]:
-    """Other detectors, the controller's alarms and labels, scores against known events; what there is of them."""
+    """The controller's alarms and labels, scores against known events; what there is of them."""
     facts = result.detection
     if facts is None:
         return ()
-    detectors = tuple(
-        (
-            name,
-            str(len(other.collisions)),
-            str(other.near_misses),
-            delay_text(other.delay),
-            f"{other.delay.noise_gain:.2f}",
-        )
-        for name, other in facts.detectors.items()
-    )
-    head = ("detector", "alarms", "near misses", "delay", "noise gain")
     marks = tuple((mark_text(flag),) for flag in facts.flags)
     title = f"The controller's alarms and the log's labels ({len(marks)})"
     every = (
-        Section("Other detectors on this log", head, detectors),
         Section(title, ("mark",), marks),
         score_section(facts.scores),
     )

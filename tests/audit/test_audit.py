@@ -300,12 +300,14 @@ def test_degrees_taken_for_radians_are_not_judged(friction: FrictionFile) -> Non
 
 def test_motion_beyond_the_evidence_of_a_threshold_is_said(friction: FrictionFile) -> None:
     t, q, effort = swing()
-    slow = {"joint1": {"fastest_rad_s": 0.3, "hardest_rad_s2": 9.0, "load_nm": [-99.0, 99.0]}}
-    found = audit(as_log(t, q, effort), config(detect={"evidence": slow}), friction).result
+    assert friction.thresholds is not None
+    of_joint = friction.thresholds.joints["joint1"]
+    assert of_joint.evidence is not None, "the friction file keeps what its thresholds rest on"
+    slow = replace(of_joint, evidence=replace(of_joint.evidence, fastest_rad_s=0.3))
+    rested = replace(friction, thresholds=replace(friction.thresholds, joints={"joint1": slow}))
+    found = audit(as_log(t, q, effort), config(detect={"gamma_nm": "auto"}), rested).result
     (said,) = [f for f in found.findings if f.code == "evidence-range"]
     assert said.severity == "warning" and "faster than 0.3 rad/s" in said.text
-    assert friction.thresholds is not None
-    known = friction.thresholds.joints["joint1"].evidence
-    assert known is not None, "the friction file keeps what its thresholds rest on"
+    known = of_joint.evidence
     assert known.fastest_rad_s == pytest.approx(max(abs(v) for v in SPEEDS), rel=0.2)
     assert known.reversals > 0 and known.least_nm < known.most_nm

@@ -18,6 +18,7 @@ from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.detector_names import DETECTOR_NAMES
+from collaudit.core.config.schema import Config
 from collaudit.core.fitting import fit_logs
 from collaudit.core.provenance import make_provenance
 
@@ -54,7 +55,6 @@ def levels(data: Path, work: Path) -> Iterator[str]:
         tables: dict[str, object] = {
             "robot": {"urdf": str(data / "urdf" / urdf)},
             "log": log,
-            "detect": {"compare": others},
             "fit": {"estimate": ["friction"]},
         }
         config.write_text(tomlkit.dumps(tables), encoding="utf-8")
@@ -62,12 +62,17 @@ def levels(data: Path, work: Path) -> Iterator[str]:
         provenance = make_provenance(loaded, None, None)
         prepared = [prepare((data / name,), loaded) for name in names]
         friction = fit_logs(prepared, loaded.config, provenance)
-        result = audit_log(prepared[0], loaded.config, friction, provenance).result
-        assert result.detection is not None
-        for joint, stats in result.residual.items():
-            row = [stats.mean_abs_nm, *(facts.mean_abs_nm[joint] for facts in result.detection.detectors.values())]
+        configs = [with_detector(loaded.config, name) for name in ("direct", *others)]
+        results = [audit_log(prepared[0], config, friction, provenance).result for config in configs]
+        for joint in results[0].residual:
+            row = [result.residual[joint].mean_abs_nm for result in results]
             cells = " | ".join("–" if x is None else f"{x:.2f}" for x in row)
             yield f"| {title} | {joint.removesuffix('_joint').removeprefix('panda_')} | {cells} |"
+
+
+def with_detector(config: Config, name: str) -> Config:
+    """The configuration with another detector."""
+    return config.changed({"detect": config.detect.changed({"detector": name})})
 
 
 def main(arguments: list[str]) -> None:

@@ -77,7 +77,7 @@ def by_motion(robot: str, seed: int, cache: Path) -> Iterator[Row]:
     trace = motion(plan("free-clean", arm, model, rngs[0], SECONDS), arm, model, cache / f"{robot}-free60-{seed}.npz")
     log = logged(trace, arm, model, rngs[2])
     offset = true_offset(trace, arm, model, streams("free-clean", seed)[2])
-    config = Config.of({"fit": {"estimate": ["inertials"], "blocks": 2, "cad_sd": OFF / np.sqrt(3)}})
+    config = Config.of({"fit": {"estimate": ["inertials"], "blocks": 2}})
     file = described(arm, rngs[3], OFF, tool=True)
     found = identify([prepare(log, file, config)], config)
     assert found is not None

@@ -62,8 +62,8 @@ def plan_table(arm: FixtureRobot) -> str:
     """``[plan]`` of an arm: its start, and limits that its description lacks."""
     start = ", ".join(f'"{name}" = {at:g}' for name, at in zip(arm.joints, arm.home, strict=True))
     out = f"\n[plan]\nstart_rad = {{ {start} }}\ntable_z_m = -0.1\n"
-    for key, value in (("acceleration_rad_s2", 6.0), ("jerk_rad_s3", 120.0)):  # about those of the default sweep
-        out += f"{key} = {{ {', '.join(f'{name} = {value}' for name in arm.joints)} }}\n"
+    accelerations = ", ".join(f"{name} = 6.0" for name in arm.joints)  # about that of the default sweep
+    out += f"acceleration_rad_s2 = {{ {accelerations} }}\n"
     if arm.name == "paper6":
         speeds = ", ".join(f"{name} = 1.5" for name in arm.joints)
         ranges = ", ".join(f"{name} = [-2.6, 2.6]" for name in arm.joints)

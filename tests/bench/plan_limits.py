@@ -29,7 +29,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.parallel import use_threads
-from collaudit.core.plan.planning import PlanRequest, make_plan
+from collaudit.core.plan.planning import CLEARANCE_M, PlanRequest, make_plan
 from collaudit.fixtures.config import config_text
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
@@ -72,22 +72,20 @@ def random_settings(arm: FixtureRobot, rng: np.random.Generator) -> tuple[dict[s
     over: dict[str, object] = {
         "plan.table_z_m": table,
         "plan.start_rad": start,
-        "plan.clearance_m": float(rng.uniform(0.01, 0.05)),
     }
     if accelerated:
         over["plan.acceleration_rad_s2"] = {name: float(rng.uniform(0.5, 8.0)) for name in arm.joints}
-        over["plan.jerk_rad_s3"] = {name: float(rng.uniform(5.0, 200.0)) for name in arm.joints}
     left_out = tuple(name for name in arm.joints[1:] if rng.random() < 0.15)
     scale = float(rng.choice([1.0, rng.uniform(0.1, 1.0)]))
     minutes = float(rng.uniform(*SECONDS)) / 60.0
     return over, PlanRequest(minutes, None, left_out, scale, seed=int(rng.integers(1 << 30))), table
 
 
-def violations(found: dict[str, float], clearance_m: float, minutes: float) -> list[str]:
+def violations(found: dict[str, float], minutes: float) -> list[str]:
     """Limits that a plan breaks."""
     wrong = [key for key in ("low", "high") if found[key] < 0.0]
     wrong += [key for key in ("speed", "acceleration", "jerk", "torque") if found[key] > 1.0]
-    wrong += [key for key in ("apart", "above") if found[key] < clearance_m - 1e-9]
+    wrong += [key for key in ("apart", "above") if found[key] < CLEARANCE_M - 1e-9]
     return wrong + ["longer than asked"] * (found["duration"] > 60.0 * minutes)
 
 
@@ -102,9 +100,7 @@ def looked_at(arm: Arm, seed: int, number: int) -> dict[str, object]:
     except CollauditError as error:
         return row | {"refused": error.message}
     found = sampler.limits_used(plan, csv_text(plan, plan.robot.joint_names), table, 1500, earlier)
-    clearance = over["plan.clearance_m"]
-    assert isinstance(clearance, float)
-    return row | {"wrong": violations(found, clearance, request.minutes), "used": found}
+    return row | {"wrong": violations(found, request.minutes), "used": found}
 
 
 def planner_hash() -> str:

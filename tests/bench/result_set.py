@@ -40,7 +40,6 @@ FAULTS = (
     "two-publishers",
 )
 DETECTORS = ("direct", "momentum", "filtered", "eso", "energy")
-BESIDE = '--set \'detect.compare=["momentum","filtered","eso","energy"]\''
 CALIBRATED = "--set 'log.wrench_bias=\"calibrated\"'"
 KEPT = (".json", ".toml", ".txt", ".xml", ".md")
 
@@ -95,7 +94,7 @@ def on_simulated(robot: str) -> Iterator[Job]:
         yield Job(f"{robot}-{scenario}-everything", (f"{judged} {everything} -o run",))
         calibrated = f"{judged} --friction ../{robot}-fit/both.json {CALIBRATED} -o run"
         yield Job(f"{robot}-{scenario}-calibrated", (calibrated,))
-        alone = f"{judged} {BESIDE} -o run"
+        alone = f"{judged} -o run"
         yield Job(f"{robot}-{scenario}-alone", (alone, "recommend run --json", "recommend run"))
     for scenario in ("free-clean", "stop-go"):
         log = f"{at}-{scenario}.bag -c {at}-{scenario}.toml"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from camera_log import write_camera_log
 
-from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_settings, robots_of, stated_serials
+from collaudit.cli.fleet.robot_matching import LogTraits, robot_settings, robots_of, stated_serials
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.contacts.name_patterns import matches, program_of, runs_program
@@ -34,8 +34,7 @@ def _fleet(folder: Path, arm, text: str = FLEET) -> Path:
         (folder / "logs" / side).mkdir(parents=True)
         shutil.copyfile(arm.pushed, folder / "logs" / side / "night.csv")
     config = folder / "collaudit.toml"
-    config.write_text(f'{arm.config.read_text()}\n[fleet]\nfile = "robots.toml"\n', encoding="utf-8")
-    (folder / "robots.toml").write_text(text.format(friction=arm.friction), encoding="utf-8")
+    config.write_text(f"{arm.config.read_text()}\n{text.format(friction=arm.friction)}", encoding="utf-8")
     return config
 
 
@@ -131,13 +130,12 @@ def test_serials_of_mcap_and_bag_folder(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[fleet.robots.a]\nurdf = 'x'\n", "no rule tells which logs"),
-        ("[detect]\nn = 3\n[fleet.robots.a]\npaths = ['x']\n", "[detect]"),
+        ("[fleet.robots.a]\nconfig = 'x'\n", "no rule tells which logs"),
         ("[fleet.robots.a]\npaths = ['x']\nconfig = 'own.toml'\n", "common to the fleet"),
         ("[fleet.robots.a]\npath = ['x']\n", "did you mean paths?"),
     ],
 )
-def test_a_fleet_file_that_cannot_be_meant(text: str, said: str, arm, collaudit, tmp_path: Path) -> None:
+def test_a_fleet_that_cannot_be_meant(text: str, said: str, arm, collaudit, tmp_path: Path) -> None:
     config = _fleet(tmp_path, arm, text)
     (tmp_path / "own.toml").write_text("[fleet.robots.b]\npaths = ['y']\n")
     run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out")
@@ -181,7 +179,7 @@ def test_a_robots_own_file_states_what_differs_in_its_policy(tmp_path: Path) -> 
     text = "[policy]\nmax_near_misses_per_hour = 5\n[fleet.robots.lab]\npaths = ['lab/*']\nconfig = 'lab.toml'\n"
     (tmp_path / "night.toml").write_text(text + "[fleet.robots.hall]\npaths = ['hall/*']\n")
     common = load_config(tmp_path / "night.toml")
-    settings = robot_settings(common, {}, fleet_robots(common))
+    settings = robot_settings(common, {}, common.config.fleet.robots)
     policies = {name: one.config.policy for name, one in settings.items()}
     assert {name: (p.max_collisions, p.max_near_misses_per_hour) for name, p in policies.items()} == {
         "lab": (3, 5.0),

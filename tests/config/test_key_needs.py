@@ -35,23 +35,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "detect.observer_gain_per_s": (
         {"detect": {"observer_gain_per_s": 30.0}},
-        {"detect": {"observer_gain_per_s": 30.0, "compare": ["momentum"]}},
-    ),
-    "fit.gain_sd": (
-        {"fit": {"gain_sd": 0.1, "estimate": ["friction"]}},
-        {"fit": {"gain_sd": 0.1, "estimate": ["friction", "gain"]}},
-    ),
-    "fit.cad_sd": (
-        {"fit": {"cad_sd": 0.1, "estimate": ["friction", "gain"]}},
-        {"fit": {"cad_sd": 0.1, "estimate": "auto"}},
-    ),
-    "phases.contact_force_n": (
-        {"phases": {"contact_force_n": 5.0}},
-        {"phases": {"contact_force_n": 5.0, "find": "wrench"}},
-    ),
-    "policy.min_observable": (
-        {"policy": {"min_observable": 0.9}},
-        {"policy": {"min_observable": 0.9, "observable_nm": 5.0}},
+        {"detect": {"observer_gain_per_s": 30.0, "detector": "momentum"}},
     ),
 }
 

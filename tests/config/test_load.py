@@ -50,14 +50,10 @@ def test_byte_order_mark_is_accepted(tmp_path: Path) -> None:
         ("[[robot.dh]]\na = 1\n[[robot.dh]]\na = 'x'\n", [":4: robot.dh[1].a", 'found:    "x"']),
         ('[log.csv]\nposition = [1, "a"]\n', [":2: log.csv.position", "a list of whole numbers"]),
         (
-            "[detect.evidence.j1]\nfastest_rad_s = 1\nhardest_rad_s2 = 1\nload_nm = [0, 1]\nreversals_per_s = 2\n",
-            [": [detect.evidence] has no key 'reversals_per_s'", "did you mean reversals_per_h?"],
+            "[fleet.robots.j1]\npaths = ['x']\ngama_nm = 2\n",
+            [": [fleet.robots] has no key 'gama_nm'", "did you mean gamma_nm?"],
         ),
-        (
-            "[detect.evidence.j1]\nfastest_rad_s = -1\nhardest_rad_s2 = 1\nload_nm = [0, 1]\n",
-            ["detect.evidence.fastest_rad_s", "a number 0 or more"],
-        ),
-        ("[detect]\nevidence = 3\n", [":2: detect.evidence", "a table of name = a table"]),
+        ("[fleet]\nrobots = 3\n", [":2: fleet.robots", "a table of name = a table"]),
         ("[phases]\ncontact = [[4, 3]]\n", [":2: phases.contact: interval [4, 3] does not run forward"]),
         ("[detect]\ngamma_nm = nan\n", [":2: detect.gamma_nm", "found:    nan"]),
         ("[detect]\ngamma_nm = inf\n", [":2: detect.gamma_nm", "found:    inf"]),

@@ -21,13 +21,12 @@ CASES = {
     "an item of such an array": ('robot.gravity_m_s2 = ["a", 1, 2]', "robot.gravity_m_s2[0] has a value"),
     "a value under a name": ("[detect.gamma_nm]\nbase = 4\nelbow = -1", "detect.gamma_nm has a value"),
     "below a name": (
-        "[detect.evidence.b]\nfastest_rad_s = 1\nhardest_rad_s2 = -1\nload_nm = [0, 1]",
-        "detect.evidence.hardest_rad_s2 has a value",
+        "[fleet.robots.b]\npaths = ['x']\ngamma_nm = -1",
+        "fleet.robots.gamma_nm has a value",
     ),
-    "what is missing": ("[detect.evidence.a]\nfastest_rad_s = 1", "[detect.evidence] has no hardest_rad_s2"),
     "what a table states": ("[detect]\nn = 3\npersistence_ms = 20", "[detect] give either"),
     "what a table states of a key": ("[phases]\ncontact = [[3, 1]]", "phases.contact: interval"),
-    "not finite": ("[detect]\ncontroller_alarms_s = [1, nan, 2]", "detect.controller_alarms_s[1] has a value"),
+    "not finite": ("[robot]\nbase_rpy_deg = [1, nan, 2]", "robot.base_rpy_deg[1] has a value"),
     "a table that may be absent": ('[log.fields]\npositon = "q"', "[log.fields] has no key 'positon'"),
     "not finite where no key is": ("[detct]\ngamma_nm = inf", "the file has no key 'detct'"),
     "not finite where a table belongs": ("robot.dh = {a = nan}", "robot.dh has a value"),
@@ -100,8 +99,8 @@ def test_numbers_of_numpy_are_numbers_from_code() -> None:
     loaded = parse_config("", None, {"detect.gamma_nm": np.float64(3.5), "detect.true_events": ("a", "b")})
     assert type(loaded.config.detect.gamma_nm) is float
     assert loaded.config.detect.true_events == ["a", "b"]
-    with pytest.raises(ConfigError, match="controller_alarms_s"):
-        parse_config("", None, {"detect.controller_alarms_s": (1.0, float("nan"))})
+    with pytest.raises(ConfigError, match="base_rpy_deg"):
+        parse_config("", None, {"robot.base_rpy_deg": (1.0, float("nan"), 0.0)})
     loaded = parse_config("", None, {"robot.joints": list(np.array(["a", "b"])), "detect.n": np.int64(7)})
     assert (loaded.config.robot.joints, loaded.config.detect.n) == (["a", "b"], 7)
     loaded = parse_config("", None, {"robot.urdf": PurePosixPath("x/y"), "detect.gamma_nm": MappingProxyType({1: 2.0})})

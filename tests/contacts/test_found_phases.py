@@ -16,6 +16,7 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare import phases
 from collaudit.core.prepare.commanded_force import contact_torque
 from collaudit.core.prepare.phases import contact_mask, find_phases
 from collaudit.core.prepare.prepared import Prepared
@@ -31,7 +32,7 @@ def pushes(*sizes_n: float, lasting_s: float = 2.0) -> tuple[FloatArray, FloatAr
     force = np.full(time_s.size, 0.5)
     for k, size in enumerate(sizes_n, start=1):
         force[(time_s >= 10.0 * k) & (time_s < 10.0 * k + lasting_s)] = size
-    return time_s, force, contact_mask(find_phases(force, T, FIND))
+    return time_s, force, contact_mask(find_phases(force, T))
 
 
 @pytest.mark.parametrize("lasting_s", [0.6, 3.0])
@@ -107,8 +108,9 @@ def test_one_found_contact_of_a_log_is_judged_unless_its_force_is_stated(polishi
         assert said.excludes
 
 
-def test_no_force_is_commanded_where_no_contact_is_found(polishing: Path) -> None:
-    log = polished(polishing, contact_force_n=500.0)
+def test_no_force_is_commanded_where_no_contact_is_found(polishing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(phases, "CONTACT_FORCE_N", 500.0)
+    log = polished(polishing)
     assert log.contact_nm is not None
     assert not contact_mask(log.phases).any()
     assert not np.any(log.contact_nm)

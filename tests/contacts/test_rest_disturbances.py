@@ -75,7 +75,7 @@ def judged(torque: np.ndarray | float, counts: np.ndarray | float, allowed: int 
     q[tail] += np.asarray(counts) * COUNT
     v[tail] = np.gradient(q[tail], PERIOD)
     noise = np.random.default_rng(2).normal(0.0, NOISE_NM, q.size)
-    config = Config.of({**CONFIG, "policy": {"max_disturbed_at_rest": allowed, "min_observable": 0.0}})
+    config = Config.of({**CONFIG, "policy": {"max_disturbed_at_rest": allowed}})
     return audit_log(prepared(q, v, effort + noise), config, friction(), NOBODY).result
 
 

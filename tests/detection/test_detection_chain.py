@@ -17,6 +17,7 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import Audit, AuditResult, FrictionFile
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
 from collaudit.core.prepare.preparation import prepare as prepare_log
+from collaudit.core.residual import residual
 from collaudit.core.scoring.detection_score import JudgedResidual, score
 
 T = 0.002
@@ -61,19 +62,21 @@ def test_all_pushes_and_no_false_alarm(hits: Path, friction: FrictionFile, facto
     assert levels == pytest.approx([1 / factor] * 6, abs=0.05)
 
 
-def test_with_the_level_fixed_friction_off_its_calibration_costs_alarms(hits: Path, friction: FrictionFile) -> None:
+def test_with_the_level_fixed_friction_off_its_calibration_costs_alarms(
+    hits: Path, friction: FrictionFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The weakness that following the level cures, kept visible."""
-    settings = {"detect__friction_level": "fixed", "detect__friction_level_sd": 0.001}
-    assert missed_and_false(audited(hits, off(friction, 1 / 0.85), **settings), hits)[1] > 2
+    monkeypatch.setattr(residual, "FRICTION_LEVEL_SD", 0.001)
+    fixed = audited(hits, off(friction, 1 / 0.85), detect__friction_level="fixed")
+    assert missed_and_false(fixed, hits)[1] > 2
 
 
-def test_detectors_side_by_side(hits: Path, friction: FrictionFile) -> None:
-    found = audited(hits, friction, detect__compare=["momentum", "filtered", "eso", "energy"]).result
-    assert found.detection is not None
-    counts = {name: len(d.collisions) for name, d in found.detection.detectors.items()}
+def test_detectors_on_one_log(hits: Path, friction: FrictionFile) -> None:
+    names = ("direct", "momentum", "filtered", "eso", "energy")
+    counts = {name: len(audited(hits, friction, detect__detector=name).result.collisions) for name in names}
     for name in ("momentum", "filtered", "eso"):
-        assert abs(counts[name] - len(found.collisions)) <= 3
-    assert 3 <= counts["energy"] < len(found.collisions)
+        assert abs(counts[name] - counts["direct"]) <= 3
+    assert 3 <= counts["energy"] < counts["direct"]
 
 
 def test_a_filter_too_slow_for_the_persistence_is_said(hits: Path, friction: FrictionFile) -> None:
@@ -175,7 +178,7 @@ def test_phases_are_found_from_the_force() -> None:
     force = 0.3 * np.sin(7 * t) + 20.0 * ((t > 10) & (t < 25)) + 20.0 * ((t > 30) & (t < 30.1))
     force[(t > 15) & (t < 15.2)] = 0.0  # the tool lifts for an instant
     config = PhasesConfig(find="wrench", force_control=[(9.0, 24.0)])
-    labels = find_phases(np.abs(force), T, config)
+    labels = find_phases(np.abs(force), T)
     contact = t[labels == PHASES.index("contact")]
     assert (contact.min(), contact.max()) == pytest.approx((10.0, 25.0), abs=0.05)
     assert np.ptp(np.diff(contact)) < 1e-9, "one phase"

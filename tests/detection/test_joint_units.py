@@ -35,7 +35,7 @@ def test_an_audit_states_the_unit_of_each_joint() -> None:
         {
             "robot": dh_robot(rows, **LEVEL),
             "detect": {"gamma_nm": 7.0},
-            "policy": {"min_observable": 1.0, "observable_nm": 9.0},
+            "policy": {"observable_share": 1.0, "observable_nm": 9.0},
         }
     )
     t = PERIOD * np.arange(6000)

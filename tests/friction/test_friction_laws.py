@@ -116,28 +116,6 @@ def test_a_curve_no_law_knows_is_left_to_the_data_driven_one() -> None:
     assert any("only the curve" in text for text in fit.not_identifiable)
 
 
-@pytest.mark.parametrize("robust", ["huber", "bisquare"])
-def test_robust_fits_weigh_outliers_down_and_say_so(robust: str) -> None:
-    points = points_of("static-lugre", 0.03, 4)
-    spoilt = [
-        FrictionPoint(p.speed_rad_s, p.friction_nm + (3.0 if i in (7, 20) else 0.0), p.sd_nm, p.se_nm, "pair", 0, False)
-        for i, p in enumerate(points)
-    ]
-    plain = fit_friction(spoilt, UNITS, "static-lugre")
-    held = fit_friction(spoilt, UNITS, "static-lugre", robust)
-    truth = LAWS["static-lugre"].curve(TRUTH["static-lugre"], SPEEDS)
-    errors = []
-    for fit in (plain, held):
-        law = FrictionModel.of(fit)
-        assert law is not None
-        errors.append(float(np.sqrt(np.mean((law.torque(SPEEDS) - truth) ** 2))))
-    assert errors[1] < 0.05 < errors[0]
-    assert held.robust == robust
-    weights = [p.weight for p in held.points]
-    assert max(weights[7], weights[20]) < 0.1
-    assert np.median(weights) > 0.9
-
-
 def test_open_sides_are_named_with_the_motion_that_would_close_them() -> None:
     gone = {"A": 7.0, "B": 2.5, "C": 400.0, "D": 3.0}
     friction = LAWS["static-lugre"].curve(gone, SPEEDS)

@@ -21,12 +21,15 @@ from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD
 SPEEDS = (0.05, 0.1, 0.3, 0.8)
 
 
-def sections_of(position, velocity, **settings):  # type: ignore[no-untyped-def]
+def sections_of(position, velocity, **constants):  # type: ignore[no-untyped-def]
     t = PERIOD * np.arange(position.shape[0])
     effort = np.sin(37 * t)[:, None] * np.ones_like(position)
     names = [f"joint{i + 1}" for i in range(position.shape[1])]
     series = condition(make_log(t, position, velocity, effort, names), ConditioningConfig())
-    return series, find_sections(series, SectionsConfig(**settings))
+    with pytest.MonkeyPatch.context() as patched:
+        for name, value in constants.items():
+            patched.setattr(sections, name, value)
+        return series, find_sections(series, SectionsConfig())
 
 
 def test_each_cruise_is_one_section_of_its_speed() -> None:
@@ -60,13 +63,13 @@ def test_most_of_the_cruise_is_used() -> None:
     for section in found.sections:
         cruise = np.count_nonzero(np.isclose(v, section.velocity_rad_s, atol=1e-3))
         turning_s = REVERSAL_TRAVEL_RAD / abs(section.velocity_rad_s)  # friction is not that of sliding yet
-        assert len(section.span) > cruise - (turning_s + 2 * (SectionsConfig().settle_s + 0.1)) / PERIOD
+        assert len(section.span) > cruise - (turning_s + 2 * (sections.SETTLE_S + 0.1)) / PERIOD
 
 
 def test_a_short_cruise_loses_less_to_settling_than_a_long_one() -> None:
     for cruise_s, lost_s in ((0.32, 0.05), (0.6, 0.075), (3.0, 0.1)):
         q, v = strokes((0.2,), travel=0.1 * (cruise_s + 0.05))
-        whole, kept = (sections_of(q[:, None], v[:, None], settle_s=s)[1].sections for s in (0.0, 0.1))
+        whole, kept = (sections_of(q[:, None], v[:, None], SETTLE_S=s)[1].sections for s in (0.0, 0.1))
         assert len(whole) == len(kept) == 2
         for a, b in zip(whole, kept, strict=True):
             assert (b.span.start - a.span.start) * PERIOD == pytest.approx(lost_s, abs=0.02)
@@ -86,11 +89,11 @@ def test_moving_neighbours_are_marked() -> None:
 def test_every_rejection_has_its_reason() -> None:
     t = PERIOD * np.arange(5000)
     sine = 0.5 * np.sin(2 * np.pi * 0.5 * t)
-    _, found = sections_of(sine[:, None], np.gradient(sine, PERIOD)[:, None], min_duration_s=0.4)
+    _, found = sections_of(sine[:, None], np.gradient(sine, PERIOD)[:, None], MIN_DURATION_S=0.4)
     assert found.sections == ()
     assert found.rejected["joint1"].most_common(1)[0][0] == "speed not constant"
     q, v = strokes((0.8,), travel=0.2)
-    _, found = sections_of(q[:, None], v[:, None], min_duration_s=0.6)
+    _, found = sections_of(q[:, None], v[:, None], MIN_DURATION_S=0.6)
     assert found.sections == ()
     assert "too short" in found.rejected["joint1"]
 
@@ -117,7 +120,7 @@ def test_cruises_shorter_than_settling_are_rejected() -> None:
     q, v = strokes(SPEEDS)
     counts = []
     for settle_s in (0.05, 0.3, 0.5, 1.0, 5.0, 30.0):
-        _, found = sections_of(q[:, None], v[:, None], settle_s=settle_s)
+        _, found = sections_of(q[:, None], v[:, None], SETTLE_S=settle_s)
         counts.append(len(found.sections))
         assert all(len(s.span) * PERIOD >= 0.15 for s in found.sections)
     assert counts == sorted(counts, reverse=True)

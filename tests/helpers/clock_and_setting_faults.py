@@ -128,7 +128,6 @@ _SETTINGS: dict[str, list[object]] = {
     "policy.max_collisions": [5],
     "policy.observable_nm": [0.01, 1e6],
     "policy.min_coverage": [1.0],
-    "policy.min_observable": [1.0],
     "near_miss.amplitude": [0.01],
 }
 

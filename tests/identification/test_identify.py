@@ -11,7 +11,7 @@ from three_joints import ARMATURE, NAMES, arm, log_of, settings
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.motion_points import motion_points
-from collaudit.core.identification import inertial_parameters
+from collaudit.core.identification import estimate_choice, inertial_parameters, solved_problem
 from collaudit.core.identification.identification import identified_findings, identify
 from collaudit.core.identification.inertial_parameters import base_map
 from collaudit.core.prepare.calibration import Calibration
@@ -137,8 +137,11 @@ def test_a_joint_whose_gain_cannot_be_told_keeps_the_stated_one() -> None:
 
 
 @pytest.mark.parametrize(("gain_sd", "expected"), [(0.2, 1.3), (0.002, 1.0)])
-def test_a_stated_constant_is_believed_as_far_as_is_said(gain_sd: float, expected: float) -> None:
-    config = settings(fit={"estimate": ["gain"], "gain_sd": gain_sd}, log={"units": {"effort": "Nm"}})
+def test_a_stated_constant_is_believed_as_far_as_its_prior(
+    gain_sd: float, expected: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(solved_problem, "GAIN_SD", gain_sd)
+    config = settings(fit={"estimate": ["gain"]}, log={"units": {"effort": "Nm"}})
     found = identify([prepare(log_of(arm(settings()), np.ones(3) * 1.3), bare(config), config)], config)
     assert found is not None
     assert found.joints["joint2"].gain == pytest.approx(expected, rel=0.05)
@@ -328,7 +331,8 @@ def test_a_rotor_inertia_that_no_file_states_lies_in_its_interval() -> None:
 
 def test_acceleration_that_is_noise_takes_no_inertia_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stamps that scatter by 2 ms: what multiplies the noise of the second derivative is biased towards nothing."""
-    config = settings(fit={"estimate": ["inertials"], "cad_sd": 1.0})
+    monkeypatch.setattr(estimate_choice, "WIDTHS", (1.0,))
+    config = settings(fit={"estimate": ["inertials"]})
     truth = arm(config)
     log = log_of(truth, np.ones(3))
     late = 0.002 * np.random.default_rng(1).standard_normal((log.time_s.size, 1))

@@ -18,6 +18,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.opening import open_messages
+from collaudit.core.logs.storage import reading_bounds
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.topics.joint_states_topic import peek
 from collaudit.core.logs.topics.log_topics import topics_of
@@ -62,18 +63,21 @@ def test_small_files_stay_small_in_memory(bomb: Callable[[Path], Path], tmp_path
     assert "Traceback" not in done.stderr
 
 
-def test_the_bound_follows_the_file_and_can_be_raised(tmp_path: Path) -> None:
+def test_the_bound_follows_the_file_and_can_be_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = w.write_mcap(tmp_path / "log.mcap", w.motion(300, joints=3))
-    few = LogConfig.of({"limits": {"memory_gb": 0.2501}})
+    few = LogConfig.of({"memory_gb": 0.2501})
     with pytest.raises(LogError, match="more than a log of this size") as caught:
         read_log((path,), few, robot_joints=None)
-    assert "[log.limits] memory_gb" in caught.value.render()
+    assert "[log] memory_gb" in caught.value.render()
     assert read_log((path,), LogConfig(), robot_joints=None).time_s.size == 300
-    for key, value in (("messages", 100), ("columns", 5)):
-        with pytest.raises(LogError, match=key):
-            read_log((path,), LogConfig.of({"limits": {key: value}}), robot_joints=None)
-    tight = LogConfig.of({"limits": {"chunk_mb": 1e-4}})
-    assert "log-partial" in {f.code for f in describe((path,), tight).findings}
+    for bound, value in (("MOST_MESSAGES", 100), ("MOST_COLUMNS", 5)):
+        with monkeypatch.context() as lowered:
+            lowered.setattr(reading_bounds, bound, value)
+            with pytest.raises(LogError, match="more than a log of this size") as caught:
+                read_log((path,), LogConfig(), robot_joints=None)
+        assert f"at most {value}" in caught.value.render()
+    monkeypatch.setattr(reading_bounds, "CHUNK_BYTES", 100)
+    assert "log-partial" in {f.code for f in describe((path,), LogConfig()).findings}
 
 
 def test_a_look_at_joint_names_keeps_the_bounds(tmp_path: Path) -> None:

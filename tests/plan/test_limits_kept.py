@@ -56,7 +56,7 @@ def test_every_limit_is_kept_at_1_khz(tmp_path: Path, seed: int) -> None:
 
 
 def test_a_wall_and_a_table_are_kept_clear_of(tmp_path: Path) -> None:
-    box = "table_z_m = 0.1\nworkspace_min_m = [-0.5, -0.3, 0.0]\nworkspace_max_m = [1.0, 0.3, 1.5]\n"
+    box = "table_z_m = 0.1\nworkspace_m = [[-0.5, -0.3, 0.0], [1.0, 0.3, 1.5]]\n"
     plan = planned(tmp_path, box)
     assert checked(plan, 0.1)["above"] >= 0.02
     points = np.array(
@@ -117,8 +117,8 @@ def test_friction_that_is_not_known_is_never_counted_on_to_brake(tmp_path: Path)
         (("joint2 = 1.2, joint3 = -1.0", "joint2 = 3.2"), "start_rad"),
         (("joint2 = 1.2, joint3 = -1.0", "joint2 = -0.4, joint3 = 0.0"), "the table"),
         (("effort_limit_nm = 30", "effort_limit_nm = 0.5"), "hold its start"),
-        (("[plan]", "[plan]\nworkspace_min_m = [0, 0, 0]\nworkspace_max_m = [0.2, 0.2, 0.2]"), "workspace"),
-        (("[plan]", "[plan]\nworkspace_min_m = [0, 0, 0]"), "both of its corners"),
+        (("[plan]", "[plan]\nworkspace_m = [[0, 0, 0], [0.2, 0.2, 0.2]]"), "workspace"),
+        (("[plan]", "[plan]\nworkspace_m = [[0, 0, 0]]"), "workspace_m"),
         (("[plan]", "[plan]\ntorque_nm = { joint9 = 3.0 }"), "no such joint"),
     ],
 )

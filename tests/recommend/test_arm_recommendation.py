@@ -9,8 +9,7 @@ import pytest
 from plain_rule import collisions
 from residual_audits import audit_of, coloured
 
-from collaudit.core.config.schema_detect import EvidenceConfig
-from collaudit.core.data.audit_result import Audit, Collision, PhaseSpan, ResidualStats
+from collaudit.core.data.audit_result import Audit, Collision, ResidualStats
 from collaudit.core.recommend.arm_recommendation import recommend_arm
 from collaudit.core.recommend.evidence_range import range_findings
 
@@ -116,25 +115,14 @@ def moving(speed: float, seconds: float = 200.0) -> Audit:
     return audit_of(coloured(3, seconds), velocity_rad_s=velocity)
 
 
-def limits(audit: Audit) -> EvidenceConfig:
-    known = recommend_arm([audit]).ranges["joint1"]
-    return EvidenceConfig(
-        fastest_rad_s=known.fastest_rad_s,
-        hardest_rad_s2=known.hardest_rad_s2,
-        load_nm=(known.least_nm, known.most_nm),
-        phases=["free"],
-    )
-
-
 def test_a_log_beyond_the_evidence_is_told_so() -> None:
     slow, fast = moving(0.5), moving(1.0)
     known = recommend_arm([slow]).ranges["joint1"]
     assert known.fastest_rad_s == pytest.approx(0.5, rel=0.01)
     assert known.hardest_rad_s2 == pytest.approx(0.5 * np.pi / 2, rel=0.02)
     assert known.reversals == 99
-    stated = {"joint1": limits(slow)}
-    assert range_findings(slow.signals, 0.002, (), None, stated) == []
-    (found,) = range_findings(fast.signals, 0.002, (), None, stated)
+    assert range_findings(slow.signals, 0.002, None, {"joint1": known}) == []
+    (found,) = range_findings(fast.signals, 0.002, None, {"joint1": known})
     beyond = np.mean(np.abs(fast.signals.velocity_rad_s) > 1.05 * known.fastest_rad_s)
     assert found.code == "evidence-range" and found.severity == "warning" and found.joint == "joint1"
     assert f"{100 * beyond:.2g} % faster than" in found.text and "accelerated harder" in found.text
@@ -147,13 +135,12 @@ def test_reversals_far_more_often_than_in_the_evidence_are_told() -> None:
     turning = audit_of(coloured(3, 200.0), velocity_rad_s=(0.3 * np.sin(2 * np.pi * t))[:, None])
     known = recommend_arm([oneway]).ranges["joint1"]
     assert known.reversals == 0 and known.reversals_per_h == 0.0
-    stated = {"joint1": limits(oneway).changed({"reversals_per_h": known.reversals_per_h})}
-    assert range_findings(oneway.signals, 0.002, (), None, stated) == []
-    (found,) = range_findings(turning.signals, 0.002, (), None, stated)
+    assert range_findings(oneway.signals, 0.002, None, {"joint1": known}) == []
+    (found,) = range_findings(turning.signals, 0.002, None, {"joint1": known})
     assert found.severity == "warning"
     assert "100 % around reversals, 7,182 an hour where the evidence has 0" in found.text
-    often = {"joint1": stated["joint1"].changed({"reversals_per_h": 3000.0})}
-    assert range_findings(turning.signals, 0.002, (), None, often) == [], "less than three times as often"
+    often = {"joint1": replace(known, reversals_per_h=3000.0)}
+    assert range_findings(turning.signals, 0.002, None, often) == [], "less than three times as often"
 
 
 def test_noise_of_a_velocity_is_no_reversal() -> None:
@@ -177,12 +164,11 @@ def test_runs_know_the_temperature_of_their_evidence() -> None:
     assert recommend_arm([moving(0.5)]).ranges["joint1"].temperature_c is None
 
 
-def test_load_temperature_and_phase_have_ranges_too() -> None:
+def test_load_and_temperature_have_ranges_too() -> None:
     slow = moving(0.5)
     signals = replace(slow.signals, model_nm=np.asarray(slow.signals.model_nm) + 30.0)
-    known = limits(slow).changed({"temperature_c": (20.0, 30.0)})
+    known = replace(recommend_arm([slow]).ranges["joint1"], temperature_c=(20.0, 30.0))
     warm = np.full(signals.residual_nm.shape, 45.0)
-    contact = (PhaseSpan("contact", 0.0, 60.0),)
-    (found,) = range_findings(signals, 0.002, contact, warm, {"joint1": known})
-    for words in ("loaded beyond", "warmer than 20 to 30 °C", "30 % in phase contact"):
+    (found,) = range_findings(signals, 0.002, warm, {"joint1": known})
+    for words in ("loaded beyond", "warmer than 20 to 30 °C"):
         assert words in found.text

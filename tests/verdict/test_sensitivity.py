@@ -26,6 +26,7 @@ from collaudit.core.numeric.kernel import butterworth, first_order, identity
 from collaudit.core.prepare import guided_stretches
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
+from collaudit.core.residual import residual
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.verdict.noticed_push import Push, _height
 
@@ -269,9 +270,9 @@ def test_a_threshold_that_grows_never_makes_a_log_easier_to_pass(friction: Frict
 @pytest.mark.parametrize(
     ("policy", "verdict"),
     [
-        ({"observable_nm": 6.0, "min_observable": 0.5}, "pass"),
-        ({"observable_nm": 4.001, "min_observable": 0.95}, "not_judged"),
-        ({"observable_nm": 4.001, "min_observable": 0.0}, "pass"),
+        ({"observable_nm": 6.0, "observable_share": 0.5}, "pass"),
+        ({"observable_nm": 4.001, "observable_share": 0.95}, "not_judged"),
+        ({"observable_nm": 4.001, "observable_share": 0.01}, "pass"),
         ({"observable_nm": {"joint2": 15.0}, "max_hidden_s": 20.0}, "not_judged"),
         ({"observable_nm": {"joint2": 40.0}, "max_hidden_s": 20.0}, "pass"),
         ({"observable_n": {"tool": 15.0}}, "not_judged"),
@@ -333,20 +334,21 @@ def test_a_torque_asked_for_on_an_unknown_joint_is_an_error(friction: FrictionFi
 
 @pytest.mark.parametrize("seconds", [0.01, 0.2])
 def test_a_residual_above_the_threshold_in_motion_too_fast_to_judge_is_no_pass(
-    friction: FrictionFile, seconds: float
+    friction: FrictionFile, seconds: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Half of the pushes of an arm that runs faster than it was fitted were missed, and nothing was said."""
     t = PERIOD * np.arange(15_000)
     q = np.column_stack([0.5 * np.sin(1.9 * t), np.full_like(t, -0.5)])
-    blind = {"beyond_range": 0.0}
-    clean = audit(log_of(q), friction, detect=blind)
+    monkeypatch.setattr(residual, "MOST_DOUBT", 0.0)
+    clean = audit(log_of(q), friction)
     assert clean.coverage.joints["joint1"].not_judged_s["too-fast"] > 1.0
     quarter = np.pi / 2 / 1.9
     fast = 6 * 2 * quarter
     push = np.zeros_like(q)
     push[np.abs(t - fast) < seconds / 2, 0] = 12.0
-    pushed = audit(log_of(q, external=push), friction, detect=blind)
+    pushed = audit(log_of(q, external=push), friction)
     assert any("a contact may have been missed" in reason for reason in pushed.reasons) == (seconds > 0.1)
+    monkeypatch.undo()
     judged = audit(log_of(q, external=push), friction)
     assert "too-fast" not in judged.coverage.joints["joint1"].not_judged_s, "a raised threshold judges it"
     assert bool(judged.collisions) == (seconds > 0.1)

@@ -1,7 +1,7 @@
 """How much may come out of one log: bytes, messages, columns, and memory for its samples. Beyond that it is refused.
 
 A small file can honestly hold very much: 8 MB of zeros compressed are gigabytes. What is read is counted before memory
-is taken for it, against bounds that follow the size of the file and that the configuration can raise.
+is taken for it, against bounds that follow the size of the file.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from collaudit.core.config.schema_log import LimitsConfig
 from collaudit.core.errors import LogError
 
 #: Memory that a number of a joint takes until the log is judged (measured: 1.87 GB for 12.6 million samples of a joint
@@ -17,8 +16,10 @@ from collaudit.core.errors import LogError
 VALUE_BYTES, BASE_BYTES = 50, 250_000_000
 #: Memory for a log when the configuration states none: so many times the size of its files, within these bounds.
 MEMORY_TIMES, LEAST_MEMORY, MOST_MEMORY = 100, 1_000_000_000, 16_000_000_000
-#: What a file may always be decompressed into, bytes.
-FREE_BYTES = 256_000_000
+#: What a file may be decompressed into: so many times its size, and always so many bytes. A chunk of it, bytes.
+EXPANSION, FREE_BYTES, CHUNK_BYTES = 100, 256_000_000, 128_000_000
+#: Messages that are decoded, and numbers of one sample or columns of a table, at most.
+MOST_MESSAGES, MOST_COLUMNS = 200_000_000, 30_000
 #: Sets of joints on one topic; each takes memory of its own.
 MOST_LAYOUTS = 1000
 
@@ -26,35 +27,33 @@ MOST_LAYOUTS = 1000
 class ReadingBounds:
     """Counts what is read of one log; each method raises LogError where a bound is exceeded."""
 
-    def __init__(self, file_bytes: int, where: str, limits: LimitsConfig | None = None) -> None:
-        """``file_bytes``: of all files of the log; ``where``: what messages call it."""
-        self._limits = limits or LimitsConfig()
-        self._where, self._file_bytes = where, max(file_bytes, 1)
+    def __init__(self, file_bytes: int, where: str, memory_gb: float | None = None) -> None:
+        """``file_bytes``: of all files of the log; ``where``: what messages call it; ``memory_gb``: as is stated."""
+        self._where = where
         self.memory_bytes = min(max(MEMORY_TIMES * file_bytes, LEAST_MEMORY), MOST_MEMORY)
-        if self._limits.memory_gb is not None:
-            self.memory_bytes = int(self._limits.memory_gb * 1e9)
-        self.decoded_bytes = int(max(self._limits.expansion * file_bytes, FREE_BYTES))
-        self.chunk_bytes = int(self._limits.chunk_mb * 1e6)
+        if memory_gb is not None:
+            self.memory_bytes = int(memory_gb * 1e9)
+        self.decoded_bytes = max(EXPANSION * file_bytes, FREE_BYTES)
+        self.chunk_bytes = CHUNK_BYTES
         self._bytes = self._messages = self._values = 0
 
     @classmethod
-    def of(cls, files: Sequence[Path], where: str, limits: LimitsConfig | None = None) -> ReadingBounds:
+    def of(cls, files: Sequence[Path], where: str, memory_gb: float | None = None) -> ReadingBounds:
         """Bounds by the sizes of files."""
-        return cls(sum(file.stat().st_size for file in files), where, limits)
+        return cls(sum(file.stat().st_size for file in files), where, memory_gb)
 
     def take_bytes(self, count: int) -> None:
         """Bytes that come out of compression."""
         self._bytes += count
         if self._bytes > self.decoded_bytes:
             found, most = f"{self._bytes:,} bytes", f"{self.decoded_bytes:,}"
-            self._refuse("decompresses into", found, most, "expansion", 2 * self._bytes // self._file_bytes + 1)
+            self._refuse("decompresses into", found, most, "decompress it, and judge the larger file")
 
     def take_messages(self, count: int) -> None:
         """Messages that are decoded."""
         self._messages += count
-        if self._messages > self._limits.messages:
-            found, most = f"{self._messages:,} messages", f"{self._limits.messages:,}"
-            self._refuse("holds", found, most, "messages", 2 * self._messages)
+        if self._messages > MOST_MESSAGES:
+            self._refuse("holds", f"{self._messages:,} messages", f"{MOST_MESSAGES:,}", "split the recording")
 
     def take_values(self, rows: int, width: int) -> None:
         """Samples that are kept: ``rows`` of ``width`` numbers."""
@@ -63,12 +62,14 @@ class ReadingBounds:
         needed = BASE_BYTES + VALUE_BYTES * self._values
         if needed > self.memory_bytes:
             found = f"{self._values:,} numbers, which take about {needed / 1e9:.2g} GB"
-            self._refuse("holds", found, f"{self.memory_bytes / 1e9:.3g} GB", "memory_gb", 2 * int(needed // 1e9) + 1)
+            enough = f"state [log] memory_gb = {2 * int(needed // 1e9) + 1}"
+            self._refuse("holds", found, f"{self.memory_bytes / 1e9:.3g} GB", enough)
 
     def check_columns(self, count: int) -> None:
         """Numbers in a row."""
-        if count > self._limits.columns:
-            self._refuse("holds", f"{count:,} numbers in a sample", f"{self._limits.columns:,}", "columns", count)
+        if count > MOST_COLUMNS:
+            found = f"{count:,} numbers in a sample"
+            self._refuse("holds", found, f"{MOST_COLUMNS:,}", "keep the columns of the joints")
 
     def check_layouts(self, count: int) -> None:
         """Sets of joints on one topic."""
@@ -80,11 +81,11 @@ class ReadingBounds:
                 expected=f"at most {MOST_LAYOUTS:,}",
             )
 
-    def _refuse(self, verb: str, found: str, most: str, key: str, value: int) -> None:
+    def _refuse(self, verb: str, found: str, most: str, way: str) -> None:
         raise LogError(
             f"{verb} more than a log of this size is read for",
             where=self._where,
             found=found,
             expected=f"at most {most}",
-            hint=f"if the log is genuine, raise the bound: [log.limits] {key} = {value}",
+            hint=f"if the log is genuine, {way}",
         )

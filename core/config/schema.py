@@ -63,8 +63,7 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
     link_radius_m: Annotated[
         dict[str, Positive],
         about(
-            "Radius of the capsule that stands for the link which a joint moves, m; where absent and the description "
-            "has no shape, that of a body with the density of water."
+            "Radius of the capsule that stands for a joint's link, m; absent, that of a body with the density of water."
         ),
     ] = {}
     tool_tip_m: Annotated[
@@ -130,7 +129,7 @@ class RobotConfig(ConfigTable, frozen=True, kw_only=True):
         list[float | list[float]] | dict[str, float] | None,
         about(
             "For logs of the motors' side: motor angle per joint angle, in the order of `joints` or by name; "
-            "or a matrix R with q_motor = R q where motors turn several joints. Torques follow as Rᵀ tau_motor."
+            "or a matrix R with q_motor = R q, where motors turn several joints."
         ),
     ] = None
     joint_offset_rad: Annotated[
@@ -163,9 +162,8 @@ class ConditioningConfig(ConfigTable, frozen=True, kw_only=True):
     velocity: Annotated[
         Literal["auto", "logged", "position"],
         about(
-            "auto: the logged velocity of a joint, but the derivative of its position where the log has none, "
-            "where the two disagree, or where the logged one is late; logged: used in any case, and contradictions "
-            "are reported; position: always derived."
+            "auto: the logged velocity, or the derivative of the position where there is none, the two "
+            "disagree, or the logged one is late; logged and position: always that one."
         ),
     ] = "auto"
 
@@ -184,8 +182,7 @@ class FrictionConfig(ConfigTable, frozen=True, kw_only=True):
     model: Annotated[
         LawChoice,
         about(
-            "auto: the simplest law that predicts speeds left out of the fit within one standard error of "
-            "the best, and whose parameters the data determine."
+            "auto: the simplest law that predicts speeds left out of the fit, and whose parameters the data determine."
         ),
     ] = "auto"
     file: Annotated[Path | None, about("friction.json to judge with, relative to this configuration.")] = None
@@ -201,26 +198,24 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
     estimate: Annotated[
         Literal["auto"] | list[Literal["friction", "rotor", "gain", "inertials", "tool", "spring"]],
         about(
-            "What is identified. auto: friction alone, or with rotor inertia, a tool, or all inertials, whichever "
-            "predicts motion left out of the fit best (the simplest within one standard error); a torque by the angle "
-            "of a joint (spring, counterbalance, cable) where that shows one; gains too where the effort is a "
-            "current. What is found is carried in friction.json and used by detect."
+            "What is identified. auto: friction alone, or with rotor inertia, a tool, or all inertials, "
+            "whichever predicts motion left out of the fit best; springs where the motion shows one; gains "
+            "too where the effort is a current. What is found is carried in friction.json."
         ),
     ] = "auto"
     motion: Annotated[
         Literal["sections", "auto", "any"],
         about(
-            "What friction is estimated from: sections of constant velocity; any, that is arbitrary motion; or auto: "
-            "sections, and arbitrary motion for joints whose sections show too few distinct speeds, or too little of "
-            "the speeds they move at."
+            "What friction is estimated from: sections of constant velocity; any motion; or auto: sections, "
+            "and any motion for joints whose sections show too little of their speeds."
         ),
     ] = "auto"
     contact: Annotated[
         Literal["find", "labelled", "none"],
         about(
-            "Contact in the logs that are fitted. find: what is inconsistent with the rest is left out; labelled: what "
-            "`[detect] true_events` or a truth file marks is left out, and nothing else; none: the logs are stated to "
-            "be free of contact, nothing is left out, and what looks like contact is reported."
+            "Contact in the fitted logs. find: what is inconsistent with the rest is left out; labelled: "
+            "what `[detect] true_events` or a truth file marks; none: nothing, and what looks like contact "
+            "is reported."
         ),
     ] = "find"
     max_samples: Annotated[

@@ -33,10 +33,9 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     gamma_nm: Annotated[
         Positive | dict[str, Positive] | Literal["auto", "sharpest"],
         about(
-            "Threshold, N·m (N if prismatic); one number, or by joint, constant as stated. `auto`: between what motion "
-            "does by itself, as kept in the friction file, and what notices half of the force that the policy asks "
-            "for, at most twice the former; `sharpest`: what motion does by itself (without a friction file nothing is "
-            "judged)."
+            "Threshold, N·m (N if prismatic); one number, or by joint, constant as stated. `auto`: between "
+            "what motion does by itself, as kept in the friction file, and what notices half of the force "
+            "that the policy asks for; `sharpest`: what motion does by itself."
         ),
     ] = 4.0
     persistence_ms: Annotated[
@@ -58,8 +57,8 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     hand_guiding: Annotated[
         Literal["found", "off"],
         about(
-            "found: where a person moves the arm and its drives only hold its weight, nothing is judged "
-            "(finding `arm-guided`); off: such motion is judged like any other."
+            "found: where a person guides the arm (finding `arm-guided`) nothing is judged; off: it is "
+            "judged like any motion."
         ),
     ] = "found"
     true_events: Annotated[
@@ -118,8 +117,8 @@ class PhasesConfig(ConfigTable, frozen=True, kw_only=True):
     force_limit_n: Annotated[
         Positive | None,
         about(
-            "Largest tool force that is commanded, N; what exceeds it is judged. When absent: 1.5 times what "
-            "95 % of the contact stays below, and 5 N more; of contact that was found, from its other phases."
+            "Largest tool force that is commanded, N; what exceeds it is judged. When absent: what is usual "
+            "in the contact."
         ),
     ] = None
     approach: Annotated[list[Interval], about("No contact yet (t1).")] = []

@@ -122,8 +122,8 @@ class UnitsConfig(ConfigTable, frozen=True, kw_only=True):
     effort: Annotated[
         Literal["Nm", "A", "mA", "percent", "permille", "raw"],
         about(
-            "Nm; A or mA, which need `torque_constant_nm_per_a`; percent or permille of `rated_torque_nm`; or raw for "
-            "an unknown unit: friction can then be fitted in that unit, and nothing can be judged in N·m."
+            "A and mA need `torque_constant_nm_per_a`, percent and permille `rated_torque_nm`; raw is an "
+            "unknown unit: friction can be fitted in it, and nothing judged."
         ),
     ] = "Nm"
     torque_constant_nm_per_a: Annotated[dict[str, Positive], about("Joint torque per ampere, by joint, N·m/A.")] = {}
@@ -157,19 +157,13 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
     ] = None
     rate_hz: Annotated[
         Positive | None,
-        about(
-            "Messages of the joint states per second, where no stamp tells when they were taken: they are then spaced "
-            "evenly."
-        ),
+        about("Messages of the joint states per second, where no stamp tells when they were taken."),
     ] = None
     wrench: Annotated[str | None, about("Topic of the wrist force/torque sensor.")] = None
     wrench_frame: Annotated[str | None, about("Frame of the model the wrench is measured in.")] = None
     wrench_sign: Annotated[
         Literal[-1, 1],
-        about(
-            "+1 if the sensor reports the force that the robot exerts; -1 if it reports the force that acts "
-            "on the robot."
-        ),
+        about("+1: the force that the robot exerts; -1: the force that acts on it."),
     ] = 1
     wrench_bias: Annotated[
         Literal["estimate", "calibrated"] | Vec6,
@@ -181,10 +175,10 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
     effort_kind: Annotated[
         Literal["auto", "motor-current", "motor-torque", "joint-torque", "gravity-compensated", "external"],
         about(
-            "motor-current, motor-torque: of the drives, gear friction included; joint-torque: sensors behind the "
-            "gears, so that little friction hides external torque at rest; gravity-compensated: of the drives, less "
-            "gravity by the controller; external: an estimate of external torque, which is not judged; auto: "
-            "joint-torque for arms known to have sensors, else motor-torque, and a question where gravity is missing."
+            "motor-current, motor-torque: of the drives, gear friction included; joint-torque: sensors "
+            "behind the gears; gravity-compensated: of the drives, less gravity by the controller; external: "
+            "an estimate of external torque, which is not judged; auto: joint-torque for arms known to have "
+            "sensors, else motor-torque."
         ),
     ] = "auto"
     from_s: Annotated[

@@ -19,10 +19,7 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     ] = 0
     max_near_misses_per_hour: Annotated[
         NonNegative | None,
-        about(
-            "The audit fails if there are more near misses an hour than this, beyond the uncertainty of their count: "
-            "the lower 95 % bound of the rate, over all logs of a robot, exceeds it."
-        ),
+        about("The audit fails if the lower 95 % bound of the near misses an hour exceeds this."),
     ] = None
     max_disturbed_at_rest: Annotated[
         int,
@@ -54,8 +51,8 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     same_log: Annotated[
         Literal["refuse", "allow"],
         about(
-            "refuse: a log is not judged by friction and thresholds that were fitted on it alone, since what touched "
-            "the arm in it counts as friction there; allow: it is judged, and the verdict excludes that."
+            "refuse: a log is not judged by friction and thresholds that were fitted on it alone; allow: it "
+            "is, and the verdict excludes that."
         ),
     ] = "refuse"
     max_hidden_s: Annotated[
@@ -69,9 +66,9 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         float,
         Meta(ge=0, le=1),
         about(
-            "Least share of a watched joint's time in motion that could be judged, and of the log that must be "
-            "recorded with every watched joint's values; with less the log is not judged. Gaps and missing values "
-            "count as motion, unless the joint rested at one place before and after."
+            "Least share of a watched joint's time in motion that could be judged, and of the log that must "
+            "hold its values; with less the log is not judged. Gaps and missing values count as motion, "
+            "unless the joint rested at one place before and after."
         ),
     ] = 0.8
     max_fit_age_days: Annotated[
@@ -92,16 +89,17 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     known: Annotated[
         Literal["break", "allow"],
         about(
-            "break: a contact that earlier nights had, too, breaks the policy like a new one; allow: it does not, and "
-            "the verdict says so. One that is clearly harder, or comes back after a night without it, always breaks it."
+            "break: a contact that earlier nights had, too, breaks the policy like a new one; allow: the "
+            "verdict says it. One that is clearly harder, or comes back after a night without it, always "
+            "breaks it."
         ),
     ] = "break"
     other_files: Annotated[
         Literal["not_judged", "list", "ignore"],
         about(
-            "What files in a folder of logs do that are no logs by name: not_judged: each counts as not judged; list: "
-            "they are named only; ignore: not even that. What a recorder left behind, and archives that may hold "
-            "logs, always count as not judged."
+            "Files in a folder of logs that are no logs by name: not_judged: each counts as not judged; "
+            "list: they are named only; ignore: not even that. What a recorder left behind, and archives "
+            "that may hold logs, always count as not judged."
         ),
     ] = "not_judged"
 

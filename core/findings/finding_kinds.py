@@ -88,8 +88,8 @@ KINDS: dict[str, Kind] = {
         "Stamps ran backwards, so samples were sorted or go on after a break; or two clocks of the log do not go "
         "alike: the header's drifts, was set or tells simulated time, or a signal has no stamps of the clock that "
         "times the joints.",
-        "Synchronise the clocks of the machines that stamp and record, and keep them from being set while recording; "
-        "look for messages that overtake one another; or choose the other clock by [log] time.",
+        "Synchronise the clocks of the machines that stamp and record; look for messages that overtake one "
+        "another; or choose the other clock by [log] time.",
         _EITHER,
     ),
     "log-joints-missing": Kind(
@@ -120,10 +120,10 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "log-velocity": Kind(
-        "The logged velocity is not the derivative of the logged position, or the log has no usable one (none, none of "
-        "a joint, values missing, or one that a filter of the drive makes late) and it was derived from position.",
-        "Record the drive's unfiltered velocity, and check its unit and sign in [log.units]; [conditioning] velocity "
-        "chooses a source. Derived velocities are noisier, and friction near rest is less certain.",
+        "The logged velocity is not the derivative of the logged position, or the log has no usable one and it was "
+        "derived from position.",
+        "Record the drive's unfiltered velocity, and check its unit and sign in [log.units]; [conditioning] "
+        "velocity chooses a source. Derived velocities are noisier.",
         _EITHER,
         setting="log",
     ),
@@ -134,13 +134,12 @@ KINDS: dict[str, Kind] = {
         _JOINT,
     ),
     "not-measured": Kind(
-        "A signal is no measurement for a while. An effort stays at one extreme value, is constant or a straight line, "
-        "has less than its usual noise while the joint moves, or is the exact copy of another stretch; a position "
-        "repeats one value while the joint moves, or goes on further than a joint can move in a step; or the logger "
-        "repeated one sample.",
+        "A signal is no measurement for a while. An effort stays at one extreme value, is a straight line, loses "
+        "its noise in motion, or copies another stretch; a position stands still in motion, or jumps; or the "
+        "logger repeated a sample.",
         "Look at the sensor, the drive's limit or bus, or the logger; log gaps as gaps, and fill in nothing. The "
-        "stretch is not judged: a contact may hide there. The log is cut at a jump; a joint that jumps in more than "
-        "2 % of its steps is not judged at all.",
+        "stretch is not judged: a contact may hide there. A joint that jumps in more than 2 % of its steps is not "
+        "judged at all.",
         {"warning": "not-judged-part", "error": "not-judged-joint"},
     ),
     "arm-stopped": Kind(
@@ -160,9 +159,8 @@ KINDS: dict[str, Kind] = {
     "effort-filtered": Kind(
         "The efforts are smoothed on their way into the log, or no motion shows how far (what would have been noticed "
         "counts what a push loses); or they come in steps that are coarse against their own noise.",
-        "Log the drives' unfiltered effort, in finer steps. Alarms count as they are; contact shorter than the filter "
-        "may not show. A controller that yields looks the same in a log of little else than contact. Where no motion "
-        "shows it, let the log hold faster motion.",
+        "Log the drives' unfiltered effort, in finer steps. Alarms count as they are; contact shorter than the "
+        "filter may not show. Where no motion shows it, let the log hold faster motion.",
         _EXCLUDES,
     ),
     "effort-spikes": Kind(
@@ -177,16 +175,15 @@ KINDS: dict[str, Kind] = {
     ),
     "payload-changed": Kind(
         "The weight at the tool changes during the log in all poses alike (error), or comes and goes (warning).",
-        "Cut the log there, or judge what carries a load apart from what does not, each with its [robot.tool]; or look "
-        "for what pulled at the arm. Until then alarms may come from the load, and thresholds fitted on such motion "
-        "hold it.",
+        "Cut the log there, or judge what carries a load apart from what does not, each with its [robot.tool]; or "
+        "look for what pulled at the arm. Until then alarms may come from the load.",
         {"warning": "none", "error": "not-judged-part"},
     ),
     "log-nan": Kind(
         "Some values or stamps are missing: they are not numbers, such as no arm can have, or no times of the "
         "recording.",
-        "Look for the signal's gaps at its source, and at what writes values and stamps. A row without a stamp or the "
-        "position of every joint counts as lost, one without a watched joint's effort as a gap of what a pass needs.",
+        "Look for the gaps at the signal's source. A row without a stamp or the position of every joint counts as "
+        "lost, one without a watched joint's effort as a gap of what a pass needs.",
         _WARNING,
     ),
     "log-guessed": Kind(
@@ -213,9 +210,9 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "log-wrench": Kind(
-        "The wrench is missing, late or has an offset: none in the log though configured or needed by a contact phase, "
-        "or for a part of its time; its zero was taken from the log itself or from poses at rest, or drifts; it lags "
-        "or leads the motion; or it follows gravity, so its sign, its frame or the tool is not as stated.",
+        "The wrench is missing, for a part of the time or all of it; its zero was taken from the log itself or "
+        "from poses at rest, or drifts; it lags or leads the motion; or it follows gravity, so its sign, its frame "
+        "or the tool is not as stated.",
         "Record the wrench over the whole run, or correct [log] wrench or [log.csv] wrench: time that lacks a part of "
         "it counts as not judged. Check that nothing touched the tool when its zero was taken: [log] wrench_bias "
         'states it, or takes that of a fit: "calibrated". Where it drifts, zero or warm up the sensor before '
@@ -229,9 +226,8 @@ KINDS: dict[str, Kind] = {
         _EXCLUDES,
     ),
     "time-gap": Kind(
-        "Samples were lost, or a table holds several runs one after the other: gaps, across which nothing is filtered "
-        "or judged; stretches between gaps that are too short to be used; or many single samples, which were "
-        "interpolated.",
+        "Samples were lost, or a table holds several runs: gaps, across which nothing is filtered or judged; "
+        "stretches too short to be used; or many single samples, which were interpolated.",
         "Look for lost samples at the recorder. Gaps count against [policy] min_coverage. Runs of other robots or "
         "tools belong in files of their own.",
         _WARNING,
@@ -315,9 +311,9 @@ KINDS: dict[str, Kind] = {
         "none), lies above the joint's torque limit or its largest torque, or is large beside its torques; the "
         "persistence is longer than many contacts; or the detector's filter is slow, so that a push as long as n must "
         "exceed gamma by far.",
-        "Missing: fit again on a log without contact with at least 10 s of motion of each joint, or state gamma_nm. "
-        "Large: ask collaudit recommend; look for contact in the fit, a wrong scale, a missing tool. 25 ms of "
-        '[detect] persistence_ms are usual. Slow filter: raise [conditioning] bandwidth_hz, or detector = "direct".',
+        "Missing: fit again on a log without contact with at least 10 s of motion of each joint, or state "
+        "gamma_nm. Large: ask collaudit recommend; look for contact in the fit, a wrong scale, a missing tool. "
+        'Slow filter: raise [conditioning] bandwidth_hz, or detector = "direct".',
         {"info": "none", "warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
     ),
@@ -337,12 +333,12 @@ KINDS: dict[str, Kind] = {
         setting="fit.contact",
     ),
     "fit-exceeded": Kind(
-        "In the fitted motion a residual passes its own threshold, or automatic thresholds are several times those of "
-        "the friction file that this fit replaces: contact that was not recognised, motion that the model does not "
+        "In the fitted motion a residual passes its own threshold, or automatic thresholds are several times those "
+        "of the friction file that this fit replaces: unrecognised contact, motion that the model does not "
         "explain, or an arm that changed.",
-        "Judge the fitted log, and look at what alarms; find out what changed (the effort's scale or filter, a tool), "
-        'and keep the earlier file until then. If nothing touched the arm, state [fit] contact = "none": the '
-        "thresholds then cover it; and fit more motion at the speeds concerned.",
+        "Judge the fitted log, and look at what alarms; find out what changed (the effort's scale or filter, a "
+        'tool), and keep the earlier file until then. If nothing touched the arm, state [fit] contact = "none": '
+        "the thresholds then cover it.",
         _DOUBTS,
         setting="fit.contact",
     ),
@@ -350,7 +346,7 @@ KINDS: dict[str, Kind] = {
         "A joint's friction gives power, in a log or as a law that was fitted, or fits best when it falls below a "
         "bound: no joint has such friction, and contact in it may go unseen.",
         "Check mounting ([robot] base_rpy_deg), sign, delay and unit of the effort, and the robot's inertials, and "
-        "whether the arm was led by hand. A fit is held at the bound.",
+        "whether the arm was led by hand.",
         {"warning": "excludes-and-doubts"},
     ),
     "friction-same-log": Kind(
@@ -367,8 +363,8 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes"},
     ),
     "residual-position": Kind(
-        "The residual repeats at the same positions: a spring, a cable, joints that yield, a weight that is wrong, "
-        "or a contact that is made at the same place each time.",
+        "The residual repeats at the same positions: a spring, a cable, joints that yield, a wrong weight, or a "
+        "contact at one place.",
         'Correct masses and tool ([fit] estimate = ["friction", "inertials"]); look for what pulls on the joint. '
         "Alarms at these positions are in doubt.",
         _LEVEL,

@@ -27,7 +27,7 @@ from user_guide.man_pages import man_pages
 from user_guide.output_schemas import output_schema_texts
 from user_guide.result_schemas import schema_texts
 from user_guide.room_picture import ROOMS, picture
-from user_guide.who_sets import who_sets
+from user_guide.who_sets import WHO_SETS
 
 
 def pages() -> dict[str, str]:
@@ -74,7 +74,7 @@ def config_page() -> str:
     ]
     tables = [key for key in all_keys() if key.table is not None]
     for key in tables:
-        lines += ["", f"## `{header(key)}`", "", f"{meaning(key)} Set by {who_sets(key.dotted)}", ""]
+        lines += ["", f"## `{header(key)}`", "", f"{meaning(key)} Set by {WHO_SETS[key.dotted]}", ""]
         assert key.table is not None
         rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
         lines += [_config_row(row) for row in rows]
@@ -115,17 +115,17 @@ def commands_page() -> str:
         "# Commands",
         "",
         "`collaudit COMMAND --help` explains the everyday options, `--help --more` all, and so do the manual pages",
-        "([`man/`](man/)). Here stand examples, purpose and the names of all options.",
+        "([`man/`](man/)). Here stand examples, purpose and the names of all options; what `simulate` can make, its",
+        "help lists. Exit codes: [Nights](fleet.md#what-the-exit-codes-mean).",
         "",
         "_Generated from the commands by `make docs`._",
     ]
     top = click.Context(collaudit, info_name="collaudit")
-    lines += ["", "```text", help_text(""), "```"]
     for name in collaudit.summaries:
         command = collaudit.get_command(top, name)
         assert command is not None
         options = [f"`{max(param.opts, key=len)}`" for param in command.params if param.param_type_name == "option"]
-        shown = help_text(name).partition("\n\nOptions:\n")[0]
+        shown = re.split(r"\n\n(?:Options|  Scenarios):\n", help_text(name))[0]
         lines += ["", f"## collaudit {name}", "", "```text", shown, "```", "", f"Options: {', '.join(options)}."]
     return "\n".join(lines) + "\n"
 
@@ -143,10 +143,10 @@ def help_text(name: str) -> str:
 
 
 def _config_row(key: Key) -> str:
-    default, by = default_text(key), who_sets(key.dotted)
-    shown = {"absent": "", "required": ", required"}.get(default, f", default `{default}`")
-    words = f"{meaning(key)} Set by {by}" if by else meaning(key)
-    return f"- `{key.path[-1]}` ({value_text(key)}{shown}): {words}".replace("\n", " ")
+    default = default_text(key)
+    shown = {"absent": "", "{}": "", "[]": "", "required": ", required"}.get(default, f", default `{default}`")
+    accepts = value_text(key).replace('" or "', '", "').replace("a table of name = ", "by name: ")
+    return f"- `{key.path[-1]}` ({accepts}{shown}): {meaning(key)}".replace("\n", " ")
 
 
 def _finding_row(code: str, kind: Kind) -> str:

@@ -171,9 +171,11 @@ config_option = all_of(
         True,
     ),
 )
-#: Which robot and which signals, and how logs are read.
+#: Which robot.
+urdf_option = _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model.")
+#: Which robot, and which part of a log.
 robot_options = all_of(
-    _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model."),
+    urdf_option,
     _flag("--from", "log.from_s", float, "S", "Judge the log from here on only, s from its first sample."),
     _flag("--to", "log.to_s", float, "S", "Judge it up to here only."),
 )

@@ -10,7 +10,7 @@ import click
 
 from collaudit.cli.console import note, print_findings, say, say_object
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, given_paths, load_settings, overrides, robot_options
+from collaudit.cli.settings import config_option, given_paths, load_settings, overrides, urdf_option
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the configuration, its findings, what is missing.")
 @config_option
-@robot_options
+@urdf_option
 def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bool) -> int:
     """Write a commented configuration for a log: topic, joint names, units, robot, rule.
 

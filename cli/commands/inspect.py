@@ -9,7 +9,7 @@ import click
 from collaudit.cli.console import note, print_findings, progress, say, say_object, terminal_width
 from collaudit.cli.exit_codes import forbidding
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.cli.settings import config_option, load_settings, urdf_option
 from collaudit.core.api import LogFiles, find_logs, open_log, prepare
 from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
@@ -30,7 +30,7 @@ from collaudit.core.logs.topics.field_paths import fields_line
 @click.option("-v", "--verbose", is_flag=True, help="Print facts, too: what was chosen, and leaves nothing to do.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @config_option
-@robot_options
+@urdf_option
 def command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
     """Show what is in a log: topics, types, joints, rates, gaps, units as understood, findings.
 

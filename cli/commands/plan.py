@@ -22,8 +22,8 @@ def _names(_context: click.Context, _param: click.Parameter, text: str | None) -
 @example_command(
     "plan",
     "collaudit plan friction.json -c collaudit.toml -o plan/",
-    "collaudit plan run.mcap -c collaudit.toml -o plan/ --minutes 5 --exclude joint6",
-    "collaudit plan out/*/ -c collaudit.toml -o plan/ --gamma 4 --per-hour 0.01",
+    "collaudit plan run.mcap -c collaudit.toml -o plan/ --minutes 5",
+    "collaudit plan out/*/ -c collaudit.toml -o plan/ --gamma 4",
     "collaudit plan -c collaudit.toml -o plan/ --joints joint1,joint2 --speed-scale 0.3",
     "collaudit fit planned.mcap -c collaudit.toml --plan plan/plan.json -o friction.json",
 )
@@ -38,23 +38,13 @@ def _names(_context: click.Context, _param: click.Parameter, text: str | None) -
 @click.option(
     "--joints", callback=_names, metavar="NAMES", help="Joints to move, separated by commas; all when absent."
 )
-@click.option("--exclude", callback=_names, metavar="NAMES", help="Joints that stay where they are.")
 @click.option(
     "--speed-scale", type=click.FloatRange(min=0.01, max=1.0), default=1.0, show_default=True,
     help="Share of the highest speeds; accelerations shrink by its square, jerks by its cube.",
 )  # fmt: skip
 @click.option(
-    "--half-width", type=click.FloatRange(min=0.1, max=100.0), default=2.0, show_default=True, metavar="PERCENT",
-    help="Half width of a friction parameter that is enough.",
-)  # fmt: skip
-@click.option(
-    "--per-hour", type=click.FloatRange(min=0.0, min_open=True), default=1e-3, show_default=True,
-    help="False alarms of the whole arm per hour that the clean hours are for.",
-)  # fmt: skip
-@click.option(
     "--gamma", type=click.FloatRange(min=0.0, min_open=True), metavar="NM", help="Threshold to have clean hours for."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Same seed, same plan.")
 @click.option("--json", "as_json", is_flag=True, help="Print plan.json instead of a table.")
 @config_option
 def command(
@@ -62,12 +52,8 @@ def command(
     output: Path,
     minutes: float,
     joints: tuple[str, ...],
-    exclude: tuple[str, ...],
     speed_scale: float,
-    half_width: float,
-    per_hour: float,
     gamma: float | None,
-    seed: int,
     as_json: bool,
 ) -> int:
     """Plan a motion that would settle what logs so far leave open, within hard limits.
@@ -92,7 +78,7 @@ def command(
 
     loaded = load_settings()
     friction, audits = _known(inputs, loaded)
-    request = PlanRequest(minutes, joints or None, exclude, speed_scale, half_width / 100.0, per_hour, gamma, seed)
+    request = PlanRequest(minutes, joints or None, speed_scale=speed_scale, gamma_nm=gamma)
     with progress("planning") as report:
         plan = make_plan(loaded, friction, audits, request, make_provenance(loaded, None, None), report)
     by_model = {model: log for log, model in loaded.config.log.joint_names.items()}

@@ -12,7 +12,7 @@ import click
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import contact_options
-from collaudit.cli.settings import config_option, load_settings, overrides, robot_options, rule_options
+from collaudit.cli.settings import config_option, load_settings, overrides, rule_options
 from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
@@ -66,7 +66,6 @@ DEFAULT_PER_HOUR = 0.1
 )
 @contact_options
 @config_option
-@robot_options
 @rule_options
 def command(
     inputs: tuple[str, ...],

@@ -16,8 +16,7 @@ from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Keep the result as JSON.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of the simulated logs.")
-@click.option("--keep", type=click.Path(path_type=Path), metavar="DIR", help="Keep the simulated logs there.")
-def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) -> int:
+def command(output: Path | None, as_json: bool, seed: int) -> int:
     """Simulate logs whose truth is known, audit them on this machine, and compare.
 
     Friction curves, pushes and their delay, clean motion without alarms, the same audit from every log
@@ -35,7 +34,7 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
         note(HINT)
     note("simulating and auditing known-truth logs (a minute or two) …")
     with TemporaryDirectory(prefix="collaudit-selftest-") as scratch, progress("selftest") as report:
-        result = run_selftest(keep or Path(scratch), seed=seed, progress=report)
+        result = run_selftest(Path(scratch), seed=seed, progress=report)
     text = json_text(result)
     if output is not None:
         atomic_write(output, text)

@@ -20,9 +20,8 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 @click.argument("store", metavar="STORE")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Also write the page with plots.")
 @click.option("--robot", "robots", multiple=True, metavar="NAME", help="Only this robot; may be given several times.")
-@click.option("--since", metavar="NIGHT", help="Only nights from this date on, such as 2026-09-01.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: every night of every joint.")
-def command(store: str, output: Path | None, robots: tuple[str, ...], since: str | None, as_json: bool) -> int:
+def command(store: str, output: Path | None, robots: tuple[str, ...], as_json: bool) -> int:
     """Show each joint over the nights: whether it was tested, contacts, level of the residual, gamma, friction.
 
     A night without a tested log is no quiet night: the table counts both. Nothing is extrapolated, and no change is
@@ -40,7 +39,7 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], since: str
     with progress("reading the store"):
         rows = ResultStore(store).rows()
     _check(robots, {row.robot for row in rows})
-    rows = [row for row in rows if (not robots or row.robot in robots) and (since is None or row.night >= since)]
+    rows = [row for row in rows if not robots or row.robot in robots]
     joints = joint_nights(rows)
     if output is not None:
         from collaudit.reports.files.atomic import atomic_write

@@ -40,7 +40,6 @@ class PlanRequest:
     Attributes:
         minutes: the motion is no longer.
         joints: to move; None for all.
-        exclude: joints that stay where they are.
         speed_scale: share of the highest speeds.
         target: half width, as a share of a friction parameter, that is enough.
         per_hour: false alarms of the arm for the clean hours.
@@ -50,7 +49,6 @@ class PlanRequest:
 
     minutes: float = 10.0
     joints: tuple[str, ...] | None = None
-    exclude: tuple[str, ...] = ()
     speed_scale: float = 1.0
     target: float = 0.02
     per_hour: float = 1e-3
@@ -209,13 +207,10 @@ def _around(settings: LoadedConfig) -> Surroundings:
 
 
 def _joints(robot: RobotModel, request: PlanRequest) -> list[int]:
-    for where, names in (("--joints", request.joints or ()), ("--exclude", request.exclude)):
-        for name in names:
-            if name not in robot.joint_names:
-                raise unknown_name("the robot has no such joint", where, name, robot.joint_names)
-    moved = [n for n in request.joints or robot.joint_names if n not in request.exclude]
-    if not moved:
-        raise ConfigError("no joint is left to move", where="--joints, --exclude")
+    moved = request.joints or robot.joint_names
+    for name in moved:
+        if name not in robot.joint_names:
+            raise unknown_name("the robot has no such joint", "--joints", name, robot.joint_names)
     return sorted(robot.joint_names.index(name) for name in moved)
 
 

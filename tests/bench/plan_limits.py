@@ -75,10 +75,10 @@ def random_settings(arm: FixtureRobot, rng: np.random.Generator) -> tuple[dict[s
     }
     if accelerated:
         over["plan.acceleration_rad_s2"] = {name: float(rng.uniform(0.5, 8.0)) for name in arm.joints}
-    left_out = tuple(name for name in arm.joints[1:] if rng.random() < 0.15)
+    moved = tuple(name for k, name in enumerate(arm.joints) if k == 0 or rng.random() >= 0.15)
     scale = float(rng.choice([1.0, rng.uniform(0.1, 1.0)]))
     minutes = float(rng.uniform(*SECONDS)) / 60.0
-    return over, PlanRequest(minutes, None, left_out, scale, seed=int(rng.integers(1 << 30))), table
+    return over, PlanRequest(minutes, moved, scale, seed=int(rng.integers(1 << 30))), table
 
 
 def violations(found: dict[str, float], minutes: float) -> list[str]:

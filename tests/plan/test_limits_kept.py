@@ -94,8 +94,8 @@ def test_the_time_of_a_program_is_that_of_its_longest_pairs() -> None:
     assert program_s([[4.0, 2.0, 6.0], [5.0, 5.0]]) == 6.0 + 5.0 + 2.0
 
 
-def test_excluded_joints_stay(tmp_path: Path) -> None:
-    plan = planned(tmp_path, request=PlanRequest(minutes=0.5, exclude=("joint1",)))
+def test_joints_that_are_not_named_stay(tmp_path: Path) -> None:
+    plan = planned(tmp_path, request=PlanRequest(minutes=0.5, joints=("joint2", "joint3")))
     assert np.ptp(plan.motion.q[:, 0]) == 0.0
     assert np.ptp(plan.motion.q[:, 1]) > 0.1
 

@@ -111,7 +111,6 @@ def test_six_joints_get_a_script_that_ends_where_the_arm_is_not_at_the_start(tmp
     [
         (["nowhere.json"], "nowhere.json"),
         (["--joints", "joint7"], "no such joint"),
-        (["--exclude", "joint1,joint2"], "no joint is left"),
     ],
 )
 def test_bad_input_is_said_and_writes_nothing(

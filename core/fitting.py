@@ -26,7 +26,7 @@ from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, other_detectors
+from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds
 from collaudit.core.recommend.held_out_residual import FrictionCovariates, held_out_residuals
 from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.detection_score import TruthFile
@@ -39,7 +39,6 @@ def fit_logs(
     provenance: Provenance,
     truth: Sequence[TruthFile | None] = (),
     progress: Progress | None = None,
-    detectors: bool = True,
 ) -> FrictionFile:
     """Fit the friction of every judged joint from one or several logs, and identify what else was asked for.
 
@@ -49,7 +48,6 @@ def fit_logs(
         provenance: versions and hashes.
         truth: for each log a file of its contacts, which are left out; None where there is none.
         progress: called with steps done and in all.
-        detectors: whether thresholds are told for other detectors than the configured one, too.
 
     Raises:
         NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
@@ -73,8 +71,6 @@ def fit_logs(
     residuals = held_out_residuals(known, arm, taken, covariates, config, stage(progress, 0.65, 0.95))
     corrections = corrections_that_help(residuals, settled.corrections)
     thresholds = fitted_thresholds(residuals, arm.fits, config)
-    if residuals and detectors:
-        thresholds = replace(thresholds, others=other_detectors(arm, thresholds, config))
     stage(progress, 0.95, 1.0)(1, 1)
     findings = [
         f

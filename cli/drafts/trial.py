@@ -148,7 +148,7 @@ def _own_fit(
         fit = loaded.config.fit
         quick = fit.changed({"max_samples": min(fit.max_samples, _SAMPLES), "blocks": min(fit.blocks, _FOLDS)})
         config = loaded.config.changed({"fit": quick})
-        fitted = fit_logs([prepared], config, origin, progress=report, detectors=False)
+        fitted = fit_logs([prepared], config, origin, progress=report)
     except CollauditError as error:
         return error
     return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None

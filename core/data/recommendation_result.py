@@ -184,11 +184,6 @@ class PlaceForce:
     exerted_n: float | None
 
 
-def detector_key(name: str, causal: bool) -> str:
-    """Name of a detector in one of its forms."""
-    return f"{name}, {'causal' if causal else 'offline'}"
-
-
 @dataclass(frozen=True, slots=True)
 class FittedThresholds:
     """What ``gamma_nm = "auto"`` and ``"sharpest"`` stand on.
@@ -197,14 +192,12 @@ class FittedThresholds:
         detector: whose residual it was found on.
         causal: whether it was computed causally.
         joints: by name.
-        others: of the other detectors (:func:`detector_key`) by joint the factor on the levels.
         forces: by place of the arm.
     """
 
     detector: str
     causal: bool
     joints: dict[str, JointThreshold] = field(default_factory=dict)
-    others: dict[str, dict[str, float]] = field(default_factory=dict)
     forces: dict[str, PlaceForce] = field(default_factory=dict)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
@@ -16,7 +15,6 @@ from collaudit.core.data.recommendation_result import (
     MotionLevels,
     PlaceForce,
     ThresholdLevel,
-    detector_key,
 )
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule_settings import stated_persistence
@@ -151,22 +149,8 @@ def usable_thresholds(
     name, causal = config.detect.detector, config.detect.causal
     if (thresholds.detector, thresholds.causal) == (name, causal):
         return thresholds, None
-    factors = thresholds.others.get(detector_key(name, causal), {})
-    if not factors:
-        return None, f"the friction file has no thresholds for {detector_key(name, causal)} (fit again)"
-    joints = {joint: _scaled(one, factors[joint]) for joint, one in thresholds.joints.items() if joint in factors}
-    most = max(factors.values())
-    forces = {
-        place: replace(one, level_n=None if one.level_n is None else most * one.level_n)
-        for place, one in thresholds.forces.items()
-    }
-    return FittedThresholds(name, causal, joints, forces=forces), None
-
-
-def _scaled(known: JointThreshold, factor: float) -> JointThreshold:
-    """The levels of another detector."""
-    levels = tuple(replace(level, gamma_nm=factor * level.gamma_nm) for level in known.levels)
-    return replace(known, levels=levels, rest_nm=factor * known.rest_nm)
+    form = "causal" if causal else "offline"
+    return None, f"the friction file's thresholds are of another detector than {name}, {form}: fit again with this one"
 
 
 def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel | None:

@@ -7,30 +7,23 @@ from math import inf
 
 import numpy as np
 
-from collaudit.core.config.detector_names import DETECTOR_NAMES
-from collaudit.core.config.schema import Config, DetectConfig
+from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.recommendation_result import (
     FittedThresholds,
     JointThreshold,
     PlaceForce,
     ThresholdLevel,
-    detector_key,
 )
-from collaudit.core.data.signals import State
 from collaudit.core.detection.rule_reach import known_limits
 from collaudit.core.detection.rule_settings import stated_persistence
-from collaudit.core.errors import ConfigError
-from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.joint_fits import friction_models
-from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, null_tail
+from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of
-from collaudit.core.recommend.held_out_residual import HeldOutResidual, residual_by
+from collaudit.core.recommend.held_out_residual import HeldOutResidual
 from collaudit.core.recommend.null_level import NullEvidence, motion_levels, rest_level
 from collaudit.core.robot.alarming_force import alarming_forces
 from collaudit.core.robot.arm_places import Place, arm_places, exerted_force
@@ -189,78 +182,3 @@ def _falling(levels: list[ThresholdLevel]) -> tuple[ThresholdLevel, ...]:
             out.append(level)
             lowest = level.gamma_nm
     return tuple(out)
-
-
-#: Time that is looked at, s.
-_LOOKED_S = 60.0
-
-
-def other_detectors(whole: ArmFit, thresholds: FittedThresholds, config: Config) -> dict[str, dict[str, float]]:
-    """By detector, and by joint, the factor on the thresholds that were found.
-
-    Args:
-        whole: the fit.
-        thresholds: of the configured detector.
-        config: says that detector.
-    """
-    known = [joint for joint, one in thresholds.joints.items() if one.levels]
-    if not known:
-        return {}
-    log = _most_motion(whole.logs)
-    series = log.judged_series
-    joints = [joint for joint in known if joint in series.joint_names]
-    out: dict[str, dict[str, float]] = {}
-    for causal in (False, True):
-        n, _ = stated_persistence(DetectConfig(causal=causal, gamma_nm="auto"), series.period_s)
-        own = _levels(log, whole, joints, config.detect, n)
-        for name in DETECTOR_NAMES:
-            if (name, causal) == (thresholds.detector, thresholds.causal):
-                continue
-            asked = config.detect.changed({"detector": name, "causal": causal})
-            try:
-                found = _levels(log, whole, joints, asked, n)
-            except ConfigError:  # a detector that has no causal form
-                continue
-            factors = {joint: level / own[joint] for joint, level in found.items() if own.get(joint)}
-            if factors:
-                out[detector_key(name, causal)] = factors
-    return out
-
-
-def _most_motion(logs: tuple[Prepared, ...]) -> Prepared:
-    """The minute of the logs in which the arm moves most."""
-    best: tuple[float, Prepared, Span] | None = None
-    for log in logs:
-        speed = np.linalg.norm(np.nan_to_num(log.judged_series.velocity_rad_s), axis=1)
-        total = np.concatenate([[0.0], np.cumsum(speed)])
-        count = min(round(_LOOKED_S / log.series.period_s), speed.size)
-        way = total[count:] - total[:-count]
-        start = int(np.argmax(way))
-        if best is None or way[start] * log.series.period_s > best[0]:
-            best = (float(way[start]) * log.series.period_s, log, Span(start, start + count))
-    assert best is not None
-    return best[1].part(best[2])
-
-
-def _levels(log: Prepared, whole: ArmFit, joints: Sequence[str], detect: DetectConfig, n: int) -> dict[str, float]:
-    """By joint the level, N·m, that the residual of a detector reaches as seldom as is accepted.
-
-    Args:
-        log: some of the motion.
-        whole: the fit.
-        joints: to be told of.
-        detect: the detector.
-        n: persistence in samples.
-    """
-    series = log.judged_series
-    laws, _ = friction_models(whole.fits, series)
-    residual = residual_by(log, laws, detect)
-    worst_state = State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL
-    judged = np.isfinite(residual.torque_nm) & (residual.state <= worst_state)
-    out = {}
-    for joint in joints:
-        j = series.column(joint)
-        tail = null_tail(NullEvidence(residual.torque_nm[:, j], judged[:, j], series.period_s).peaks(n))
-        if tail is not None:
-            out[joint] = tail.level(ARM_PER_HOUR / len(joints))
-    return out

@@ -35,7 +35,7 @@ def measured(arm: Arm, seconds: float, seed: int, logs: int) -> dict[str, Any]:
     """One fit, and the days judged with it."""
     ready = prepared(day(arm, seed, seconds, first=True), arm.described)
     origin = make_provenance(arm.described, None, ready.robot.sha256)
-    friction = fit_logs([ready], arm.described.config, origin, detectors=False)
+    friction = fit_logs([ready], arm.described.config, origin)
     clean = [judged(day(arm, 1000 * seed + k, CLEAN_S), arm.described, friction) for k in range(1, logs + 1)]
     pushes = pushes_of(seed)
     pushed = judged(day(arm, 1000 * seed, LOG_S, pushes), arm.described, friction).result

@@ -17,7 +17,6 @@ import numpy as np
 import pytest
 
 from collaudit.cli.drafts import trial
-from collaudit.core import fitting
 
 #: The judged log whose push at the forearm has the force that is asked for there, or more.
 ASKED = 1
@@ -44,11 +43,10 @@ def campaign() -> Iterator[Any]:
         patch.syspath_prepend(str(Path(__file__).parent))
         module = import_module("spoilt_logs")
         # What is said of logs without fault tells one pass from another; here none may pass. The trial of `init` says
-        # whether a log can be judged, not what is written: it reads the log alone. One detector judges.
+        # whether a log can be judged, not what is written: it reads the log alone.
         patch.setattr(module.Arm, "usual", lambda _arm, _stated: frozenset())
         tried = trial._tried
         patch.setattr(trial, "_tried", lambda begun, log, loaded, _, report: tried(begun, log, loaded, False, report))
-        patch.setattr(fitting, "other_detectors", lambda *_: {})
         yield module
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from simulated_logs import without_other_detectors
 
 from collaudit.cli.main import run
 from collaudit.core.data.signals import State
@@ -18,7 +17,6 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "debug-a-verdict.md"
 
 def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
-    without_other_detectors(monkeypatch)
     names: dict[str, Any] = {}
     for language, block in re.findall(r"```(sh|python)\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL):
         if language == "python":

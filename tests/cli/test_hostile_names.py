@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from log_writers import EPOCH, joint_state, write_mcap
-from simulated_logs import without_other_detectors
 
 from collaudit.reports.values.visible_text import visible, visible_json, visible_lines
 
@@ -123,8 +122,7 @@ def _log(folder: Path, names: list[str], topic: str, stem: str) -> Path:
 
 
 @pytest.mark.parametrize("group", range(3))
-def test_names_through_every_command(group: int, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    without_other_detectors(monkeypatch)  # numbers by detector, beside the names that the others have too
+def test_names_through_every_command(group: int, collaudit, tmp_path: Path) -> None:
     evil = [_EVIL[(17 * group + k) % len(_EVIL)] for k in range(19)]
     names, topic, stem = evil[:17], "/" + evil[17], evil[18] + evil[0]
     log = _log(tmp_path, names, topic, stem)

@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from simulated_logs import without_other_detectors
 from user_guide.man_pages import man_pages
 
 from collaudit.cli import main as entry
@@ -53,7 +52,6 @@ def _run(line: str, folder: Path) -> int:
 @pytest.mark.slow
 def test_every_line_of_the_tutorial_runs(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    without_other_detectors(monkeypatch)  # nothing on the page names another
     for number, title, text in STEPS:
         for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL):
             expected = 0

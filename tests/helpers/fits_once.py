@@ -32,12 +32,11 @@ def share_fits(monkeypatch: pytest.MonkeyPatch, once: Callable[..., Any]) -> Non
         provenance: Provenance,
         truth: Sequence[TruthFile | None] = (),
         progress: Progress | None = None,
-        detectors: bool = True,
     ) -> FrictionFile:
         def made(_: Path) -> FrictionFile:
-            return fit_logs(prepared, config, provenance, truth, progress, detectors)
+            return fit_logs(prepared, config, provenance, truth, progress)
 
-        found: FrictionFile = once(("fit", _digest([*prepared, config, provenance, truth, detectors])), made)
+        found: FrictionFile = once(("fit", _digest([*prepared, config, provenance, truth])), made)
         return found
 
     monkeypatch.setattr(fitting, "fit_logs", fitted)

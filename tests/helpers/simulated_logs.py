@@ -123,11 +123,6 @@ def without_thresholds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fitting, "held_out_residuals", lambda *_: [])
 
 
-def without_other_detectors(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let fits of this test tell thresholds of the configured detector only: those of the others take a fifth."""
-    monkeypatch.setattr(fitting, "other_detectors", lambda *_: {})
-
-
 def fit_without_folds(files: SimulatedFiles) -> FrictionFile:
     """Friction of one simulated log with every correction that was found, and without thresholds.
 

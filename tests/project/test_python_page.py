@@ -7,14 +7,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from simulated_logs import without_other_detectors
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
 
 
 def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
-    without_other_detectors(monkeypatch)  # nothing on the page names another
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) >= 7
     names: dict[str, object] = {}
@@ -34,7 +32,7 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     assert "joint1" in capsys.readouterr().out
 
 
-def test_what_the_tables_hold_is_what_the_result_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_tables_hold_is_what_the_result_holds(tmp_path: Path) -> None:
     """Each table has a row an item and the item's own values, also when there is none."""
     from collaudit.core import api
     from collaudit.core.findings import Finding

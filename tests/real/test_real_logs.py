@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulated_logs import without_other_detectors
 
 from collaudit.core.friction_laws.law_registry import LAWS
 
@@ -102,9 +101,8 @@ def test_ur3_inverted_effort_is_noticed_and_never_flipped(cli, data_dir: Path) -
 
 
 def test_ur3_names_and_signs_by_config(  # type: ignore[no-untyped-def]
-    cli, data_dir: Path, monkeypatch: pytest.MonkeyPatch
+    cli, data_dir: Path
 ) -> None:
-    without_other_detectors(monkeypatch)  # nothing is judged by another
     logs = [data_dir / "ur3_bags" / name for name in ("id1.bag", "id2.bag")]
     cfg = config(data_dir, "ur3_robot.urdf", UR3_NAMES + INVERTED)
     assert cli("fit", *logs, "-c", cfg, "-o", "friction.json").code == 0

@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from simulated_logs import without_other_detectors
 
 from collaudit.cli.main import run
 from collaudit.core.errors import EXIT_USAGE
@@ -38,7 +37,6 @@ def test_every_command_of_the_page_runs(
     tmp_path: Path, data_dir: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    without_other_detectors(monkeypatch)  # real logs are fitted with them in test_verdict_of_everyday_motion.py
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     for name, value in (("DATA", str(data_dir)), ("NO_COLOR", "1"), ("PATH", path)):
         monkeypatch.setenv(name, value)

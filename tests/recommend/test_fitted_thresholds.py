@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from origins import NOBODY
 
-from collaudit.core.api import prepare
+from collaudit.core.api import fit, prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
@@ -144,11 +144,10 @@ def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: Frict
 
 
 @pytest.mark.parametrize(("detector", "causal"), [("momentum", True), ("direct", True), ("combined", False)])
-def test_one_fit_serves_every_detector(
-    own_fit: Callable[..., FrictionFile], hits: Path, detector: str, causal: bool
+def test_a_detector_has_thresholds_of_a_fit_with_it(
+    made: Made, friction: FrictionFile, hits: Path, detector: str, causal: bool
 ) -> None:
-    """Causal or offline: thresholds of its own, pushes found, and none elsewhere."""
-    friction = own_fit("free-clean", "paper6", duration_s=60.0)
+    """Causal or offline: pushes found, and none elsewhere; a fit with another detector judges nothing."""
     truth = read_truth(hits.with_suffix(".truth.json"))
     loaded = load_config(
         hits.with_suffix(".toml"),
@@ -159,7 +158,13 @@ def test_one_fit_serves_every_detector(
             "detect.persistence_ms": None,
         },
     )
-    found = audit_log(prepare((hits,), loaded), loaded.config, friction, NOBODY, truth).result
+    prepared = prepare((hits,), loaded)
+    without = audit_log(prepared, loaded.config, friction, NOBODY, truth).result
+    assert without.verdict == "not_judged"
+    assert any("fit again with this one" in f.text for f in without.findings if f.code == "rule-unfit")
+    clean = made("free-clean", "paper6", duration_s=60.0)
+    own = load_config(clean.config, {"detect.detector": detector, "detect.causal": causal})
+    found = audit_log(prepared, loaded.config, fit([clean.log], own), NOBODY, truth).result
     assert found.verdict == "fail"
     assert found.rule.n == (7 if causal else 13)
     assert found.detection is not None

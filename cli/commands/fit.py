@@ -11,7 +11,7 @@ from collaudit.cli.console import note, print_findings, progress, say, say_json,
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import contact_options, known_contact, known_loads
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 
 @example_command(
@@ -25,6 +25,12 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to write friction.json.")
+@click.option(
+    "--urdf-out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Also write the robot's URDF with what was fitted, for simulators.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
 @click.option("-v", "--verbose", is_flag=True, help="Print all that was identified: ways to fit, delays, trends.")
 @click.option(
@@ -47,6 +53,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 def command(
     logs: tuple[str, ...],
     output: Path | None,
+    urdf_out: Path | None,
     as_json: bool,
     verbose: bool,
     loads: tuple[str, ...],
@@ -68,6 +75,7 @@ def command(
     from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
     from collaudit.core.detection.fitted_rule import rise_findings
     from collaudit.core.plan.prediction import delivered
+    from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import read_result
     from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
     from collaudit.reports.sections.plan_sections import delivered_section
@@ -75,6 +83,11 @@ def command(
     from collaudit.reports.terminal.text_table import section_text
 
     loaded = load_settings()
+    described = loaded.config.robot.urdf
+    if urdf_out is not None and (described is None or urdf_out.resolve() == (loaded.base_dir / described).resolve()):
+        raise ConfigError(
+            "--urdf-out needs a robot described by a URDF, and another file than that", where=str(urdf_out)
+        )
     planned = None if plan is None else read_result(plan, PlanFile, PLAN_SCHEMA)
     found = api.find_logs(logs, loaded)
     known = known_contact(truth, len(found))
@@ -86,6 +99,8 @@ def command(
             risen = rise_findings(friction.thresholds, earlier.thresholds)
             friction = replace(friction, findings=(*friction.findings, *risen))
         write_friction(output, friction)
+    if urdf_out is not None:
+        atomic_write(urdf_out, api.identified_urdf(friction, loaded))
     if as_json:
         say_json(friction_json(friction))
     else:
@@ -100,7 +115,9 @@ def command(
     if output is not None:
         note(f"friction written to {output}")
     elif not as_json:
-        note("nothing was written: -o friction.json keeps the result")
+        note("friction was not written: -o friction.json keeps the result")
+    if urdf_out is not None:
+        note(f"description written to {urdf_out}, the stated tool included; its head says where it holds")
     if friction.usable:
         return EXIT_PASS
     note("not judged: no joint has friction that a log could be judged with; the findings above say why")

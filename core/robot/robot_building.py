@@ -39,8 +39,15 @@ def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> R
         RobotError: the description, or a name in the configuration, cannot be used.
     """
     description = describe_robot(config, base_dir)
-    if description is None:
-        return _bare_model(config, joints)
+    return _bare_model(config, joints) if description is None else build_described(config, description, joints)
+
+
+def build_described(config: RobotConfig, description: Description, joints: Sequence[str]) -> RobotModel:
+    """:func:`build_robot` of a description that was read; the table's own is not looked at.
+
+    Raises:
+        RobotError: a name in the configuration or of the log is not the description's.
+    """
     known = description.movable
     movable, logged = frozenset(known), frozenset(joints)
     for where, names in (("robot.joints", config.joints or ()), ("joints of the log", joints)):

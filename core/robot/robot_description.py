@@ -73,11 +73,16 @@ def _describe_urdf(path: Path, where: str) -> Description:
             expected="a URDF file",
             hint="check --urdf, or [robot] urdf, whose relative paths start at the configuration's folder",
         ) from error
-    return _described(expanded(data, path, where), where)
+    return description_of(expanded(data, path, where), where)
 
 
 @lru_cache(maxsize=8)  # the logs of a night share their robots
-def _described(data: bytes, where: str) -> Description:
+def description_of(data: bytes, where: str) -> Description:
+    """The robot of a URDF's bytes; ``where`` is what messages call it.
+
+    Raises:
+        RobotError: it is none.
+    """
     joints, xml = read_urdf(data, where)
     return Description(joints, xml, (), None, hashlib.sha256(data).hexdigest(), where)
 

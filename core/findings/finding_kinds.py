@@ -249,8 +249,8 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-no-torque": Kind(
         "The effort is no measured torque of the joints in N·m: it differs from the model's in scale on several "
-        "joints; it holds no gravity, since the controller took it out or it estimates external torque; or it has "
-        "neither noise nor friction, as what a controller computes.",
+        "joints; it holds no gravity, since the controller took it out or it estimates external torque; it has neither "
+        "noise nor friction, as what a controller computes; or it is a magnitude, without its sign.",
         'State what the effort is: [log.units] with torque constants, or [log] effort_kind ("gravity-compensated": the '
         "model leaves gravity out). Record what was measured, and choose it with [log] joint_states or [log.csv] "
         "effort; check model, tool and mounting in [robot]. An estimate of external torque cannot be judged.",

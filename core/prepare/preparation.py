@@ -30,7 +30,12 @@ from collaudit.core.prepare.effort.channel_shift import undelayed
 from collaudit.core.prepare.effort.computed_effort import computed_findings, smooth_joints
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
-from collaudit.core.prepare.effort.effort_kind import effort_kind, friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.effort_kind import (
+    effort_kind,
+    friction_sign_findings,
+    friction_signs,
+    magnitude_findings,
+)
 from collaudit.core.prepare.effort.gain_findings import (
     effort_findings,
     identified_scale_findings,
@@ -170,8 +175,12 @@ def modelled(
     scale += weightless_findings(start.robot, calibration.identified, start.judged)
     checks = _EffortChecks()
     if rigid is not None and series.effort is not None:
-        checks = _effort_checks(start, series, robot, rigid, contact, calibration, config)
-        if not switched:
+        signless = magnitude_findings(series)
+        if signless:
+            checks = _EffortChecks(findings=signless)
+        else:
+            checks = _effort_checks(start, series, robot, rigid, contact, calibration, config)
+        if not switched and not signless:
             findings += _payload_findings(start, series, robot, contact, calibration, checks.gains)
     scale += checks.scale
     findings += [*checks.findings, *scale, *about, *spring_findings(start.series, calibration.identified)]

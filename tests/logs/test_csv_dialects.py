@@ -202,3 +202,38 @@ def test_a_table_with_a_row_a_joint_is_made_wide_by_the_command_it_is_told(
     log = read_log((tmp_path / "long.wide.csv",), LogConfig.of({"units": {"effort": "Nm"}}), robot_joints=names)
     assert log.joint_names == names
     assert_plain(log)
+
+
+LISTED = {
+    "commas": (", ", '"[{}]"', ","),
+    "blanks": (" ", "[{}]", ","),
+    "many blanks": ("   ", "[ {} ]", ","),
+    "semicolons between": (", ", "[{}]", ";"),
+    "tabs between": (",", "[{}]", "\t"),
+}
+
+
+def with_lists(kind: str) -> list[str]:
+    inside, cell, between = LISTED[kind]
+    packed = [[cell.format(inside.join(f"{x:.6f}" for x in row[a : a + 2])) for a in (1, 3)] for row in VALUES]
+    lines = [between.join(["STATE", f"{t:.3f}", *two]) for t, two in zip(TIME_S, packed, strict=True)]
+    return [between.join(["type", "timestamp", "positions", "torques"]), *lines]
+
+
+@pytest.mark.parametrize("kind", LISTED)
+def test_lists_in_cells_are_columns(kind: str, tmp_path: Path) -> None:
+    log = read(tmp_path / "x.csv", *with_lists(kind))
+    assert_plain(log)
+    assert log.joint_names == ("joint1", "joint2")
+
+
+@pytest.mark.parametrize("bad", ["[0.1]", "[0.1, 0.2, 0.3]", "0.1", "[0.1, x]", ""])
+def test_a_list_of_another_length_is_refused_by_its_line(bad: str, tmp_path: Path) -> None:
+    lines = with_lists("commas")
+    lines[200] = f'STATE,{TIME_S[199]:.3f},"{bad}","[0.1, 0.2]"'
+    assert "line 201" in read_error(tmp_path / "x.csv", *lines)
+
+
+def test_lists_without_a_line_of_names_are_counted_as_they_stand(tmp_path: Path) -> None:
+    log = read(tmp_path / "x.csv", *with_lists("commas")[1:], time=2, position=[3, 4], effort=[5, 6])
+    assert_plain(log)

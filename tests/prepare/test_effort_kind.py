@@ -77,3 +77,17 @@ def test_the_same_contacts_are_found(hits: Path, log: JointLog, gravity: np.ndar
         [c.onset_s for c in compensated.contacts], [c.onset_s for c in plain.contacts], atol=0.02
     )
     assert not [f for f in compensated.findings if f.code in ("effort-kind", "effort-no-torque", "effort-gain")]
+
+
+@pytest.mark.parametrize("siblings", [1.0, -1.0, 40.0])
+def test_magnitudes_are_not_judged_and_no_sign_is_advised(hits: Path, log: JointLog, siblings: float) -> None:
+    """Positive, negative, and in another unit: what a servo says of its current."""
+    found = settled(hits, log, siblings * np.abs(log.effort)).findings
+    (said,) = [f for f in found if f.effect == "not-judged-log"]
+    assert "its sign is lost" in said.text
+    assert not [f for f in found if f.code.startswith("effort-sign")]
+
+
+def test_a_torque_that_gravity_keeps_on_one_side_is_no_magnitude(hits: Path, log: JointLog) -> None:
+    for effort in (log.effort, -log.effort, log.effort + 2.0 * np.abs(log.effort).max(axis=0)):
+        assert not [f for f in settled(hits, log, effort).findings if "its sign is lost" in f.text]

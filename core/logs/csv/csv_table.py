@@ -32,6 +32,7 @@ from collaudit.core.logs.csv.csv_text import (
     is_number,
     is_time_of_day,
     rows_as_text,
+    unpacked,
 )
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
@@ -77,7 +78,8 @@ class CsvTable:
         return [cells for _, cells in islice(self._rows(), _FIRST_ROWS)]
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
-        return rows_as_text(self._file, str(self.path), self.dialect)
+        rows = rows_as_text(self._file, str(self.path), self.dialect)
+        return ((line, unpacked(cells, self.dialect.lists)) for line, cells in rows)
 
     def read(self, groups: Mapping[str, Sequence[int]], time: int | None, texts: Sequence[int] = ()) -> TableColumns:
         """Read columns as numbers, and some as text.
@@ -107,8 +109,8 @@ class CsvTable:
         return TableColumns({group: _matrix(table, indices) for group, indices in groups.items()}, stamps, words)
 
     def _source(self) -> tuple[Any, Dialect]:
-        """What Arrow reads: the file, or its rows written anew where they are between runs of blanks or in UTF-16."""
-        if self.dialect.delimiter == " " or self.dialect.encoding == "utf-16":
+        """What Arrow reads: the file, or its rows written anew: between blanks, in UTF-16, with lists in cells."""
+        if self.dialect.lists or self.dialect.delimiter == " " or self.dialect.encoding == "utf-16":
             return self._rewritten(self._rows())
         return pa.PythonFile(self._file.open("rb"), "r"), self.dialect  # Arrow opens no name that is not UTF-8
 

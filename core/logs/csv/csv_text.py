@@ -8,7 +8,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import IO
 
@@ -48,6 +48,7 @@ class Dialect:
         comment: beginnings of lines that are no rows.
         head: the cells of the line of names, as it is written; empty without.
         before: lines before the line of names that are neither empty nor comments.
+        lists: how many values each cell of a row holds, 0 for one that is no list; empty where none is.
     """
 
     names: tuple[str, ...]
@@ -59,6 +60,7 @@ class Dialect:
     comment: tuple[str, ...] = COMMENT
     head: tuple[str, ...] = ()
     before: int = 0
+    lists: tuple[int, ...] = ()
 
 
 def encoding_of(head: bytes) -> str:
@@ -144,8 +146,10 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     units: list[str] = []
     if header and len(rows) > 2 and _are_units(cells, len(names), decimal, settings.units_row):
         start, units = rows[2][0], cells
+    lists = _lists(cut[1 if header else 0 :], len(names or cells))
+    counted = [str(i + 1) for i in range(len(unpacked(cells, lists)))]
     return Dialect(
-        names=_with_units(_clean(names or [str(i + 1) for i in range(len(cells))]), units),
+        names=_numbered(_with_units(_clean(names), units), lists) if names else tuple(counted),
         delimiter=delimiter,
         decimal=decimal,
         header=header or bool(names),
@@ -154,7 +158,50 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
         comment=comment,
         head=tuple(first_cells) if header else (),
         before=before,
+        lists=lists,
     )
+
+
+def unpacked(cells: list[str], lists: Sequence[int]) -> list[str]:
+    """The cells of a row, with the values of lists such as ``[0.1, -2.0]`` as cells of their own.
+
+    Args:
+        cells: of the row.
+        lists: from :class:`Dialect`; a cell that should be a list and is none stays as it is.
+    """
+    if not lists:
+        return cells
+    wide: list[str] = []
+    for cell, count in zip_longest(cells, lists[: len(cells)], fillvalue=0):
+        wide += (_values(str(cell)) if count else None) or [str(cell)]
+    return wide
+
+
+def _values(cell: str) -> list[str] | None:
+    """The numbers of a list; None where the cell is none."""
+    text = cell.strip()
+    if not (text.startswith("[") and text.endswith("]")):
+        return None
+    values = [one for one in re.split(r"[,;\s]+", text[1:-1].strip()) if one]
+    return values if values and all(map(is_number, values)) else None
+
+
+def _lists(rows: Sequence[Sequence[str]], columns: int) -> tuple[int, ...]:
+    """How many values each cell of the first rows holds that is a list of as many in all of them."""
+    counts = []
+    for k in range(columns):
+        held = {len(_values(row[k]) or ()) for row in rows if k < len(row) and row[k].strip()}
+        counts.append(held.pop() if len(held) == 1 else 0)
+    return tuple(counts) if any(counts) else ()
+
+
+def _numbered(names: Sequence[str], lists: Sequence[int]) -> tuple[str, ...]:
+    """Names of columns, those of lists numbered from 1."""
+    counts = lists or [0] * len(names)
+    wide: list[str] = []
+    for name, count in zip(names, counts, strict=True):
+        wide += [f"{name}{i + 1}" for i in range(count)] or [name]
+    return tuple(wide)
 
 
 def _before(cells: Sequence[Sequence[str]], decimal: str) -> int:
@@ -227,9 +274,11 @@ def _delimiter(sample: Sequence[str]) -> str:
 
 
 def _between_numbers(sample: Sequence[str], delimiter: str) -> bool:
-    """Whether half of the cells of data are numbers."""
+    """Whether half of the cells of data are numbers, or lists of them."""
     cells = [cell for line in sample[1:] for cell in split(line, delimiter) if cell.strip()]
-    return sum(is_number(cell) or is_number(cell, ",") for cell in cells) >= 0.5 * max(len(cells), 1)
+    return sum(is_number(cell) or is_number(cell, ",") or _values(cell) is not None for cell in cells) >= 0.5 * max(
+        len(cells), 1
+    )
 
 
 def _decimal(rows: Sequence[Sequence[str]]) -> str:

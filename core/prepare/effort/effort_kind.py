@@ -228,3 +228,36 @@ def friction_sign_findings(
             )
             out.append(Finding("effort-sign-inverted", "error", text, joint=joint))
     return out
+
+
+#: A magnitude comes down to this share of its largest value where the torque changes its sign.
+_NEAR_ZERO = 0.05
+#: Samples in which a joint moves each way, and joints that do.
+_EACH_WAY, _TURNING = 50, 2
+
+
+def magnitude_findings(series: UniformSeries) -> tuple[Finding, ...]:
+    """That no effort ever changes its sign though the joints turn both ways: it is a magnitude, its sign lost.
+
+    Friction changes the sign of a small torque with the motion. One that gravity keeps on one side stays away from 0.
+    """
+    if series.effort is None:
+        return ()
+    turning, signed = [], False
+    for j, name in enumerate(series.joint_names):
+        speed, size = series.velocity_rad_s[:, j], series.effort[:, j]
+        size = size[np.isfinite(size)]
+        ways = min(np.count_nonzero(speed > MOVING_RAD_S), np.count_nonzero(speed < -MOVING_RAD_S))
+        if ways < _EACH_WAY or not size.any():
+            continue
+        turning.append(name)
+        one_sided = size.min() >= 0.0 or size.max() <= 0.0
+        signed = signed or not one_sided or bool(np.abs(size).min() > _NEAR_ZERO * np.abs(size).max())
+    if signed or len(turning) < _TURNING:
+        return ()
+    text = (
+        f"The effort of {', '.join(turning)} never changes its sign, though the joints move both ways: it is a "
+        "magnitude, and its sign is lost. No [log.units] effort_sign brings it back, and nothing is judged. Record the "
+        "effort with its sign."
+    )
+    return (Finding("effort-no-torque", "error", text),)

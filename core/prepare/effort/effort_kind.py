@@ -231,9 +231,9 @@ def friction_sign_findings(
 
 
 #: A magnitude comes down to this share of its largest value where the torque changes its sign.
-_NEAR_ZERO = 0.05
+_SHARE_NEAR_ZERO = 0.05
 #: Samples in which a joint moves each way, and joints that do.
-_EACH_WAY, _TURNING = 50, 2
+_MOVING_SAMPLES, _TURNING_JOINTS = 50, 2
 
 
 def magnitude_findings(series: UniformSeries) -> tuple[Finding, ...]:
@@ -248,12 +248,12 @@ def magnitude_findings(series: UniformSeries) -> tuple[Finding, ...]:
         speed, size = series.velocity_rad_s[:, j], series.effort[:, j]
         size = size[np.isfinite(size)]
         ways = min(np.count_nonzero(speed > MOVING_RAD_S), np.count_nonzero(speed < -MOVING_RAD_S))
-        if ways < _EACH_WAY or not size.any():
+        if ways < _MOVING_SAMPLES or not size.any():
             continue
         turning.append(name)
         one_sided = size.min() >= 0.0 or size.max() <= 0.0
-        signed = signed or not one_sided or bool(np.abs(size).min() > _NEAR_ZERO * np.abs(size).max())
-    if signed or len(turning) < _TURNING:
+        signed = signed or not one_sided or bool(np.abs(size).min() > _SHARE_NEAR_ZERO * np.abs(size).max())
+    if signed or len(turning) < _TURNING_JOINTS:
         return ()
     text = (
         f"The effort of {', '.join(turning)} never changes its sign, though the joints move both ways: it is a "

@@ -35,7 +35,7 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
         about(
             "Threshold, N·m (N if prismatic); one number, or by joint, constant as stated. `auto`: between "
             "what motion does by itself, as kept in the friction file, and what notices half of the force "
-            "that the policy asks for; `sharpest`: what motion does by itself."
+            "that the policy asks for; `sharpest`: what the fitted motion reached."
         ),
     ] = 4.0
     persistence_ms: Annotated[

@@ -129,6 +129,7 @@ class ThresholdLevel:
         exceeded: share of the blocks of the evidence that pass the level all the same: contact that the fit did not
             recognise, or motion that the law does not hold for.
         margin: for what other recordings reach beyond this evidence.
+        zero_doubt_nm: for the zero of the torque, part of ``gamma_nm``.
     """
 
     n: int
@@ -138,6 +139,12 @@ class ThresholdLevel:
     false_alarms_ci95: tuple[float, float]
     exceeded: float = 0.0
     margin: float = 1.0
+    zero_doubt_nm: float = 0.0
+
+    @property
+    def fitted_nm(self) -> float:
+        """What the fitted motion reaches so seldom: the level without what it has for other recordings."""
+        return (self.gamma_nm - self.zero_doubt_nm) / self.margin
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,10 +73,12 @@ def with_fitted_thresholds(
             used[joint] = level
             motion.level_nm[joint], motion.at_rest_nm[joint] = typed(level.gamma_nm), known.rest_nm
             motion.known[joint] = known
-    times = 1.0
-    if usable is not None and config.detect.gamma_nm == "auto":
+    times: float | None = None
+    if config.detect.gamma_nm == "sharpest":
+        gamma |= {joint: typed(level.fitted_nm) for joint, level in used.items()}
+    elif usable is not None:
         times = times_motion(motion.level_nm, usable.forces, config.policy)
-    gamma |= {joint: typed(times * level) for joint, level in motion.level_nm.items()}
+        gamma |= {joint: typed(times * level) for joint, level in motion.level_nm.items()}
     for joint in series.joint_names:
         if joint not in gamma:
             known = stated.get(joint)
@@ -166,17 +168,22 @@ def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel 
 
 
 def _source(
-    thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], gamma_nm: Mapping[str, float], times: float
+    thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], gamma_nm: Mapping[str, float], times: float | None
 ) -> Finding:
-    """What the thresholds stand on."""
+    """What the thresholds stand on; ``times`` the motion's level, None for what the fitted motion itself reaches."""
     known = [thresholds.joints[joint] for joint in used]
     held = min(joint.held_out for joint in known)
     in_sample = "" if held > 0.5 else " For a joint or more the fit was not held out, so they may be too low."
     listed = ", ".join(f"{joint} {gamma_nm[joint]:.3g} ({used[joint].gamma_nm:.3g})" for joint in used)
     rate = sum(level.false_alarms_per_hour for level in used.values())
     low, high = (sum(level.false_alarms_ci95[k] for level in used.values()) for k in range(2))
+    stand = (
+        "at what the fitted motion reaches, without the margin for other days (with it in brackets)"
+        if times is None
+        else f"{times:.2g} times what motion does by itself (in brackets)"
+    )
     text = (
-        f"Thresholds, {times:.2g} times what motion does by itself (in brackets), N·m: {listed}. It was told from "
+        f"Thresholds, {stand}, N·m: {listed}. It was told from "
         f"{_duration(min(one.hours for one in known))} of motion that the fit had not seen, and is passed "
         f"{rate:.2g} times an hour there ({low:.2g} to {high:.2g}, 95 %), its margin not counted.{in_sample}"
     )

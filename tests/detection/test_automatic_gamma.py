@@ -47,7 +47,7 @@ def test_torques_that_must_be_noticed_count_too() -> None:
 def test_the_same_file_gives_the_same_thresholds_to_every_log(
     made: Callable[..., Any], friction_of: Callable[[str], FrictionFile]
 ) -> None:
-    """Three digits or fewer; "sharpest" is the motion's level; both are in the rule."""
+    """Three digits or fewer; "sharpest" is what the fitted motion reaches, without margin."""
     from collaudit.core import api
 
     friction, rules = friction_of("paper6"), {}
@@ -61,7 +61,11 @@ def test_the_same_file_gives_the_same_thresholds_to_every_log(
         assert one.gamma_nm == other.gamma_nm and one.motion_nm == other.motion_nm
         assert all(float(f"{x:.3g}") == x for x in (*one.gamma_nm.values(), *one.motion_nm.values()))
     auto, sharp = rules["free-hits", "auto"], rules["free-hits", "sharpest"]
-    assert sharp.gamma_nm == sharp.motion_nm == auto.motion_nm == sharp.near_miss_nm
+    assert sharp.motion_nm == auto.motion_nm and sharp.near_miss_nm == sharp.gamma_nm
+    assert friction.thresholds is not None
+    for joint, gamma in sharp.gamma_nm.items():
+        level = next(x for x in friction.thresholds.joints[joint].levels if x.n == sharp.n)
+        assert gamma == pytest.approx((level.gamma_nm - 0.08) / level.margin, rel=0.005) and level.margin > 1.2
     assert auto.near_miss_nm == {
         joint: max(0.8 * gamma, auto.motion_nm[joint]) for joint, gamma in auto.gamma_nm.items()
     }

@@ -133,13 +133,13 @@ def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: Frict
     assert friction.thresholds is not None
     joints = dict(friction.thresholds.joints)
     first = joints["joint1"]
-    huge = tuple(replace(level, gamma_nm=500.0) for level in first.levels)
+    huge = tuple(replace(level, gamma_nm=500.0, margin=1.0, zero_doubt_nm=0.0) for level in first.levels)
     joints["joint1"] = replace(first, levels=huge)
     on_file = replace(friction, thresholds=replace(friction.thresholds, joints=joints))
     found = audited(hits, on_file, detect__gamma_nm="sharpest").result
     said = [f.text for f in found.findings if f.code == "rule-unfit" and "joint1 500" in f.text]
     assert said and set(said) <= set(found.exclusions)
-    (source,) = [f for f in found.findings if "times what motion does by itself" in f.text]
+    (source,) = [f for f in found.findings if "at what the fitted motion reaches" in f.text]
     assert "an hour" in source.text
 
 

@@ -33,6 +33,7 @@ _COMMANDS = {
     "init": "Write a commented configuration for a log.",
     "fit": "Identify friction from constant-velocity motion.",
     "detect": "Judge one log: residuals, contacts, near misses.",
+    "explain": "Which cause takes a log's residual away, and what to state.",
     "recommend": "Recommend thresholds with their evidence.",
     "report": "Write the report of finished runs.",
     "audit": "Everything above, for one log or thousands.",

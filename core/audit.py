@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from collaudit.core.causes.causes import find_causes
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.after_contact import with_controller
 from collaudit.core.contacts.contact_scene import arm_geometry
@@ -150,6 +151,9 @@ def audit_log(
             config.policy.max_collisions, config.policy.max_near_misses_per_hour, config.policy.min_coverage
         ),
         arm=arm,
+        causes=find_causes(prepared, run, applied.laws, inputs.rule.gamma_nm, judged.thresholds, config)
+        if verdict != "pass" and (contacts or any(finding.doubts_alarms for finding in findings))
+        else (),
     )
     return Audit(result, judged.signals)
 

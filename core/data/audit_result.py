@@ -316,6 +316,33 @@ class PhaseSpan:
 
 
 @dataclass(frozen=True, slots=True)
+class Cause:
+    """What would take the residual of a log away, had it been stated; it never changes a verdict.
+
+    Attributes:
+        code: friction, scale, zero, delay, swapped, mounting, tool or force.
+        joints: those that it is about; empty for the arm.
+        text: in words.
+        share: of what the residual has beyond that of the fitted motion, gone in blocks of time that the solve has
+            not seen.
+        value: parameters: factors less one; N·m and drift in half the log; s; m/s² of gravity in base axes; kg and kg·m
+            at the tool; N in base axes.
+        ci95: their intervals.
+        line: what to state, or to do; empty where nothing helps.
+        speaks: it explains most, and enough.
+    """
+
+    code: str
+    joints: tuple[str, ...]
+    text: str
+    share: float
+    value: tuple[float, ...]
+    ci95: tuple[tuple[float, float], ...]
+    line: str
+    speaks: bool
+
+
+@dataclass(frozen=True, slots=True)
 class PolicyLimits:
     """What ``[policy]`` allows one log: contacts, near misses an hour (None: any), share of motion to be judged."""
 
@@ -338,6 +365,7 @@ class AuditResult(shown.Showing):
         stated: what ``[report]`` states of robot, tool, lab and operator.
         limits: what values were held against; None in files of earlier versions.
         arm: its kinematics for drawings; None without a description, and in files of earlier versions.
+        causes: what would explain a residual that is off, the best first; none where nothing does.
     """
 
     schema: str
@@ -364,6 +392,7 @@ class AuditResult(shown.Showing):
     stated: dict[str, str] = field(default_factory=dict)
     limits: PolicyLimits | None = None
     arm: ArmGeometry | None = None
+    causes: tuple[Cause, ...] = ()
 
     def outline(self) -> shown.Shown:
         """Verdict, reasons, what it does not cover, counts of events, the rule, what was judged."""

@@ -170,11 +170,15 @@ class PinocchioModel:
                 out._model.inertias[k] = pin.Inertia.FromDynamicParameters(ten)
         return out
 
+    def under_gravity(self, gravity_m_s2: FloatArray) -> PinocchioModel:
+        """The arm under another gravity, (3,) m/s² in base axes."""
+        out = PinocchioModel(self.library_model())
+        out.set_gravity(gravity_m_s2)
+        return out
+
     def without_gravity(self) -> PinocchioModel:
         """The arm under no gravity."""
-        out = PinocchioModel(self.library_model())
-        out.set_gravity(np.zeros(3))
-        return out
+        return self.under_gravity(np.zeros(3))
 
     def frame_number(self, frame: str) -> int:
         """Number of a frame for :class:`ForwardModel`.

@@ -144,6 +144,12 @@ class RobotModel:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
         return self.inverse_dynamics(q, still := np.zeros_like(q), still)
 
+    def gravity_regressor(self, q: FloatArray) -> FloatArray:
+        """(n, j, 3) derivative of :meth:`gravity_torque` by gravity in base axes, N·m for a m/s²."""
+        bodies = self.inertial_bodies()
+        axes = (replace(self, bodies=bodies.under_gravity(axis)) for axis in np.eye(3))
+        return np.stack([one.gravity_torque(q) for one in axes], axis=2)
+
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
 

@@ -20,6 +20,7 @@ from collaudit.reports.sections.finding_sections import finding_lines, worst_fir
 from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
+from collaudit.reports.values.cause_words import cause_lines, follows
 from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.first_words import all_told, excluded_lines, first_lines, unsaid
 from collaudit.reports.values.visible_text import visible, wrapped
@@ -104,8 +105,17 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
             f"\n{section_text(contacts, width, 'evidence' in contacts.columns)}" if contacts.rows else "",
             sections_text(sections, width),
             *(("\nFindings\n", *lines) if lines else ()),
+            causes_text(result, width),
             f"\n{wrapped(rule_text(result), width, '  ')}\n{wrapped(STATEMENT, width)}\n",
         )
+    )
+
+
+def causes_text(result: AuditResult, width: int | None = None) -> str:
+    """Causes that were tried on a residual that is off, in lines of ``width``; empty without any."""
+    lines = [f"{wrapped(f'  {line}', width, ' ' * 9)}\n" for line in cause_lines(result)]
+    return "".join(
+        ("\nCauses tried: share of the residual beyond the usual that each explains\n", *lines) if lines else ()
     )
 
 
@@ -157,7 +167,7 @@ def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
     """
     idle = nothing_judged(result)
     said = {*result.reasons, *result.exclusions}
-    left = [f for f in result.findings if f.severity != "info" and f.text not in said]
+    left = [f for f in result.findings if f.severity != "info" and f.text not in said and not follows(result, f)]
     order = sorted(
         left,
         key=lambda f: (

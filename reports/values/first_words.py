@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.reports.values.after_words import after_text
+from collaudit.reports.values.cause_words import cause_sentence, speaking
 from collaudit.reports.values.contact_alarms import alarms_of, force_text, height, strongest
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, fixed, percent, time_decimals
@@ -34,9 +35,10 @@ def first_lines(result: AuditResult) -> tuple[str, ...]:
     if result.verdict == "pass":
         return _fitting([*seen, *reasons, *contacts], [f"Not covered: {text}" for text in excluded_lines(result)], lost)
     next_step = [f"Next: {text}" for text in (_next(result),) if text]
+    cause = [] if speaking(result) is None else [text for text in (cause_sentence(result),) if text]
     if result.verdict == "not_judged":
-        return _fitting(reasons[:1], [*contacts, *reasons[1:], *seen], [*lost, *next_step])
-    return _fitting([*reasons[:1], *contacts], reasons[1:], [*seen, *lost, *next_step])
+        return _fitting([*reasons[:1], *cause], [*contacts, *reasons[1:], *seen], [*lost, *next_step])
+    return _fitting([*reasons[:1], *contacts, *cause], reasons[1:], [*seen, *lost, *next_step])
 
 
 def all_told(result: AuditResult) -> bool:
@@ -90,7 +92,10 @@ def unsaid(texts: Iterable[str], lines: Sequence[str]) -> list[str]:
 
 
 def _next(result: AuditResult) -> str:
-    """What to do: where nothing forbids judging look at the contact, else what mends the first reason."""
+    """What to do: state a cause that speaks; look at the contact; or what mends the first reason."""
+    cause = speaking(result)
+    if cause is not None and cause.line:
+        return f"state {cause.line} and run again." if cause.line.startswith("[") else f"{cause.line}."
     if result.verdict == "fail" and result.contacts:
         known = next((c.id for c in strongest(result, 1).values() if c.id), "")
         return f"look below; to accept: collaudit accept OUT {known}." if known else "look below."

@@ -10,7 +10,7 @@ import pytest
 from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.recommendation_result import PlaceForce
-from collaudit.core.detection.fitted_rule import times_motion
+from collaudit.core.detection.fitted_rule import level_at, times_motion
 
 LEVEL = {"a": 2.0, "b": 0.5}
 
@@ -64,8 +64,9 @@ def test_the_same_file_gives_the_same_thresholds_to_every_log(
     assert sharp.motion_nm == auto.motion_nm and sharp.near_miss_nm == sharp.gamma_nm
     assert friction.thresholds is not None
     for joint, gamma in sharp.gamma_nm.items():
-        level = next(x for x in friction.thresholds.joints[joint].levels if x.n == sharp.n)
-        assert gamma == pytest.approx((level.gamma_nm - 0.08) / level.margin, rel=0.005) and level.margin > 1.2
+        level = level_at(friction.thresholds.joints[joint], sharp.n, sharp.persistence_s)
+        assert level is not None and level.margin > 1.2
+        assert gamma == pytest.approx((level.gamma_nm - 0.08) / level.margin, rel=0.005)
     assert auto.near_miss_nm == {
         joint: max(0.8 * gamma, auto.motion_nm[joint]) for joint, gamma in auto.gamma_nm.items()
     }

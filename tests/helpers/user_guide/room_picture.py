@@ -27,6 +27,7 @@ ROOMS = (
     "residual",
     "detection",
     "contacts",
+    "causes",
     "scoring",
     "recommend",
     "verdict",

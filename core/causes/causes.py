@@ -1,0 +1,204 @@
+"""The causes of a residual that is off: each tried, the one that explains most first, with what to state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from collaudit.core.causes.excess import Excess, excess_of
+from collaudit.core.causes.solve import Solved, solved
+from collaudit.core.causes.trials import trials
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import Cause
+from collaudit.core.data.recommendation_result import FittedThresholds
+from collaudit.core.detection.detector_run import DetectorRun
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.robot.robot_model import RobotModel
+
+#: A cause speaks where it takes away so much of the excess, and in either half of the log so much.
+_SPEAKS, _EITHER_HALF = 0.5, 0.3
+#: A simpler cause is preferred to one that explains so little more.
+_NO_MORE = 0.05
+#: Causes that take away less are not worth a line.
+_WORTH_A_LINE = 0.1
+#: A gravity that is stronger or weaker than this share of the stated one is no mounting.
+_GRAVITY = 0.03
+#: Efforts are in each other's place if all of them are, to this share.
+_WHOLE = 0.3
+#: Excess in fewer blocks than this share is an event, not a cause that is there all the time.
+_LASTS = 0.1
+
+
+def find_causes(
+    prepared: Prepared,
+    run: DetectorRun,
+    laws: Mapping[str, FrictionModel],
+    gamma_nm: Mapping[str, float],
+    fitted: FittedThresholds | None,
+    config: Config,
+) -> tuple[Cause, ...]:
+    """Causes of what a log's residual has beyond that of the fitted motion, the best first; none without such excess.
+
+    Args:
+        prepared: the log.
+        run: its residual.
+        laws: friction of its joints.
+        gamma_nm: thresholds by joint.
+        fitted: the usual residual of joints, where a friction file tells it.
+        config: what is stated of tool and mounting.
+    """
+    table = excess_of(prepared, run, laws, gamma_nm, fitted)
+    if table is None:
+        return ()
+    before = table.beyond(table.residual_nm)
+    if float((before.max(axis=1) > 0.0).mean()) < _LASTS:
+        return ()
+    robot, frame = prepared.robot, config.robot.tool.frame
+    weighed = prepared.start.effort_kind.compensated == "no"
+    found = [solved(table, one, before) for one in trials(table, robot, frame, weighed)]
+    tried = sorted((one for one in found if one is not None and _tells(one, robot)), key=lambda one: -one.share)
+    if not tried:
+        return ()
+    best = tried[0].share
+    first = min(
+        (one for one in tried if one.share > best - _NO_MORE and one.least_share > best - 2 * _NO_MORE),
+        key=lambda one: (one.value.size, -one.share),
+        default=tried[0],
+    )
+    ranked = [first, *(one for one in tried if one is not first)]
+    speaks = first.share >= _SPEAKS and first.least_share >= _EITHER_HALF
+    return tuple(
+        _cause(one, table, robot, config, first=speaks and one is first) for one in ranked if one.share >= _WORTH_A_LINE
+    )
+
+
+def _tells(one: Solved, robot: RobotModel) -> bool:
+    """Whether any of its parameters differs from none, and it can be."""
+    if one.trial.kind == "mounting":
+        size = float(np.linalg.norm(robot.gravity_base_m_s2))
+        if abs(float(np.linalg.norm(robot.gravity_base_m_s2 + one.value)) / size - 1.0) > _GRAVITY:
+            return False
+    if one.trial.kind == "swapped" and abs(one.value[0] - 1.0) > _WHOLE:
+        return False
+    return bool((np.abs(one.value) > one.half_width).any())
+
+
+def _cause(one: Solved, table: Excess, robot: RobotModel, config: Config, *, first: bool) -> Cause:
+    text, line = _WORDS[one.trial.kind](one, table, robot, config)
+    low, high = one.value - one.half_width, one.value + one.half_width
+    return Cause(
+        code=one.trial.kind,
+        joints=one.trial.joints,
+        text=text,
+        share=one.share,
+        value=tuple(map(float, one.value)),
+        ci95=tuple((float(a), float(b)) for a, b in zip(low, high, strict=True)),
+        line=line,
+        speaks=first,
+    )
+
+
+def _friction(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    def level(k: int, joint: str) -> str:
+        return f"{joint} {1.0 + one.value[k]:.2f} (± {max(float(one.half_width[k]), 0.005):.2f})"
+
+    names = one.trial.joints or ("every joint",)
+    told = ", ".join(level(k, joint) for k, joint in enumerate(names) if _off(one, k))
+    return f"friction of another size than in the fitted logs, times: {told}", "collaudit fit on a clean log of today"
+
+
+def _scale(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    scales = one.value + 1.0
+    names = one.trial.joints or ("every joint",)
+    told = [
+        f"{joint} {scale:.3g} (± {error:.2g})"
+        for joint, scale, error, k in zip(names, scales, one.half_width, range(scales.size), strict=True)
+        if _off(one, k)
+    ]
+    inverted = [joint for joint, scale in zip(names, scales, strict=True) if scale < -0.5]
+    if inverted:
+        listed = one.trial.joints or table.joints
+        signs = ", ".join(f'"{joint}" = -1' for joint in listed if not one.trial.joints or joint in inverted)
+        return f"efforts of the other sign: {', '.join(told)}", f"[log.units] effort_sign = {{ {signs} }}"
+    return f"efforts of another scale, times: {', '.join(told)}", "state the unit or torque constant of these efforts"
+
+
+def _zero(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    told = []
+    for k, joint in enumerate(one.trial.joints):
+        if not (_off(one, 2 * k) or _off(one, 2 * k + 1)):
+            continue
+        zero, drift = one.value[2 * k], 2.0 * one.value[2 * k + 1]
+        drifts = f", drifting by {drift:.2g} over the log" if _off(one, 2 * k + 1) else ""
+        told.append(f"'{joint}' by {zero:.2g} N·m (± {one.half_width[2 * k]:.1g}){drifts}")
+    return (
+        f"the zero of the torque lies elsewhere: {'; '.join(told)}",
+        "tare the sensors, or fit on a clean log of today",
+    )
+
+
+def _delay(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    late, error = 1e3 * one.value[0], 1e3 * one.half_width[0]
+    total = config.log.effort_delay_ms + late
+    return f"efforts {late:.3g} ms late (± {error:.2g} ms)", f"[log] effort_delay_ms = {total:.3g}"
+
+
+def _swapped(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    first, second = one.trial.joints
+    share = one.value[0]
+    text = f"efforts of '{first}' and '{second}' in each other's place (share {share:.2g} ± {one.half_width[0]:.1g})"
+    return text, f'[log] joint_names: exchange "{first}" and "{second}"'
+
+
+def _mounting(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    before = robot.gravity_base_m_s2
+    now = before + one.value
+    tilt = float(np.degrees(np.arccos(np.clip(before @ now / np.linalg.norm(before) / np.linalg.norm(now), -1.0, 1.0))))
+    error = float(np.degrees(one.half_width.max() / np.linalg.norm(before)))
+    up = -now / np.linalg.norm(now)  # the world's z in base axes: the last row of Rz(yaw) Ry(pitch) Rx(roll)
+    pitch, roll = np.degrees(np.arcsin(np.clip(-up[0], -1.0, 1.0))), np.degrees(np.arctan2(up[1], up[2]))
+    axes = ", ".join(f"{x:.2f}" for x in now)
+    text = f"a mounting that is {tilt:.3g}° off (± {error:.2g}°): gravity lies along ({axes}) m/s² in base axes"
+    return text, f"[robot] base_rpy_deg = [{roll:.1f}, {pitch:.1f}, {config.robot.base_rpy_deg[2]:g}]"
+
+
+def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    mass, first = float(one.value[0]), one.value[1:]
+    tool = config.robot.tool
+    stated = 0.0 if isinstance(tool.mass_kg, str) else float(tool.mass_kg)
+    total = stated + mass
+    error = float(one.half_width[0])
+    text = f"{abs(mass):.2f} kg {'more' if mass > 0 else 'less'} at the tool than stated (± {error:.2f} kg)"
+    if total <= 0.0:
+        return text, "[robot.tool] mass_kg = 0"
+    com = (stated * np.array(tool.com_m) + first) / total
+    place = ", ".join(f"{x:.3f}" for x in com)
+    frame = tool.frame or robot.frame_names[-1]
+    return text, f'[robot.tool] frame = "{frame}", mass_kg = {total:.2f}, com_m = [{place}]'
+
+
+def _force(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    size = float(np.linalg.norm(one.value))
+    axes = ", ".join(f"{-x:.0f}" for x in one.value)
+    text = (
+        f"a steady force of {size:.0f} N on the tool, ({axes}) N in base axes: someone leaning on it, a hose or a cable"
+    )
+    return text, ""
+
+
+def _off(one: Solved, k: int) -> bool:
+    return bool(abs(one.value[k]) > one.half_width[k])
+
+
+_WORDS: dict[str, Callable[[Solved, Excess, RobotModel, Config], tuple[str, str]]] = {
+    "friction": _friction,
+    "scale": _scale,
+    "zero": _zero,
+    "delay": _delay,
+    "swapped": _swapped,
+    "mounting": _mounting,
+    "tool": _tool,
+    "force": _force,
+}

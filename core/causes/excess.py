@@ -1,0 +1,159 @@
+"""What a log's torque has beyond that of the fitted motion, thinned, in blocks of time: causes are tried on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import ceil, floor
+
+import numpy as np
+
+from collaudit.core.data.recommendation_result import FittedThresholds
+from collaudit.core.data.signals import State
+from collaudit.core.detection.detector_run import DetectorRun
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.stats import median_of
+from collaudit.core.prepare.prepared import Prepared
+
+#: Causes act on motion below a few hertz: so many samples a second serve, and so many in all.
+_RATE_HZ, _MOST_SAMPLES = 25.0, 12_000
+#: Neighbouring samples share their errors: a block of so many seconds counts as one, s.
+BLOCK_S = 2.0
+#: A block of a joint with fewer samples tells nothing.
+_FEWEST = 5
+#: What is below so many times the usual level of a joint is no excess.
+_USUAL = 1.5
+#: A block that is so many times as far off as half of the blocks counts as this.
+_FAR = 1.5
+#: Where no friction file tells the usual level: this share of the threshold.
+_SHARE_OF_GAMMA = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Excess:
+    """The residual of the judged joints where friction is a value, with what causes are made of.
+
+    Attributes:
+        joints: j judged ones.
+        columns: their columns in the motion.
+        time_s: (n,) of the thinned samples.
+        motion: position, velocity, acceleration of all joints, (n, k) each.
+        torque_nm: (n, j) effort less model and friction as fitted, before their level and zero are followed; 0 where it
+            is not known.
+        residual_nm: (n, j) residual, as judged.
+        known: (n, j) samples that count.
+        usual_nm: (j,) robust deviation of the residual in the fitted motion.
+        zero_bound_nm: (j,) how far the zero of the torque is followed.
+        model_nm: (n, j) model torque, friction included.
+        friction_nm: (n, j) friction as fitted.
+        slope_nm_s: (n, j) derivative of the model torque.
+        block: (n,) number of its block of time.
+    """
+
+    joints: tuple[str, ...]
+    columns: list[int]
+    time_s: FloatArray
+    motion: tuple[FloatArray, FloatArray, FloatArray]
+    torque_nm: FloatArray
+    residual_nm: FloatArray
+    known: BoolArray
+    usual_nm: FloatArray
+    zero_bound_nm: FloatArray
+    model_nm: FloatArray
+    friction_nm: FloatArray
+    slope_nm_s: FloatArray
+    block: IntArray
+
+    @property
+    def half(self) -> IntArray:
+        """(n,) 0 or 1: pairs of blocks dealt out in turn; what one half tells is tried on the other."""
+        return np.asarray((self.block // 2) % 2)
+
+    def size(self, residual_nm: FloatArray) -> FloatArray:
+        """(b, j) RMS of a residual in each block over the joint's usual level; NaN where too little is known."""
+        relative = np.where(self.known, residual_nm / self.usual_nm, 0.0) ** 2
+        blocks = int(self.block[-1]) + 1
+        count = np.stack([np.bincount(self.block, its, blocks) for its in self.known.T.astype(float)], axis=1)
+        total = np.stack([np.bincount(self.block, its, blocks) for its in relative.T], axis=1)
+        return np.asarray(np.sqrt(np.divide(total, count, out=np.full(count.shape, np.nan), where=count >= _FEWEST)))
+
+    def beyond(self, residual_nm: FloatArray) -> FloatArray:
+        """(b, j) how much of :meth:`size` is beyond the usual; 0 where nothing is known.
+
+        Of a joint that is off most of the time, what is far above that counts no more: contact, whatever the cause.
+        """
+        excess = np.maximum(self.size(residual_nm) - _USUAL, 0.0)
+        known = (its[np.isfinite(its)] for its in self.size(self.residual_nm).T)
+        usual = np.array([median_of(its) if its.size else 0.0 for its in known]) - _USUAL
+        return np.nan_to_num(np.where(usual > 0.0, np.minimum(excess, _FAR * usual), excess))
+
+
+def excess_of(
+    prepared: Prepared,
+    run: DetectorRun,
+    laws: Mapping[str, FrictionModel],
+    gamma_nm: Mapping[str, float],
+    fitted: FittedThresholds | None,
+) -> Excess | None:
+    """The table of one judged log; None where no joint's friction is a value, or no model torque is known.
+
+    Args:
+        prepared: the log.
+        run: its residual.
+        laws: friction of its joints.
+        gamma_nm: thresholds by joint.
+        fitted: the usual level of joints, where a friction file tells it.
+    """
+    residual, series = run.residual, prepared.series
+    judged = prepared.judged_series
+    if residual.effort_nm is None or prepared.rigid_nm is None or not prepared.robot.has_inertials:
+        return None
+    names = [name for name in judged.joint_names if name in gamma_nm and name in residual.levels]
+    names = [name for name in names if name not in residual.still]
+    if not names:
+        return None
+    own = [judged.joint_names.index(name) for name in names]
+    step = max(1, floor(1.0 / (_RATE_HZ * series.period_s)), ceil(series.time_s.size / _MOST_SAMPLES))
+    rows = slice(step // 2, None, step)
+    motion = tuple(np.ascontiguousarray(x[rows]) for x in series.motion)
+    moving: BoolArray = np.asarray(np.isfinite(np.hstack(motion)).all(axis=1))
+    torque = residual.torque_nm[rows][:, own]
+    known = np.asarray(
+        np.equal(residual.state[rows][:, own], int(State.JUDGED)) & np.isfinite(torque) & moving[:, None]
+    )
+    if not known.any():
+        return None
+    columns = [series.column(name) for name in names]
+    contact = prepared.contact_nm
+    explained = (prepared.rigid_nm if contact is None else prepared.rigid_nm + contact)[:, columns]
+    slope = np.gradient(explained, series.period_s, axis=0)[rows]
+    friction = np.column_stack([laws[name].torque(motion[1][:, c]) for name, c in zip(names, columns, strict=True)])
+    followed = friction * np.column_stack([residual.levels[name].deviation[rows] for name in names])
+    for k, name in enumerate(names):
+        if name in residual.zeros:
+            followed[:, k] += residual.zeros[name].offset_nm[rows]
+    bounds = [residual.zeros[name].bound_nm if name in residual.zeros else 0.0 for name in names]
+    usual = [_usual(name, gamma_nm, fitted) for name in names]
+    time_s = series.time_s[rows]
+    return Excess(
+        tuple(names),
+        columns,
+        time_s,
+        (motion[0], motion[1], motion[2]),
+        np.where(known, np.nan_to_num(torque + followed), 0.0),
+        np.where(known, torque, 0.0),
+        known,
+        np.array(usual),
+        np.array(bounds),
+        np.where(known, np.nan_to_num(explained[rows] + friction), 0.0),
+        np.where(known, np.nan_to_num(friction), 0.0),
+        np.where(known, np.nan_to_num(slope), 0.0),
+        np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.int64),
+    )
+
+
+def _usual(joint: str, gamma_nm: Mapping[str, float], fitted: FittedThresholds | None) -> float:
+    known = None if fitted is None else fitted.joints.get(joint)
+    noise = None if known is None else known.noise_nm
+    return noise or _SHARE_OF_GAMMA * gamma_nm[joint]

@@ -1,0 +1,111 @@
+"""Causes, each a few columns of torque beside the residual: what it would add, had it been left out of the model.
+
+With the residual r = effort - model of eq. (5), a cause with parameters b explains the part X b of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from collaudit.core.causes.excess import Excess
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.robot_model import RobotModel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """One cause to be tried.
+
+    Attributes:
+        kind: of the cause.
+        joints: those that it is about; empty for the arm.
+        columns_nm: (n, j, k) torque for one unit of each parameter.
+        prior_sd: (k,) physical width of the parameters, which holds what the motion does not tell.
+    """
+
+    kind: str
+    joints: tuple[str, ...]
+    columns_nm: FloatArray
+    prior_sd: FloatArray
+
+
+def trials(table: Excess, robot: RobotModel, frame: str | None, gravity: bool) -> Iterator[Trial]:
+    """Every cause, the simplest first.
+
+    Args:
+        table: what is left over.
+        robot: as the log was judged with, its tool included.
+        frame: of the tool; None for the last.
+        gravity: whether the effort holds that of gravity.
+    """
+    yield Trial("friction", (), table.friction_nm[:, :, None], np.array([1.0]))
+    yield Trial("scale", (), table.model_nm[:, :, None], np.array([2.0]))
+    yield Trial("delay", (), -table.slope_nm_s[:, :, None], np.array([0.1]))
+    for j, joint in enumerate(table.joints):
+        yield Trial("friction", (joint,), only(table.friction_nm, j), np.array([1.0]))
+        yield Trial("scale", (joint,), only(table.model_nm, j), np.array([2.0]))
+        yield Trial("zero", (joint,), _zero(table, j), np.full(2, 1e3 * table.usual_nm[j]))
+    for i, k in combinations(range(len(table.joints)), 2):
+        swapped = np.zeros_like(table.model_nm)
+        swapped[:, i] = table.model_nm[:, k] - table.model_nm[:, i]
+        swapped[:, k] = table.model_nm[:, i] - table.model_nm[:, k]
+        known = table.known[:, i] & table.known[:, k]
+        yield Trial("swapped", (table.joints[i], table.joints[k]), (swapped * known[:, None])[:, :, None], np.ones(1))
+    if gravity:
+        yield Trial("mounting", (), _of(table, robot.gravity_regressor), np.full(3, 10.0))
+        yield Trial("tool", (), _load(table, robot, frame), np.array([20.0, 5.0, 5.0, 5.0]))
+    end = frame or robot.frame_names[-1]
+    yield Trial("force", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
+    if len(table.joints) > 1:
+        each = range(len(table.joints))
+        yield Trial("friction", table.joints, np.concatenate([only(table.friction_nm, j) for j in each], axis=2),
+                    np.ones(len(table.joints)))  # fmt: skip
+        yield Trial("scale", table.joints, np.concatenate([only(table.model_nm, j) for j in each], axis=2),
+                    np.full(len(table.joints), 2.0))  # fmt: skip
+        yield Trial("zero", table.joints, np.concatenate([_zero(table, j) for j in each], axis=2),
+                    np.repeat(1e3 * table.usual_nm, 2))  # fmt: skip
+
+
+def only(torque_nm: FloatArray, j: int) -> FloatArray:
+    """(n, j, 1) of one joint."""
+    out = np.zeros((*torque_nm.shape, 1))
+    out[:, j, 0] = torque_nm[:, j]
+    return out
+
+
+def _zero(table: Excess, j: int) -> FloatArray:
+    """(n, j, 2) a constant torque of one joint, and one that drifts over the log, each of one N·m."""
+    out = np.zeros((*table.known.shape, 2))
+    out[:, j, 0] = table.known[:, j]
+    out[:, j, 1] = table.known[:, j] * np.linspace(-1.0, 1.0, table.time_s.size)
+    return out
+
+
+def _of(table: Excess, torque_of: object) -> FloatArray:
+    """(n, j, k) of the judged joints, by a function of positions (n, k) without NaN."""
+    assert callable(torque_of)
+    q = table.motion[0]
+    moving = np.isfinite(q).all(axis=1)
+    some = np.asarray(torque_of(np.ascontiguousarray(q[moving])))[:, table.columns]
+    out = np.zeros((q.shape[0], *some.shape[1:]))
+    out[moving] = some
+    return out * table.known[:, :, None]
+
+
+def _load(table: Excess, robot: RobotModel, frame: str | None) -> FloatArray:
+    """(n, j, 4) torque of a body at a frame: of a kg at its origin, and of kg·m along its axes.
+
+    Its inertia about its own centre is left out: it hardly shows beside what a load weighs.
+    """
+    turn, place, body = robot.in_joint(frame)
+    moving = np.isfinite(np.hstack(table.motion)).all(axis=1)
+    regressor = robot.torque_regressor(*(np.ascontiguousarray(x[moving]) for x in table.motion))
+    mass, first = regressor[:, :, 10 * body], regressor[:, :, 10 * body + 1 : 10 * body + 4]
+    some = np.concatenate([(mass + first @ place)[:, :, None], first @ turn], axis=2)[:, table.columns]
+    out = np.zeros((moving.size, *some.shape[1:]))
+    out[moving] = some
+    return out * table.known[:, :, None]

@@ -1,0 +1,126 @@
+"""A log with one thing wrong: the cause is named first, with its size, and stating it takes the residual away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from origins import NOBODY
+from three_joints import COULOMB, VISCOUS, arm, log_of, settings
+
+from collaudit.core.audit import audit_log
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import AuditResult, Cause, FrictionFile
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.fitting import fit_logs
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.robot.pinocchio_model import rotation_rpy
+from collaudit.core.robot.robot_model import RobotModel
+
+PLAIN = settings(detect={"gamma_nm": "auto"})
+TOOL: dict[str, Any] = {"mass_kg": 1.0, "com_m": [0.03, -0.02, 0.06]}
+
+
+@cache
+def friction() -> FrictionFile:
+    return fit_logs([prepare(log_of(arm(PLAIN), np.ones(3), seed=3, seconds=120.0), arm(PLAIN), PLAIN)], PLAIN, NOBODY)
+
+
+def logged(truth: RobotModel, seed: int = 8) -> JointLog:
+    return log_of(truth, np.ones(3), seed=seed, seconds=90.0)
+
+
+def with_effort(change: Callable[[FloatArray, JointLog], FloatArray]) -> JointLog:
+    log = logged(arm(PLAIN))
+    assert log.effort is not None
+    return replace(log, effort=change(log.effort.copy(), log))
+
+
+def rubbed(joint: int, factor: float) -> Callable[[FloatArray, JointLog], FloatArray]:
+    def change(effort: FloatArray, log: JointLog) -> FloatArray:
+        assert log.velocity_rad_s is not None
+        v = log.velocity_rad_s[:, joint]
+        effort[:, joint] += (factor - 1.0) * (COULOMB[joint] * np.sign(v) + VISCOUS[joint] * v)
+        return effort
+
+    return change
+
+
+def tilted(rpy_deg: tuple[float, float, float]) -> RobotModel:
+    whole = arm(PLAIN)
+    bodies = whole.inertial_bodies().under_gravity(rotation_rpy(rpy_deg).T @ np.array([0.0, 0.0, -9.81]))
+    return replace(whole, bodies=bodies)
+
+
+def pushed(effort: FloatArray, log: JointLog) -> FloatArray:
+    """Pushes of 30 N·m on joint2 for half a second, every twelve seconds."""
+    effort[(log.time_s % 12.0) < 0.5, 1] += 30.0
+    return effort
+
+
+def result_of(log: JointLog, config: Config = PLAIN) -> AuditResult:
+    return audit_log(prepare(log, arm(config), config), config, friction(), NOBODY).result
+
+
+def first(log: JointLog) -> Cause:
+    result = result_of(log)
+    assert result.verdict != "pass"
+    assert result.causes and result.causes[0].speaks
+    return result.causes[0]
+
+
+def test_a_load_is_named_with_its_mass_and_stating_it_passes() -> None:
+    log = logged(arm(settings(tool=TOOL)))
+    cause = first(log)
+    assert cause.code == "tool"
+    assert cause.value[0] == pytest.approx(1.0, abs=0.08)
+    mass = cause.value[0]
+    for value, (low, high), at in zip(cause.value[1:], cause.ci95[1:], TOOL["com_m"], strict=True):
+        assert abs(value - at) < high - low + 0.01, "within twice its interval"
+    tool = {"mass_kg": mass, "com_m": (np.array(cause.value[1:]) / mass).tolist()}
+    assert not result_of(log, settings(tool=tool, detect={"gamma_nm": "auto"})).contacts
+
+
+def test_a_tilt_is_named_before_signs_and_scales() -> None:
+    log = logged(tilted((14.0, -9.0, 0.0)))
+    cause = first(log)
+    assert cause.code == "mounting" and "base_rpy_deg" in cause.line
+    rpy = [float(x) for x in cause.line.split("[")[-1].rstrip("]").split(",")]
+    assert rpy[:2] == pytest.approx([14.0, -9.0], abs=1.5)
+
+
+@pytest.mark.parametrize(
+    ("code", "joints", "change", "value"),
+    [
+        ("friction", ("joint2",), rubbed(1, 1.9), None),
+        ("scale", ("joint2",), lambda x, log: x * [1.0, 1.5, 1.0], 0.5),
+        ("zero", ("joint3",), lambda x, log: x + np.array([0.0, 0.0, 6.0]), 6.0),
+        ("delay", (), lambda x, log: np.vstack([x[:6], x[:-6]]), 0.048),
+        ("swapped", ("joint2", "joint3"), lambda x, log: x[:, [0, 2, 1]], 1.0),
+    ],
+)
+def test_one_wrong_thing_is_named_first(
+    code: str, joints: tuple[str, ...], change: Callable[[FloatArray, JointLog], FloatArray], value: float | None
+) -> None:
+    cause = first(with_effort(change))
+    assert (cause.code, cause.joints) == (code, joints)
+    assert 0.5 < cause.share <= 1.0
+    if value is not None:
+        assert cause.value[0] == pytest.approx(value, rel=0.12)
+
+
+def test_contact_alone_has_no_cause_and_a_clean_log_none_to_try() -> None:
+    result = result_of(with_effort(pushed))
+    assert result.verdict == "fail" and not any(cause.speaks for cause in result.causes)
+    assert not result_of(logged(arm(PLAIN))).causes
+
+
+def test_a_cause_is_found_beside_contact() -> None:
+    log = with_effort(lambda x, log: pushed(rubbed(1, 1.9)(x, log), log))
+    cause = first(log)
+    assert (cause.code, cause.joints) == ("friction", ("joint2",))

@@ -38,7 +38,7 @@ def first_lines(result: AuditResult) -> tuple[str, ...]:
     cause = [] if speaking(result) is None else [text for text in (cause_sentence(result),) if text]
     if result.verdict == "not_judged":
         return _fitting([*reasons[:1], *cause], [*contacts, *reasons[1:], *seen], [*lost, *next_step])
-    return _fitting([*reasons[:1], *contacts, *cause], reasons[1:], [*seen, *lost, *next_step])
+    return _fitting([*reasons[:1], *contacts], reasons[1:], [*cause, *seen, *lost, *next_step])
 
 
 def all_told(result: AuditResult) -> bool:

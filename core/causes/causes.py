@@ -18,7 +18,7 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
 #: A cause speaks where it takes away so much of the excess, and in either half of the log so much.
-_SPEAKS, _EITHER_HALF = 0.5, 0.3
+_SPEAKS, _EITHER_HALF = 0.6, 0.3
 #: A simpler cause is preferred to one that explains so little more.
 _NO_MORE = 0.05
 #: Causes that take away less are not worth a line.

@@ -117,15 +117,23 @@ def main() -> None:
                 result = judged(log, arm.described, friction).result
                 one = spoken(result.causes)
                 named = "none" if one is None else "first" if one.code == right else "wrong"
+                if right and result.verdict == "pass":
+                    named = "passes"
+                elif named == "none" and any(finding.effect == "not-judged-joint" for finding in result.findings):
+                    named = "finding"
                 count.setdefault(right or what, Counter())[named] += 1
                 told = "; ".join(
                     f"{x.code}{list(x.joints) if len(x.joints) < 3 else ''} {x.share:.2f}" for x in result.causes[:3]
                 )
                 print(f"{name} {seed} {what}: {result.verdict}, {len(result.contacts)} contacts, {named}: {told}",
                       "|", "" if one is None else f"{one.text} -> {one.line}", flush=True)  # fmt: skip
-    print("| cause | tried | named first | named wrong | none |", "|---|---|---|---|---|", sep="\n")
+    heads = ("first", "wrong", "none", "finding", "passes")
+    print(
+        "| cause | tried | named first | named wrong | none | a finding forbids the joint | passes, nothing to explain |"
+    )
+    print("|---|---|---|---|---|---|---|")
     for what, its in count.items():
-        print(f"| {what} | {its.total()} | {its['first']} | {its['wrong']} | {its['none']} |")
+        print(f"| {what} | {its.total()} | {' | '.join(str(its[head]) for head in heads)} |")
 
 
 if __name__ == "__main__":

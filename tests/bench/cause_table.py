@@ -128,9 +128,7 @@ def main() -> None:
                 print(f"{name} {seed} {what}: {result.verdict}, {len(result.contacts)} contacts, {named}: {told}",
                       "|", "" if one is None else f"{one.text} -> {one.line}", flush=True)  # fmt: skip
     heads = ("first", "wrong", "none", "finding", "passes")
-    print(
-        "| cause | tried | named first | named wrong | none | a finding forbids the joint | passes, nothing to explain |"
-    )
+    print("| cause | tried | named first | named wrong | none | a finding speaks | passes |")
     print("|---|---|---|---|---|---|---|")
     for what, its in count.items():
         print(f"| {what} | {its.total()} | {' | '.join(str(its[head]) for head in heads)} |")

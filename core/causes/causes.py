@@ -170,7 +170,7 @@ def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
     stated = 0.0 if isinstance(tool.mass_kg, str) else float(tool.mass_kg)
     total = stated + mass
     error = float(one.half_width[0])
-    text = f"{abs(mass):.2f} kg {'more' if mass > 0 else 'less'} at the tool than stated (± {error:.2f} kg)"
+    text = f"{abs(mass):.2f} kg {'more' if mass > 0 else 'less'} at the tool than stated (± {max(error, 0.01):.2f} kg)"
     if total <= 0.0:
         return text, "[robot.tool] mass_kg = 0"
     com = (stated * np.array(tool.com_m) + first) / total

@@ -32,7 +32,7 @@ _ROUNDED, _FINE = 2.0, 0.05
 _WINDOWS, WINDOW, _WINDOW_OF_ALL = (1, 2, 4, 8), 8, 4
 #: A window has less than the usual noise where it lies below the lower quarter by so many times what that lies below
 #: the median, in logarithms: 12 recordings of 8 arms and the simulated ones stay within 10.5.
-_BELOW, _QUARTER = 12.0, 0.25
+_BELOW, _QUARTER = 14.0, 0.25
 #: Of white noise the lower quarter lies below the median by so many standard deviations of the logarithm; these are
 #: sqrt(2 / freedom), with a degree of freedom for every 1.94 bends, which depend on each other.
 _TO_QUARTER, _FREEDOM = 0.6745, 2.0 * 1.94

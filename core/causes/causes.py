@@ -56,7 +56,7 @@ def find_causes(
     if float((before.max(axis=1) > 0.0).mean()) < _LASTS:
         return ()
     robot, frame = prepared.robot, config.robot.tool.frame
-    weighed = prepared.start.effort_kind.compensated == "no"
+    weighed = prepared.start.effort_kind.compensated == "no" and bool(robot.gravity_base_m_s2.any())
     found = [solved(table, one, before) for one in trials(table, robot, frame, weighed)]
     tried = sorted((one for one in found if one is not None and _tells(one, robot)), key=lambda one: -one.share)
     if not tried:

@@ -92,8 +92,7 @@ def cases(arm: Arm, seed: int) -> Iterator[Made]:
 
 def fitted(arm: Arm, seed: int) -> FrictionFile:
     ready = prepared(day(arm, seed, FITTED_S, first=True), arm.described)
-    return fit_logs([ready], arm.described.config, make_provenance(arm.described, None, ready.robot.sha256),
-                    detectors=False)  # fmt: skip
+    return fit_logs([ready], arm.described.config, make_provenance(arm.described, None, ready.robot.sha256))
 
 
 def spoken(causes: tuple[Cause, ...]) -> Cause | None:

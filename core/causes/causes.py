@@ -132,7 +132,8 @@ def _zero(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
             continue
         zero, drift = one.value[2 * k], 2.0 * one.value[2 * k + 1]
         drifts = f", drifting by {drift:.2g} over the log" if _off(one, 2 * k + 1) else ""
-        told.append(f"'{joint}' by {zero:.2g} N·m (± {one.half_width[2 * k]:.1g}){drifts}")
+        unit = "N" if joint in robot.sliding else "N·m"
+        told.append(f"'{joint}' by {zero:.2g} {unit} (± {one.half_width[2 * k]:.1g}){drifts}")
     return (
         f"the zero of the torque lies elsewhere: {'; '.join(told)}",
         "tare the sensors, or fit on a clean log of today",

@@ -115,7 +115,8 @@ def excess_of(
         return None
     own = [judged.joint_names.index(name) for name in names]
     step = max(1, floor(1.0 / (_RATE_HZ * series.period_s)), ceil(series.time_s.size / _MOST_SAMPLES))
-    rows = slice(step // 2, None, step)
+    last = series.time_s.size - 1
+    rows = np.arange(step // 2, last + 1, step)
     motion = tuple(np.ascontiguousarray(x[rows]) for x in series.motion)
     moving: BoolArray = np.asarray(np.isfinite(np.hstack(motion)).all(axis=1))
     torque = residual.torque_nm[rows][:, own]
@@ -125,9 +126,9 @@ def excess_of(
     if not known.any():
         return None
     columns = [series.column(name) for name in names]
-    contact = prepared.contact_nm
-    explained = (prepared.rigid_nm if contact is None else prepared.rigid_nm + contact)[:, columns]
-    slope = np.gradient(explained, series.period_s, axis=0)[rows]
+    later, sooner = np.minimum(rows + 1, last), np.maximum(rows - 1, 0)
+    explained, after, before = (_explained(prepared, at)[:, columns] for at in (rows, later, sooner))
+    slope = (after - before) / (series.period_s * (later - sooner))[:, None]
     friction = np.column_stack([laws[name].torque(motion[1][:, c]) for name, c in zip(names, columns, strict=True)])
     followed = friction * np.column_stack([residual.levels[name].deviation[rows] for name in names])
     for k, name in enumerate(names):
@@ -146,11 +147,18 @@ def excess_of(
         known,
         np.array(usual),
         np.array(bounds),
-        np.where(known, np.nan_to_num(explained[rows] + friction), 0.0),
+        np.where(known, np.nan_to_num(explained + friction), 0.0),
         np.where(known, np.nan_to_num(friction), 0.0),
         np.where(known, np.nan_to_num(slope), 0.0),
         np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.int64),
     )
+
+
+def _explained(prepared: Prepared, rows: IntArray) -> FloatArray:
+    """(m, k) model torque of all joints at some samples, that of the commanded tool force included."""
+    assert prepared.rigid_nm is not None
+    contact = prepared.contact_nm
+    return np.asarray(prepared.rigid_nm[rows] if contact is None else prepared.rigid_nm[rows] + contact[rows])
 
 
 def _usual(joint: str, gamma_nm: Mapping[str, float], fitted: FittedThresholds | None) -> float:

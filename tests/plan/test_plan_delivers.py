@@ -29,7 +29,7 @@ def test_what_was_open_is_determined(tmp_path: Path) -> None:
     log, settings = write_run(arm, short_run(arm, (1, 3)), 11, tmp_path / "earlier.mcap")
     before = api.fit([(log,)], settings)
     assert not any(before.joints[joint].identifiable for joint in joints)
-    request = PlanRequest(minutes=1.2, joints=joints)
+    request = PlanRequest(minutes=1.4, joints=joints)
     plan = make_plan(settings, before, [], request, Provenance("0", {}))
     _, q, v, a = plan.motion.sampled(PERIOD_S)
     planned, _ = write_run(arm, of_arrays(q, v, a), 12, tmp_path / "planned.mcap")

@@ -28,7 +28,7 @@ def known(**changes: object) -> Precedents:
 
 
 def judged(one: Contact, precedents: Precedents, sha256: str = "abc") -> Contact:
-    return with_states([one], precedents, sha256, None, 90.0)[0]
+    return with_states([one], precedents, sha256, None)[0]
 
 
 def earlier(night="2026-06-10", program="A/cell/pick_#.csv", peaks=PEAKS, place=HERE) -> EarlierContact:

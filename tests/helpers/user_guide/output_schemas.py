@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from collaudit.cli.commands.detect import SCORE_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
-from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
+from collaudit.core.data.audit_result import AuditResult, Cause, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.recommendation_result import (
     ArmRate,
@@ -177,6 +177,16 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
+class Explained:
+    """What ``explain --json`` prints: the causes tried on a log, the best first."""
+
+    schema: Literal["collaudit/explain/1"]
+    log: str
+    verdict: Verdict
+    causes: tuple[Cause, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Checked:
     """What ``check --json`` prints: configuration to what keeps it from being used, null where it can be."""
 
@@ -237,6 +247,7 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     AUDITS_SCHEMA: (Audits, "report --format json of several runs"),
     SCORE_SCHEMA: (Scores, "score.json of a run"),
     "collaudit/check/1": (Checked, "check --json"),
+    "collaudit/explain/1": (Explained, "explain --json"),
     "collaudit/accept/1": (Accepted, "accept --json"),
     "collaudit/query/1": (Answer, "query --json"),
     "collaudit/trend/2": (Trends, "trend --json"),

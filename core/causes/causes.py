@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from collaudit.core.causes.excess import Excess, excess_of
 from collaudit.core.causes.solve import Solved, solved
 from collaudit.core.causes.trials import trials
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import Cause
+from collaudit.core.data.cause import Cause
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.friction.friction_model import FrictionModel
@@ -27,6 +28,10 @@ _WORTH_A_LINE = 0.1
 _GRAVITY = 0.03
 #: Efforts are in each other's place if all of them are, to this share.
 _WHOLE = 0.3
+#: A hand on the arm for the whole log. Any other cause must be told from that: to state it would hide the hand.
+_PERSON = frozenset({"force", "pull"})
+#: A centre of mass further from the tool's frame is no load's, m.
+_REACH_M = 1.0
 #: Excess in fewer blocks than this share is an event, not a cause that is there all the time.
 _LASTS = 0.1
 
@@ -58,7 +63,9 @@ def find_causes(
     robot, frame = prepared.robot, config.robot.tool.frame
     weighed = prepared.start.effort_kind.compensated == "no" and bool(robot.gravity_base_m_s2.any())
     found = [solved(table, one, before) for one in trials(table, robot, frame, weighed)]
-    tried = sorted((one for one in found if one is not None and _tells(one, robot)), key=lambda one: -one.share)
+    tried = sorted(
+        (one for one in found if one is not None and _tells(one, robot, stated_kg(config))), key=lambda one: -one.share
+    )
     if not tried:
         return ()
     best = tried[0].share
@@ -67,15 +74,33 @@ def find_causes(
         key=lambda one: (one.value.size, -one.share),
         default=tried[0],
     )
+    rivals = [one for one in tried if (one.trial.kind in _PERSON) != (first.trial.kind in _PERSON)]
+    rival = min(rivals, key=lambda one: float(one.rest.mean()), default=None)
+    if rival is not None and rival.beats(first):
+        first, rival = rival, first
+    unclear = rival is not None and not first.beats(rival)
     ranked = [first, *(one for one in tried if one is not first)]
-    speaks = first.share >= _SPEAKS and first.least_share >= _EITHER_HALF
-    return tuple(
-        _cause(one, table, robot, config, first=speaks and one is first) for one in ranked if one.share >= _WORTH_A_LINE
-    )
+    causes = [_cause(one, table, robot, config) for one in ranked if one.share >= _WORTH_A_LINE]
+    if causes and first.share >= _SPEAKS and first.least_share >= _EITHER_HALF:
+        causes[0] = replace(causes[0], speaks=True)
+        if unclear and rival is not None:  # what could hide somebody is not stated
+            text = f"{causes[0].text}; or {_cause(rival, table, robot, config).text}: this motion does not tell which"
+            causes[0] = replace(causes[0], text=text, line="")
+    return tuple(causes)
 
 
-def _tells(one: Solved, robot: RobotModel) -> bool:
-    """Whether any of its parameters differs from none, and it can be."""
+def _tells(one: Solved, robot: RobotModel, stated_kg: float) -> bool:
+    """Whether any of its parameters differs from none, and it can be.
+
+    Args:
+        one: the cause.
+        robot: as stated.
+        stated_kg: mass of the stated tool.
+    """
+    if one.trial.kind == "tool":
+        mass, first = float(one.value[0]), one.value[1:]
+        if mass + stated_kg < -one.half_width[0] or np.linalg.norm(first) > _REACH_M * abs(mass):
+            return False
     if one.trial.kind == "mounting":
         size = float(np.linalg.norm(robot.gravity_base_m_s2))
         if abs(float(np.linalg.norm(robot.gravity_base_m_s2 + one.value)) / size - 1.0) > _GRAVITY:
@@ -85,7 +110,13 @@ def _tells(one: Solved, robot: RobotModel) -> bool:
     return bool((np.abs(one.value) > one.half_width).any())
 
 
-def _cause(one: Solved, table: Excess, robot: RobotModel, config: Config, *, first: bool) -> Cause:
+def stated_kg(config: Config) -> float:
+    """Mass of the stated tool; 0 where it is to be estimated."""
+    mass = config.robot.tool.mass_kg
+    return 0.0 if isinstance(mass, str) else float(mass)
+
+
+def _cause(one: Solved, table: Excess, robot: RobotModel, config: Config) -> Cause:
     text, line = _WORDS[one.trial.kind](one, table, robot, config)
     low, high = one.value - one.half_width, one.value + one.half_width
     return Cause(
@@ -96,7 +127,7 @@ def _cause(one: Solved, table: Excess, robot: RobotModel, config: Config, *, fir
         value=tuple(map(float, one.value)),
         ci95=tuple((float(a), float(b)) for a, b in zip(low, high, strict=True)),
         line=line,
-        speaks=first,
+        speaks=False,
     )
 
 
@@ -150,7 +181,7 @@ def _swapped(one: Solved, table: Excess, robot: RobotModel, config: Config) -> t
     first, second = one.trial.joints
     share = one.value[0]
     text = f"efforts of '{first}' and '{second}' in each other's place (share {share:.2g} ± {one.half_width[0]:.1g})"
-    return text, f'[log] joint_names: exchange "{first}" and "{second}"'
+    return text, f"exchange the effort columns of '{first}' and '{second}'"
 
 
 def _mounting(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
@@ -167,8 +198,7 @@ def _mounting(one: Solved, table: Excess, robot: RobotModel, config: Config) -> 
 
 def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
     mass, first = float(one.value[0]), one.value[1:]
-    tool = config.robot.tool
-    stated = 0.0 if isinstance(tool.mass_kg, str) else float(tool.mass_kg)
+    tool, stated = config.robot.tool, stated_kg(config)
     total = stated + mass
     error = float(one.half_width[0])
     text = f"{abs(mass):.2f} kg {'more' if mass > 0 else 'less'} at the tool than stated (± {max(error, 0.01):.2f} kg)"
@@ -181,12 +211,18 @@ def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
 
 
 def _force(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
-    size = float(np.linalg.norm(one.value))
-    axes = ", ".join(f"{-x:.0f}" for x in one.value)
-    text = (
-        f"a steady force of {size:.0f} N on the tool, ({axes}) N in base axes: someone leaning on it, a hose or a cable"
-    )
-    return text, ""
+    place = f"the link of {one.trial.joints[0]}" if one.trial.joints else "the tool"
+    return f"a steady force on {place}, {_newtons(one)} in base axes: someone who leans on it", ""
+
+
+def _pull(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    return f"a steady force on the tool, {_newtons(one)} in its own axes: a hose, a cable, or someone", ""
+
+
+def _newtons(one: Solved) -> str:
+    """Of the force on the arm: the effort holds what the arm exerts, of the other sign."""
+    axes = ", ".join(f"{round(-x) + 0}" for x in map(float, one.value))
+    return f"{np.linalg.norm(one.value):.0f} N (± {np.linalg.norm(one.half_width):.0f} N), along ({axes})"
 
 
 def _off(one: Solved, k: int) -> bool:
@@ -202,4 +238,5 @@ _WORDS: dict[str, Callable[[Solved, Excess, RobotModel, Config], tuple[str, str]
     "mounting": _mounting,
     "tool": _tool,
     "force": _force,
+    "pull": _pull,
 }

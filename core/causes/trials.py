@@ -5,8 +5,9 @@ With the residual r = effort - model of eq. (5), a cause with parameters b expla
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -59,7 +60,10 @@ def trials(table: Excess, robot: RobotModel, frame: str | None, gravity: bool) -
         yield Trial("mounting", (), _of(table, robot.gravity_regressor), np.full(3, 10.0))
         yield Trial("tool", (), _load(table, robot, frame), np.array([20.0, 5.0, 5.0, 5.0]))
     end = frame or robot.frame_names[-1]
-    yield Trial("force", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
+    yield Trial("pull", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
+    for at, place in (((), end), *_places(table, robot)):
+        columns = _of(table, partial(robot.base_torque_per_newton, frame=place))
+        yield Trial("force", at, columns, np.full(3, 500.0))
     if len(table.joints) > 1:
         each = range(len(table.joints))
         yield Trial("friction", table.joints, np.concatenate([only(table.friction_nm, j) for j in each], axis=2),
@@ -68,6 +72,12 @@ def trials(table: Excess, robot: RobotModel, frame: str | None, gravity: bool) -
                     np.full(len(table.joints), 2.0))  # fmt: skip
         yield Trial("zero", table.joints, np.concatenate([_zero(table, j) for j in each], axis=2),
                     np.repeat(1e3 * table.usual_nm, 2))  # fmt: skip
+
+
+def _places(table: Excess, robot: RobotModel) -> list[tuple[tuple[str, ...], str]]:
+    """The ends of the links before the last: the joint that moves each, and a frame."""
+    ends = ((joint, frame) for joint in table.joints[:-1] for frame in {robot.link_of(joint), robot.outer_frame(joint)})
+    return sorted(((joint,), frame) for joint, frame in ends if frame is not None)
 
 
 def only(torque_nm: FloatArray, j: int) -> FloatArray:
@@ -85,12 +95,11 @@ def _zero(table: Excess, j: int) -> FloatArray:
     return out
 
 
-def _of(table: Excess, torque_of: object) -> FloatArray:
+def _of(table: Excess, torque_of: Callable[[FloatArray], FloatArray]) -> FloatArray:
     """(n, j, k) of the judged joints, by a function of positions (n, k) without NaN."""
-    assert callable(torque_of)
     q = table.motion[0]
     moving = np.isfinite(q).all(axis=1)
-    some = np.asarray(torque_of(np.ascontiguousarray(q[moving])))[:, table.columns]
+    some = torque_of(np.ascontiguousarray(q[moving]))[:, table.columns]
     out = np.zeros((q.shape[0], *some.shape[1:]))
     out[moving] = some
     return out * table.known[:, :, None]

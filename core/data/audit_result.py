@@ -10,6 +10,7 @@ from typing import Literal
 
 from collaudit.core.data import shown
 from collaudit.core.data.arm_geometry import ArmGeometry
+from collaudit.core.data.cause import Cause
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import (
@@ -313,33 +314,6 @@ class PhaseSpan:
     phase: Phase
     start_s: float
     end_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Cause:
-    """What would take the residual of a log away, had it been stated; it never changes a verdict.
-
-    Attributes:
-        code: friction, scale, zero, delay, swapped, mounting, tool or force.
-        joints: those that it is about; empty for the arm.
-        text: in words.
-        share: of what the residual has beyond that of the fitted motion, gone in blocks of time that the solve has
-            not seen.
-        value: parameters: factors less one; N·m and drift in half the log; s; m/s² of gravity in base axes; kg and kg·m
-            at the tool; N in base axes.
-        ci95: their intervals.
-        line: what to state, or to do; empty where nothing helps.
-        speaks: it explains most, and enough.
-    """
-
-    code: str
-    joints: tuple[str, ...]
-    text: str
-    share: float
-    value: tuple[float, ...]
-    ci95: tuple[tuple[float, float], ...]
-    line: str
-    speaks: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -207,6 +207,12 @@ class RobotModel:
         columns = [self.wrench_torque(q, np.tile(axis, (len(q), 1)), frame) for axis in unit]
         return np.stack(columns, axis=2)
 
+    def base_torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
+        """(n, j, 3) as :meth:`torque_per_newton`, for a newton along each axis of the base."""
+        body = self._with_frame(frame).point_mass(frame, 1.0, np.zeros(3))
+        still, pulled = np.zeros_like(q), (body.under_gravity(-axis) for axis in np.eye(3))
+        return np.stack([self._torques(one.inverse_dynamics, (q, still, still)) for one in pulled], axis=2)
+
     def contact_torque(
         self,
         q: FloatArray,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collaudit.core.data.audit_result import AuditResult, Cause
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.cause import Cause
 from collaudit.core.findings import Finding
 
 
@@ -23,8 +24,8 @@ def cause_sentence(result: AuditResult) -> str | None:
     for cause in result.causes:
         best_of.setdefault(cause.code, cause)
     other = next(iter([*best_of.values()][1:]), None)
-    beside = "" if other is None else f" (next best, {other.code}: {_share(other)})"
-    return f"Cause: {first.text}; it explains {_share(first)} of the residual beyond the usual{beside}."
+    beside = "" if other is None else f", next {other.code} {_share(other)}"
+    return f"Cause: {first.text} (explains {_share(first)}{beside})."
 
 
 def cause_lines(result: AuditResult) -> list[str]:

@@ -14,7 +14,8 @@ from three_joints import COULOMB, VISCOUS, arm, log_of, settings
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import AuditResult, Cause, FrictionFile
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.data.cause import Cause
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray
@@ -112,6 +113,32 @@ def test_one_wrong_thing_is_named_first(
     assert 0.5 < cause.share <= 1.0
     if value is not None:
         assert cause.value[0] == pytest.approx(value, rel=0.12)
+
+
+@pytest.mark.parametrize(
+    ("frame", "force_n"), [("tool0", (0.0, 0.0, -25.0)), ("tool0", (15.0, -10.0, 0.0)), ("link2", (0.0, 0.0, -40.0))]
+)
+def test_a_hand_that_leans_on_the_arm_is_no_load_and_nothing_is_to_be_stated(
+    frame: str, force_n: tuple[float, float, float]
+) -> None:
+    """For the whole log, in base axes: stating a mass or a scale would make a pass of it."""
+
+    def leaned(effort: FloatArray, log: JointLog) -> FloatArray:
+        return effort - arm(PLAIN).base_torque_per_newton(log.position_rad, frame) @ np.array(force_n)
+
+    cause = first(with_effort(leaned))
+    assert cause.code == "force" or "does not tell which" in cause.text
+    assert cause.line == ""
+
+
+def test_what_cannot_be_told_from_a_hand_is_not_stated() -> None:
+    """A load on an arm that moves so slowly that its inertia does not show."""
+    plain, carried = arm(PLAIN), arm(settings(tool={"mass_kg": 1.5, "com_m": [0.0, 0.0, 0.0]}))
+    log = logged(plain)
+    assert log.effort is not None
+    weight = carried.gravity_torque(log.position_rad) - plain.gravity_torque(log.position_rad)
+    cause = first(replace(log, effort=log.effort + weight))
+    assert cause.line == ""
 
 
 def test_contact_alone_has_no_cause_and_a_clean_log_none_to_try() -> None:

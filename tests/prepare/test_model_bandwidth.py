@@ -11,9 +11,12 @@ import pytest
 from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.detectors.direct import direct_kernel
+from collaudit.core.residual.residual import ResidualInputs
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -120,3 +123,25 @@ def test_what_is_left_out_of_fast_motion_raises_the_threshold(made: Maker, heigh
         assert np.count_nonzero(lacking[~near]) < 0.002 * t.size
         assert (wrong[near].max() > 1.2 * bound) == (height > 0.0)
         assert np.all(wrong[near] < lacking[near] + bound)
+
+
+def test_the_residual_carries_what_the_model_lacks(made: Maker, friction_of: Fitted) -> None:
+    """Offline, and not causally: then effort and motion pass the same filter."""
+    files = made("free-clean", "paper6", duration_s=20.0, imperfections=("slow-currents",))
+    log, settings = prepared_of(files), load_config(files.config)
+    assert log.quiet
+    jerk = 20.0 * (np.abs(log.series.time_s - 10.0) < 0.02)
+    log = replace(log, quiet=tuple(replace(one, left_out_nm=one.left_out_nm + jerk) for one in log.quiet))
+    laws, _ = friction_models(friction_of("paper6").joints, log.judged_series)
+    inputs = ResidualInputs(laws, frozenset())
+    for causal in (False, True):
+        detect = settings.config.detect.changed({"causal": causal})
+        found, without = (
+            detector_named("direct").residual(each, inputs, detect) for each in (log, replace(log, quiet=()))
+        )
+        for one in log.quiet:
+            j = log.judged_series.joint_names.index(one.joint)
+            more = found.uncertainty_nm[:, j] - without.uncertainty_nm[:, j]
+            expected = 0.0 if causal else one.lacking_nm(found.balance.kernel, log.series)
+            np.testing.assert_allclose(more, expected, atol=1e-9)
+            assert causal or more.max() > 3.0

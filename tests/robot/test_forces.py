@@ -118,3 +118,15 @@ def test_without_a_robot_nothing_is_made_up() -> None:
         robot.inverse_dynamics(*np.zeros((3, 1, 2)))
     with pytest.raises(NotJudgedError):
         robot.wrench_torque(np.zeros((1, 2)), np.zeros((1, 6)), "tool0")
+
+
+@pytest.mark.parametrize("frame", ["a", "b", "tip"])
+def test_a_force_in_base_axes_is_that_of_the_frame_turned(tmp_path: Path, frame: str) -> None:
+    path = tmp_path / "skewed.urdf"
+    path.write_text(SKEWED)
+    names = ("j1", "j2", "j3")
+    robot = build_robot(RobotConfig.of({"urdf": str(path)}), tmp_path, names)
+    q, force = np.random.default_rng(3).uniform(-1.0, 1.0, (6, 3)), np.array([3.0, -2.0, 5.0])
+    own = robot.torque_per_newton(q, frame)
+    turned = np.stack([own[k] @ robot.frame_rotation(q[k], frame).T for k in range(len(q))])
+    np.testing.assert_allclose(robot.base_torque_per_newton(q, frame) @ force, turned @ force, atol=1e-12)

@@ -10,7 +10,8 @@ from typing import Any, Literal
 
 from collaudit.cli.commands.detect import SCORE_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
-from collaudit.core.data.audit_result import AuditResult, Cause, RecommendedRule, Verdict
+from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
+from collaudit.core.data.cause import Cause
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.recommendation_result import (
     ArmRate,

@@ -40,6 +40,7 @@ _COMMANDS = {
     "plan": "Plan the motion that would settle what the data leave open.",
     "trend": "The nights of a store: tested, contacts, level, γ, friction.",
     "query": "Ask a store of results in SQL.",
+    "store": "Prune stored nights by age and size, the plan first.",
     "check": "Check configurations without a log.",
     "accept": "Take one contact out of verdicts, by name and until a day.",
     "simulate": "Make a log whose truth is known.",

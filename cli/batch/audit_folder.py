@@ -14,6 +14,7 @@ from collaudit.core.small_files import read_object
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.checksums_file import CHECKSUMS_NAME
 from collaudit.reports.files.json_files import json_text
+from collaudit.reports.files.run_files import FRICTION_FOLDER
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
 from collaudit.reports.page.scripts import ASSETS_FOLDER, asset_names
 
@@ -48,7 +49,8 @@ def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], fo
     owner = {"host": socket.gethostname(), "process": os.getpid()}
     atomic_write(marker, json_text({"note": note, **owner, "runs": sorted(runs)}))
     assets = (f"{ASSETS_FOLDER}/{file.name}" for file in (out / ASSETS_FOLDER).glob("*-*.js"))
-    for name in (*own_files(), *assets, CHECKSUMS_NAME, *_FORMER):
+    frictions = (f"{FRICTION_FOLDER}/{file.name}" for file in (out / FRICTION_FOLDER).glob("*.json"))
+    for name in (*own_files(), *assets, *frictions, CHECKSUMS_NAME, *_FORMER):
         _remove(out / name)
     for folder in sorted(runs.difference(kept)):
         remove_run(out / folder)

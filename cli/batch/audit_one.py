@@ -81,10 +81,10 @@ def _written(
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
-    audit, friction = audit_files(files, job.loaded, progress, known=job.known)
+    audit, _ = audit_files(files, job.loaded, progress, known=job.known)
     audit = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=job.name)))
     (run / FINISHED).unlink(missing_ok=True)
-    write_run(run, audit, friction)
+    write_run(run, audit, None)  # its friction file stands once in the audit's folder
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
     note_finished(run, files, audit.result.log.sha256, job, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")

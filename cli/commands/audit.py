@@ -122,6 +122,12 @@ if TYPE_CHECKING:
     metavar="DATE",
     help="Night that the logs count to in a store; default: their own dates.",
 )
+@click.option(
+    "--root",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Names of logs begin below this folder; default: found from robot, configuration, or a folder that is a date.",
+)
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @detail_options
@@ -144,6 +150,7 @@ def command(
     store: str | None,
     robot: str | None,
     day: datetime | None,
+    root: Path | None,
     force: bool,
     as_json: bool,
     detail: Detail,
@@ -152,8 +159,8 @@ def command(
 
     "-" reads a list of logs from stdin, one a line. With [fleet] each log is judged with the settings of its robot.
 
-    OUT holds index.html, summary.json, assets that reports share and, per log, audit.json, signals.parquet,
-    friction.json and report.html. Without a friction file, friction is fitted on each log itself, and its result says
+    OUT holds index.html, summary.json, assets that reports share, each friction file once and, per log, audit.json,
+    signals.parquet and report.html. Without a friction file, friction is fitted on each log itself, and its result says
     so. A log that cannot be judged is listed with its reason and stops no other: also one that takes too long, or
     whose process dies. All results of earlier audits in OUT are removed first; until the new ones are complete, OUT
     holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
@@ -177,7 +184,7 @@ def command(
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.checksums_file import write_checksums
     from collaudit.reports.files.json_files import json_text
-    from collaudit.reports.files.run_files import read_friction
+    from collaudit.reports.files.run_files import FRICTION_FOLDER, keep_friction, read_friction
     from collaudit.reports.page.index import summarise
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.values.entries import night_sentence, nights_before, verdict_counts
@@ -186,9 +193,10 @@ def command(
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
     accepted = read_accepted(loaded)
-    found, of_robots, others = night_of(logs, loaded, overrides(), keep_going)
+    found, of_robots, others = night_of(logs, loaded, overrides(), keep_going, root)
     _say_left_out(others)
-    for friction in sorted({path for settings in of_robots if (path := settings.friction_path) is not None}):
+    frictions = sorted({path for settings in of_robots if (path := settings.friction_path) is not None})
+    for friction in frictions:
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     nights = store or (baseline if baseline is not None and is_store(baseline) else None)
     jobs_of_night = with_records(found, nights, robot, day)
@@ -200,6 +208,7 @@ def command(
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished earlier; their results are kept")
     with run_log(log_json) as events, audit_under_way(output, folders, kept_folders, force):
+        keep_friction(output, frictions)
         events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
 
         def came(outcome: Outcome) -> None:
@@ -217,7 +226,7 @@ def command(
         night = _night_facts(work, outcomes, others, accepted, today)
         night = replace(night, sentence=night_sentence(entries))
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
-        write_checksums(output, own_files(), folders, others)
+        write_checksums(output, own_files(), [FRICTION_FOLDER, *folders], others)
         if store is not None:
             ResultStore(store).append([row for rows in tonight.values() for row in rows])
             note(f"{len(tonight)} logs added to the store {store}")
@@ -252,6 +261,7 @@ def _night_facts(
         breaches=tuple(budget_breaches([(job.owner, result) for job, result in judged])),
         left_out=tuple(others),
         accepted=tuple(acceptance_uses(accepted, looked_at, today)),
+        robots={job.name: job.owner for job in jobs if job.owner is not None},
     )
 
 

@@ -99,7 +99,7 @@ def _known(inputs: Sequence[str], loaded: LoadedConfig) -> tuple[FrictionFile | 
         ConfigError: inputs that give friction in two ways.
     """
     from collaudit.core import api
-    from collaudit.reports.files.run_files import AUDIT_NAME, FRICTION_NAME, read_friction, read_run
+    from collaudit.reports.files.run_files import AUDIT_NAME, friction_of_run, read_friction, read_run
 
     files = [Path(text) for text in inputs if Path(text).suffix == ".json"]
     runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
@@ -115,6 +115,6 @@ def _known(inputs: Sequence[str], loaded: LoadedConfig) -> tuple[FrictionFile | 
     if logs:
         with progress("fitting") as report:
             return api.fit(api.find_logs(logs, loaded), loaded, report), audits
-    paths = [*files, *(run / FRICTION_NAME for run in runs if (run / FRICTION_NAME).is_file())]
+    paths = [*files, *(path for run in runs if (path := friction_of_run(run)) is not None)]
     path = paths[0] if paths else loaded.friction_path
     return (None if path is None else read_friction(path)), audits

@@ -1,8 +1,8 @@
 """From the arguments of an audit to its jobs: each log with its robot, and what it is called in every file.
 
 Files, folders, patterns and a list on stdin are looked up. A log is called ``robot/folder/name``, and so is its run
-folder. The name follows from robot and path alone, and not from the other logs of the night, so that it is the same
-tomorrow. Only where two logs would share one do both get more of their folders.
+folder. The folders are those below the root of the nights, without those that are dates, however the log was named as
+an argument, so that the name is the same tomorrow. Only where two logs would share one do both get more folders.
 """
 
 from __future__ import annotations
@@ -32,11 +32,18 @@ from collaudit.core.logs.inputs import other_files
 from collaudit.core.logs.log_formats import is_bag_folder
 from collaudit.core.logs.unjudged_files import left_out, left_out_urls
 from collaudit.core.numeric.distinct_names import distinct
+from collaudit.reports.files.run_files import FRICTION_FOLDER
 from collaudit.reports.page.scripts import ASSETS_FOLDER
 
 #: Stands for a list of logs on stdin.
 STDIN = "-"
 _LONGEST_FOLDER = 80
+#: Folders that are a date, or year, month and day, perhaps with a time: ``2026-11-22/``, ``20261122T0315/``,
+#: ``2026/11/22/``.
+_DATED = re.compile(
+    r"(?:(?<=/)|^)(?:19|20)\d\d(?P<mark>[-_./]?)(?:0[1-9]|1[0-2])(?P=mark)(?:0[1-9]|[12]\d|3[01])"
+    r"(?:[-_.T ]\d[-_.:\d]*Z?)?/"
+)
 
 
 class Night(NamedTuple):
@@ -48,7 +55,11 @@ class Night(NamedTuple):
 
 
 def night_of(
-    arguments: Sequence[str], loaded: LoadedConfig, flags: Mapping[str, object], keep_going: bool = False
+    arguments: Sequence[str],
+    loaded: LoadedConfig,
+    flags: Mapping[str, object],
+    keep_going: bool = False,
+    root: Path | None = None,
 ) -> Night:
     """What arguments stand for.
 
@@ -57,9 +68,11 @@ def night_of(
         loaded: the common configuration.
         flags: settings given as flags, which win over those of a robot.
         keep_going: an argument that names nothing becomes a log that is not judged, not an error.
+        root: folder that names of logs are told from; None: found.
 
     Raises:
-        ConfigError: an argument names nothing, or fleet and robots are not described as they should be.
+        ConfigError: an argument names nothing, a log is not below the root, or fleet and robots are not described as
+            they should be.
         LogError: a folder holds no log, or an argument is a pipe or a device.
     """
     robots = loaded.config.fleet.robots
@@ -81,7 +94,8 @@ def night_of(
         remote = is_url(name)
         jobs.append(LogJob(() if remote else (Path(name),), "", "", loaded, None, error, url=name if remote else None))
     places = [job.files or (Path(job.url or ""),) for job in jobs]
-    names = log_identities(asked, places, [job.robot for job in jobs])
+    beside = None if loaded.path is None else loaded.path.parent
+    names = log_identities(asked, places, [job.robot for job in jobs], root, beside)
     named = zip(jobs, names, run_folders(names, places), strict=True)
     jobs = [job._replace(name=name, folder=folder) for job, name, folder in named]
     return Night(jobs, list(settings.values()) or [loaded], _left_out(asked, loaded))
@@ -147,28 +161,74 @@ def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str |
     return [own._replace(loaded=by_name[name], robot=name) for name in names]
 
 
-def log_identities(arguments: Sequence[str], logs: Sequence[LogFiles], robots: Sequence[str | None]) -> list[str]:
-    """A name for every log: its robot, its folders below the one that is audited, and its file's name.
+def log_identities(
+    arguments: Sequence[str],
+    logs: Sequence[LogFiles],
+    robots: Sequence[str | None],
+    root: Path | None = None,
+    beside: Path | None = None,
+) -> list[str]:
+    """A name for every log: its robot, its folders below the root of the nights, and its file's name.
 
-    One folder, or pattern, is audited: what is below it counts, so that a folder of the night's date is no part of
-    the name. Of a file that is named itself, and where there are several arguments, the last folder counts, too.
+    The root is the one that is stated; else the folder that holds the folder of the log's robot; else that of the
+    configuration, where the log lies below it; else the one that holds the first folder that is a date. Folders that
+    are dates are no part of a name. Where no root is found, what is below the one folder or pattern that is audited
+    counts; of a file that is named itself, and where there are several arguments, the last folder, too.
 
     Args:
         arguments: files, folders, patterns and URLs that the logs were found by.
         logs: files of each, no first file twice; a URL stands as a path.
         robots: in that order; None where it is not known.
+        root: as stated.
+        beside: the folder of the configuration.
+
+    Raises:
+        ConfigError: a log is not below the root that is stated.
     """
     folders = [found for argument in arguments if (found := _audited_folder(argument)) is not None]
     parts = [_parts(files) for files in logs]
-    depth = [_depth(files[0], folders, len(arguments) == 1) for files in logs]
+    depth = []
+    for files, own, robot in zip(logs, parts, robots, strict=True):
+        known = _below_root(files, own, robot, root, beside)
+        depth.append(known or _depth(files[0], folders, len(arguments) == 1))
+    names = [_joined(robot, _undated(own[-most:])) for robot, own, most in zip(robots, parts, depth, strict=True)]
+    shared = {name for name, count in Counter(names).items() if count > 1}
+    whole = [name in shared for name in names]
     while True:
-        names = [_joined(robot, own[-most:]) for robot, own, most in zip(robots, parts, depth, strict=True)]
+        names = [
+            _joined(robot, own[-most:] if dated else _undated(own[-most:]))
+            for robot, own, most, dated in zip(robots, parts, depth, whole, strict=True)
+        ]
         count = Counter(names)
         short = [i for i, name in enumerate(names) if count[name] > 1 and depth[i] < len(parts[i])]
         if not short:
             return distinct(names)  # a file that was given twice, in two spellings
         for i in short:
             depth[i] += 1
+
+
+def _below_root(
+    files: LogFiles, own: tuple[str, ...], robot: str | None, root: Path | None, beside: Path | None
+) -> int | None:
+    """How many of a path's last parts are below the root of the nights; None where none is known."""
+    folders = own[:-1]
+    if root is not None:
+        above = _folders(root)
+        if folders[: len(above)] != above:
+            raise ConfigError("a log is not below the root", where=f"--root {root}", found=files[0].as_posix())
+        return len(own) - len(above)
+    if robot in folders:
+        return folders[::-1].index(robot) + 2
+    if beside is not None and folders[: len(_folders(beside))] == _folders(beside):
+        return len(own) - len(_folders(beside))
+    dated = _DATED.search("/".join((*folders, "")))
+    return None if dated is None else len(own) - dated.string.count("/", 0, dated.start())
+
+
+def _undated(parts: tuple[str, ...]) -> tuple[str, ...]:
+    """A path without the folders that are dates."""
+    *folders, name = parts
+    return (*_DATED.sub("", "/".join((*folders, ""))).split("/")[:-1], name)
 
 
 def run_folders(names: Sequence[str], logs: Sequence[LogFiles]) -> list[str]:
@@ -181,7 +241,7 @@ def run_folders(names: Sequence[str], logs: Sequence[LogFiles]) -> list[str]:
         logs: their files.
     """
     plain = [_plain(name, files) for name, files in zip(names, logs, strict=True)]
-    count = Counter([ASSETS_FOLDER, *(folder.lower() for folder in plain)])
+    count = Counter([ASSETS_FOLDER, FRICTION_FOLDER, *(folder.lower() for folder in plain)])
     hashes = [hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8] for name in names]
     return [f if count[f.lower()] == 1 else f"{f}-{digest}" for f, digest in zip(plain, hashes, strict=True)]
 
@@ -203,10 +263,14 @@ def _depth(file: Path, folders: Sequence[Path], alone: bool) -> int:
 
 
 def _parts(files: LogFiles) -> tuple[str, ...]:
-    """Folders, without the root, and the name of the log."""
-    remote = ":" in files[0].parts[0]
-    folders = files[0].parts[:-1] if remote else Path(os.path.abspath(files[0])).parts[1:-1]  # noqa: PTH100 - links stay
-    return (*folders, log_name(files))
+    """Folders, without the root of the file system, and the name of the log."""
+    return (*_folders(files[0].parent), log_name(files))
+
+
+def _folders(folder: Path) -> tuple[str, ...]:
+    """Its parts, without the root of the file system."""
+    remote = bool(folder.parts) and ":" in folder.parts[0]
+    return folder.parts if remote else Path(os.path.abspath(folder)).parts[1:]  # noqa: PTH100 - links stay
 
 
 def _joined(robot: str | None, parts: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shlex
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -18,6 +19,7 @@ from collaudit.core.data.signals import Signals
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
 from collaudit.core.numeric.parallel import threads
+from collaudit.core.small_files import read_small
 from collaudit.reports.files.atomic import atomic_write, refuse_link, staged, write_synced
 from collaudit.reports.files.json_files import json_text, read_result
 
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 AUDIT_NAME = "audit.json"
 SIGNALS_NAME = "signals.parquet"
 FRICTION_NAME = "friction.json"
+#: In the folder of an audit: friction files by their hash, each once however many logs were judged with it.
+FRICTION_FOLDER = "friction"
 #: Runs named in a message.
 _OFFERED = 6
 
@@ -89,6 +93,24 @@ def read_friction(path: str | Path) -> FrictionFile:
             hint = "make the file again; it may have been edited"
             raise CollauditError("this is nothing that a fit gives", where=f"{path}: {place}", found=found, hint=hint)
     return file
+
+
+def keep_friction(out: Path, files: Sequence[Path]) -> None:
+    """Copy friction files into an audit's folder, named by their hash: ``provenance.friction_sha256`` of each run.
+
+    Raises:
+        CollauditError: one cannot be written. OSError: one cannot be read.
+    """
+    for file in files:
+        content = read_small(file, 1 << 30)
+        atomic_write(out / FRICTION_FOLDER / f"{hashlib.sha256(content).hexdigest()}.json", content)
+
+
+def friction_of_run(run_dir: Path) -> Path | None:
+    """The friction file that a run was judged with, its own or the audit's; None where it was fitted on the log."""
+    own = run_dir / FRICTION_NAME
+    shared = run_dir.absolute().parent / FRICTION_FOLDER / f"{_result(run_dir).provenance.friction_sha256}.json"
+    return next((path for path in (own, shared) if path.is_file()), None)
 
 
 def earlier_friction(path: Path) -> FrictionFile | None:

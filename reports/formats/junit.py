@@ -1,11 +1,13 @@
-"""JUnit XML: one test case per log.
+"""JUnit XML: a suite a robot, a test case a log.
 
-What would have been noticed stands in the properties of a case: the verdict's body is for people, and some CI servers
-cut it. Names are ``torque_alarms_JOINT`` and ``force_alarms_PLACE``, each with its unit in the value.
+A case's class is robot and folders; its time is that of the recording, so that the same audit gives the same bytes and
+a case that becomes short shows. What would have been noticed stands in the properties of the suite, since the schema of
+Jenkins has none in a case: ``LOG: torque_alarms_JOINT`` and ``LOG: force_alarms_PLACE``, with the unit in the value.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import assert_never
 from xml.etree import ElementTree
@@ -17,6 +19,11 @@ from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
 from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
+
+#: Suite, and class, of logs that no robot or folder is known of.
+_NO_ROBOT = "collaudit"
+#: A log: its line, what is told of it, what would have been noticed, and how long it is, s.
+_Log = tuple[IndexEntry, str, Sequence[tuple[str, str]], float]
 
 
 def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
@@ -31,10 +38,11 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
         night: a limit that is broken over all logs is a failure; a file that is only named is skipped.
     """
     suites = ElementTree.Element("testsuites", name="collaudit")
-    for result in results:
-        _suite(suites, entry_of(result), audit_text(result), _sensitivity(result))
-    for entry in unread:
-        _suite(suites, entry, entry.error or "")
+    every = [(entry_of(one), audit_text(one), _sensitivity(one), one.log.duration_s) for one in results]
+    every += [(entry, entry.error or "", [], 0.0) for entry in unread]
+    robots = [entry.robot or night.robots.get(entry.name) for entry, *_ in every]
+    for robot in sorted(set(robots), key=lambda name: name or ""):
+        _suite(suites, robot or _NO_ROBOT, [log for log, own in zip(every, robots, strict=True) if own == robot])
     _night(suites, night)
     for name in ("tests", "failures", "errors"):
         suites.set(name, str(sum(int(suite.get(name, "0")) for suite in suites)))
@@ -57,20 +65,31 @@ def _night(suites: ElementTree.Element, night: NightFacts) -> None:
         ElementTree.SubElement(case, "skipped", message=visible(f"not judged: {file.text}"))
 
 
-def _suite(
-    suites: ElementTree.Element, entry: IndexEntry, details: str, sensitivity: Sequence[tuple[str, str]] = ()
-) -> None:
-    """One log: a suite with its properties, for that is where the schema of Jenkins has them, and one test case."""
-    suite = ElementTree.SubElement(suites, "testsuite", name=visible(entry.name), tests="1")
-    suite.set("failures", str(int(entry.verdict == "fail")))
-    suite.set("errors", str(int(entry.verdict == "not_judged")))
-    suite.set("skipped", "0")
-    stated = (*_properties(entry), *sensitivity)
+def _suite(suites: ElementTree.Element, robot: str, logs: Sequence[_Log]) -> None:
+    """The logs of one robot."""
+    verdicts = Counter(entry.verdict for entry, *_ in logs)
+    suite = ElementTree.SubElement(suites, "testsuite", name=visible(robot), tests=str(len(logs)))
+    for name, count in (("failures", verdicts["fail"]), ("errors", verdicts["not_judged"]), ("skipped", 0)):
+        suite.set(name, str(count))
+    suite.set("time", _time(sum(duration_s for *_, duration_s in logs)))
+    stated = [
+        (f"{visible(entry.name)}: {name}", value)
+        for entry, _, sensitivity, _ in logs
+        for name, value in (*_properties(entry), *sensitivity)
+    ]
     if stated:
         properties = ElementTree.SubElement(suite, "properties")
         for name, value in stated:
             ElementTree.SubElement(properties, "property", name=name, value=value)
-    case = ElementTree.SubElement(suite, "testcase", classname="collaudit", name=visible(entry.name))
+    for entry, details, _, duration_s in logs:
+        _case(suite, entry, details, duration_s)
+
+
+def _case(suite: ElementTree.Element, entry: IndexEntry, details: str, duration_s: float) -> None:
+    folders = visible(entry.name).rpartition("/")[0].replace("/", ".") or _NO_ROBOT
+    case = ElementTree.SubElement(
+        suite, "testcase", classname=folders, name=visible(entry.name), time=_time(duration_s)
+    )
     reasons = visible("; ".join(entry.reasons)) or "no reason was recorded"
     body = "\n".join(visible(line) for line in details.splitlines())
     match entry.verdict:
@@ -84,6 +103,10 @@ def _suite(
             ElementTree.SubElement(case, "system-out").text = head + body
         case _:
             assert_never(entry.verdict)
+
+
+def _time(duration_s: float) -> str:
+    return f"{duration_s:.3f}"
 
 
 def _properties(entry: IndexEntry) -> list[tuple[str, str]]:

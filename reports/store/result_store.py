@@ -1,4 +1,4 @@
-"""A folder of batches, here or wherever fsspec leads: one Parquet file for each audit, added and never changed.
+"""A folder of batches, here or wherever fsspec leads: one Parquet file for each audit, which only pruning changes.
 
 A batch appears whole under a name of its own: locally by a rename, elsewhere by the one request that makes an object.
 Writers therefore never meet, and a reader sees a batch or not. Which rows of a log count, when it was judged more than
@@ -11,7 +11,7 @@ import io
 import json
 import re
 import secrets
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -77,12 +77,10 @@ class ResultStore:
         if not rows:
             return None
         self.check()
-        buffer = io.BytesIO()
         values = [plain(row) for row in rows]  # numbers that are not finite become null
-        pq.write_table(pa.Table.from_pylist(values, schema=SCHEMA), buffer, compression="zstd", compression_level=9)
         month = max(row.night for row in rows)[:7]
         name = f"{_FOLDER}/{month}/{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(6)}.parquet"
-        self._write(name, buffer.getvalue())
+        self._write_rows(name, pa.Table.from_pylist(values, schema=SCHEMA))
         return name
 
     def batches(self) -> list[str]:
@@ -115,11 +113,29 @@ class ResultStore:
 
     def judgements(self) -> list[list[NightRow]]:
         """The rows of each log as each batch has it, oldest batch first: a log that was judged twice is there twice."""
+        return list(self.by_batch().values())
+
+    def by_batch(self) -> dict[tuple[str, tuple[str, str]], list[NightRow]]:
+        """The rows of each log in each batch, by name of the batch and identity of the log, oldest batch first."""
         found: dict[tuple[str, tuple[str, str]], list[NightRow]] = {}
         for value in self.table().to_pylist():
             row = _row_of(value)
             found.setdefault((value["batch"], row.identity), []).append(row)
-        return list(found.values())
+        return found
+
+    def without(self, batch: str, identities: Collection[tuple[str, str]]) -> None:
+        """Take logs out of a batch, which is replaced as a whole.
+
+        Args:
+            batch: its name.
+            identities: of the logs.
+
+        Raises:
+            CollauditError: the store cannot be read or written.
+        """
+        part = pq.ParquetFile(io.BytesIO(self._read_if_there(batch) or b"")).read()
+        stays = [_row_of(value).identity not in identities for value in part.select(SCHEMA.names).to_pylist()]
+        self._write_rows(batch, part.filter(pa.array(stays, pa.bool_())))
 
     def rows(self) -> list[NightRow]:
         """The rows that count: those of the latest batch with the log, in the order of robot, night and log."""
@@ -161,6 +177,11 @@ class ResultStore:
                 expected=f"schema {STORE_SCHEMA}",
                 hint="name a new folder, or use the version that wrote it",
             )
+
+    def _write_rows(self, name: str, rows: pa.Table) -> None:
+        buffer = io.BytesIO()
+        pq.write_table(rows, buffer, compression="zstd", compression_level=9)
+        self._write(name, buffer.getvalue())
 
     def _write(self, name: str, content: bytes) -> None:
         if not self.is_remote:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
-from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.data.audit_result import AuditResult, FrictionFile, Verdict
 from collaudit.core.data.plan_result import PlanFile
+from collaudit.core.history.retention import KeptRun
 from collaudit.reports.sections.body_region_sections import (
     CANNOT_BE_CONCLUDED,
     BodyLimits,
@@ -117,6 +119,30 @@ def _reasons(entry: IndexEntry, brief: bool) -> str:
         return "; ".join(every)
     first = brief_reason(entry, _REASON)
     return f"{first} (and {len(every) - 1} more)" if len(every) > 1 else first
+
+
+def prune_text(runs: Sequence[KeptRun], gone: Sequence[KeptRun], width: int | None = None) -> str:
+    """What goes and what stays, by verdict, and why runs stay that are needed.
+
+    Args:
+        runs: all that are stored.
+        gone: those that go.
+        width: columns of the terminal that the table is cut to; None: any.
+    """
+    going = {id(run) for run in gone}
+    kept = [run for run in runs if id(run) not in going]
+    lines = [(VERDICT_WORD[verdict], *_counted(gone, verdict), *_counted(kept, verdict)) for verdict in VERDICT_WORD]
+    needed = Counter(run.needed for run in kept if run.needed)
+    text = table(("verdict", "go", "MB", "stay", "MB"), lines, (1, 2, 3, 4), width)
+    if gone:
+        text += f"\nThe runs that go are from {gone[0].night} to {gone[-1].night}.\n"
+    return text + "".join(f"{plural(count, 'run')}: stays, {visible(why)}\n" for why, count in sorted(needed.items()))
+
+
+def _counted(runs: Sequence[KeptRun], verdict: Verdict) -> tuple[str, str]:
+    """How many have the verdict, and their MB."""
+    own = [run for run in runs if run.verdict == verdict]
+    return str(len(own)), f"{sum(run.size for run in own) / 1e6:.1f}"
 
 
 def total_text(entries: Sequence[IndexEntry]) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.left_out import LeftOut
@@ -21,12 +21,14 @@ class NightFacts:
         breaches: limits that all logs of a robot break together, a sentence each.
         left_out: files of its folders that were not judged; those that count as such are lines of their own, too.
         accepted: what became of each entry of accepted.toml.
+        robots: whose each log is, by its name, where that is known.
     """
 
     sentence: str = ""
     breaches: tuple[str, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     accepted: tuple[AcceptanceUse, ...] = ()
+    robots: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def named(self) -> list[LeftOut]:

@@ -123,7 +123,7 @@ class Arm:
 
     @staticmethod
     def run(log: Path) -> str:
-        """The run folder of a log that is named itself."""
+        """The run folder of a log that is named itself, away from its configuration."""
         return f"{log.parent.name}_{log.stem}"
 
 

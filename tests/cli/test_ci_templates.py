@@ -85,13 +85,23 @@ def test_the_action_hands_over_inputs_as_environment_only() -> None:
         assert "${{" not in step.get("run", ""), "an input inside a script would be run as code"
         assert "run" not in step or step["shell"] == "bash"
     script = (CI / "action" / "audit.sh").read_text()
-    handed = {name for step in steps for name in step.get("env", {})} - {"COLLAUDIT_PACKAGE"}
+    handed = {name for step in steps for name in step.get("env", {})} - {"COLLAUDIT_EXTRAS"}
     assert handed == set(re.findall(r"COLLAUDIT_[A-Z_]+", script.split("set -uo", 1)[1]))
     used = set(re.findall(r"inputs\.([a-z-]+)", json.dumps(steps)))
     uploads = {step["with"].get("sarif_file", step["with"].get("path")) for step in steps if "uses" in step}
     assert {"${{ inputs.out }}/summary.sarif", "${{ inputs.out }}/summary.xml"} <= uploads
     assert used == set(action["inputs"])
     assert all(item.get("required") or "default" in item for item in action["inputs"].values())
+
+
+def test_the_action_installs_the_checkout_it_stands_in(tmp_path: Path) -> None:
+    (step,) = [one for one in _yaml(CI / "action" / "action.yml")["runs"]["steps"] if one["name"] == "install"]
+    env = _stand_in(tmp_path / "bin", f'#!/bin/sh\nprintf "%s\\n" "$@" > {tmp_path}/arguments\n')
+    (tmp_path / "bin" / "python").symlink_to(tmp_path / "bin" / "collaudit")
+    env |= {"GITHUB_ACTION_PATH": str(CI / "action"), "COLLAUDIT_EXTRAS": "fleet,s3"}
+    subprocess.run(["bash", "-euc", step["run"]], check=True, env=env, cwd=tmp_path)
+    place, _, extras = (tmp_path / "arguments").read_text().splitlines()[-1].rpartition("[")
+    assert Path(place).resolve() == PROJECT and extras == "fleet,s3]"
 
 
 def test_the_gitlab_template_names_what_exists() -> None:

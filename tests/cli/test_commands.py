@@ -249,6 +249,7 @@ def test_logs_of_one_name_are_told_apart(arm, collaudit, tmp_path: Path) -> None
         "monday_run",
         "tuesday_run",
         "assets",
+        "friction",
     }
 
 

@@ -77,7 +77,7 @@ def test_joints_and_serials_tell_robots_apart(arm, collaudit, tmp_path: Path) ->
         log.write_text(f"# controller: X1, serial: SN-{number}\n{log.read_text()}")
     collaudit("audit", tmp_path / "logs", "-c", config, "--friction", arm.friction, "-o", tmp_path / "out")
     robots = {name: entry["robot"] for name, entry in _logs(tmp_path / "out").items()}
-    assert robots == {"a/left/night.csv": "a", "b/right/night.csv": "b"}
+    assert robots == {"a/logs/left/night.csv": "a", "b/logs/right/night.csv": "b"}
 
 
 def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: Path) -> None:

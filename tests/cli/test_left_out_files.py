@@ -82,4 +82,4 @@ def test_the_case_of_other_suffixes(collaudit, tmp_path: Path) -> None:
     done = collaudit("audit", case / "night", "-c", case / "c.toml", "--friction", friction, "-o", tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert done.code == 3 and {Path(one["name"]).name for one in summary["left_out"]} == {"run2.txt", "run3.dat"}
-    assert "no time column" in next(log["reasons"][0] for log in summary["logs"] if log["name"] == "run4.h5")
+    assert "no time column" in next(log["reasons"][0] for log in summary["logs"] if log["name"] == "night/run4.h5")

@@ -11,6 +11,8 @@ from xml.etree import ElementTree
 import pytest
 
 from collaudit.cli.fleet.log_inputs import log_identities, run_folders
+from collaudit.core.errors import ConfigError
+from collaudit.reports.files.run_files import friction_of_run
 
 FLEET = """
 [fleet.robots.A]
@@ -49,6 +51,55 @@ def test_a_name_does_not_change_with_the_other_logs_of_the_night(tmp_path: Path)
     every = _names(*logs, logs=logs)
     assert [_names(log, logs=[log])[0] for log in logs] == every
     assert _names(str(tmp_path), logs=logs[:1]) == every[:1]
+
+
+ROOTS = {
+    "stated": ("/data/nights", None, None),
+    "of the robot": (None, None, "A"),
+    "of the configuration": (None, "/data", None),
+    "of a date": (None, None, None),
+}
+
+
+@pytest.mark.parametrize("root", ROOTS)
+def test_a_name_does_not_depend_on_the_arguments(root: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stated, beside, robot = (None if one is None else one.replace("/data", str(tmp_path)) for one in ROOTS[root])
+    night = tmp_path / "nights" / "2026-11-22"
+    logs = [night / "A" / cell / "run1.mcap" for cell in ("cell1", "cell2")]
+    for log in logs:
+        log.parent.mkdir(parents=True)
+        log.touch()
+    below = {path: Path(stated) if stated else None for path in logs}
+
+    def names(*arguments: str | Path, of: list[Path]) -> list[str]:
+        files = [(Path(os.path.relpath(log)),) for log in of]
+        given = [str(one) for one in arguments]
+        return log_identities(given, files, [robot] * len(of), below[of[0]], Path(beside) if beside else None)
+
+    start = "nights/A" if root == "of the configuration" else "A"
+    expected = [f"{start}/cell1/run1.mcap", f"{start}/cell2/run1.mcap"]
+    for folder in (tmp_path, tmp_path / "nights", night, night / "A"):
+        monkeypatch.chdir(folder)
+        assert names(folder, of=logs) == names(f"{folder}/*", of=logs) == names(*logs, of=logs) == expected
+        assert names(".", of=logs) == expected
+    monkeypatch.chdir(logs[0].parent)
+    assert names("run1.mcap", of=logs[:1]) == names(".", of=logs[:1]) == expected[:1]
+
+
+def test_nights_that_are_audited_together_keep_their_dates_where_they_must() -> None:
+    logs = [
+        "/n/2026-11-21/cell1/a.mcap",
+        "/n/2026-11-22/cell1/a.mcap",
+        "/n/2026/11/22/b.mcap",
+        "/n/20261122T0315/c.mcap",
+    ]
+    assert _names("/n", logs=logs) == ["2026-11-21/cell1/a.mcap", "2026-11-22/cell1/a.mcap", "b.mcap", "c.mcap"]
+    assert _names("/n", logs=["/n/2026-13-21/a.mcap"]) == ["2026-13-21/a.mcap"], "no date"
+
+
+def test_a_log_outside_the_root_is_refused() -> None:
+    with pytest.raises(ConfigError, match="not below the root"):
+        log_identities(["/x/a.mcap"], [(Path("/x/a.mcap"),)], [None], Path("/y"))
 
 
 def test_names_and_folders_are_unique_whatever_the_paths() -> None:
@@ -136,6 +187,17 @@ def test_fingerprints_are_those_of_the_night_before(night: tuple[Path, int], arm
         return {one["partialFingerprints"]["primaryLocationLineHash"] for one in results}
 
     assert prints(tmp_path / "out") == prints(out)
+
+
+def test_a_friction_file_stands_once_in_an_audit(night: tuple[Path, int], arm) -> None:
+    out, _ = night
+    (kept,) = (out / "friction").iterdir()
+    assert kept.read_bytes() == arm.friction.read_bytes() and not list(out.glob("*/friction.json"))
+    runs = list(out.glob("*/audit.json"))
+    assert len(runs) == 8
+    assert {json.loads(run.read_text())["provenance"]["friction_sha256"] for run in runs} == {kept.stem}
+    assert f"{kept.stem}  friction/{kept.name}" in (out / "SHA256SUMS").read_text()
+    assert {friction_of_run(run.parent) for run in runs} == {kept.absolute()}, "which plan RUN starts from"
 
 
 def test_out_holds_this_audit_only(arm, collaudit, tmp_path: Path) -> None:

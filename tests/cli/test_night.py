@@ -176,7 +176,7 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     out = tmp_path / "out"
     arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
     assert collaudit(*arguments).code == 0
-    run = arm.run(arm.clean)
+    run = arm.clean.stem
     for name in ("summary.json", f"{run}/audit.json"):
         (out / name).unlink()
         (out / name).symlink_to(target)

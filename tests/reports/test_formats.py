@@ -15,11 +15,12 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.formats.markdown import escaped
-from collaudit.reports.formats.registry import FORMATS, report_text, write_report
+from collaudit.reports.formats.registry import FORMATS, report_text, summary_text, write_report
 from collaudit.reports.page.index import summarise, write_index
 from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, worst_first
+from collaudit.reports.values.night import NightFacts
 
 BROKEN = entry_of_error(
     "broken.bag", LogError("the bag is cut short", where="broken.bag", found="12 bytes", expected="a ROS 1 bag")
@@ -125,11 +126,32 @@ def test_the_text_of_an_audit_has_its_numbers() -> None:
 def test_junit_has_a_case_per_log(audits) -> None:
     suites = ElementTree.fromstring(report_text(audits, "junit", [BROKEN]))
     assert suites.attrib == {"name": "collaudit", "tests": "5", "failures": "2", "errors": "2"}
-    by_name = {suite.get("name"): suite.find("testcase") for suite in suites}
+    by_name = {case.get("name"): case for case in suites.iter("testcase")}
     assert by_name["quiet_night.mcap"].find("failure") is None
     assert "2 collisions" in by_name["polishing_2024-03-12.bag"].find("failure").get("message")
     assert "not in N·m" in by_name["tiago.csv"].find("error").get("message")
     assert "12 bytes" in by_name["broken.bag"].find("error").text
+    assert [suite.get("name") for suite in suites] == ["collaudit"], "no robot is known"
+
+
+def test_junit_has_a_suite_a_robot_and_a_class_a_folder(audits) -> None:
+    names = ["A/cell1/run.mcap", "B/run.mcap", "A/run.mcap"]
+    results = [replace(a.result, log=replace(a.result.log, name=n)) for a, n in zip(audits, names, strict=False)]
+    robots = {"A/cell1/run.mcap": "A", "B/run.mcap": "B", "A/run.mcap": "A"}
+    suites = ElementTree.fromstring(
+        summary_text(results, "junit", [replace(BROKEN, robot="B")], NightFacts(robots=robots))
+    )
+    told = {s.get("name"): [(c.get("classname"), c.get("name")) for c in s.iter("testcase")] for s in suites}
+    assert told == {
+        "A": [("A.cell1", "A/cell1/run.mcap"), ("A", "A/run.mcap")],
+        "B": [("B", "B/run.mcap"), ("collaudit", "broken.bag")],
+    }
+    lasted = {c.get("name"): float(c.get("time", "nan")) for c in suites.iter("testcase")}
+    assert lasted["broken.bag"] == 0.0, "nothing of it was read"
+    for result in results:
+        assert lasted[result.log.name] == pytest.approx(result.log.duration_s, abs=1e-3)
+    assert float(suites[0].get("time", "nan")) == pytest.approx(lasted[names[0]] + lasted[names[2]], abs=2e-3)
+    assert suites[0].find("properties/property").get("name") == "A/cell1/run.mcap: contacts"
 
 
 def test_sarif_fits_the_models_of_the_standard(audits) -> None:

@@ -83,7 +83,9 @@ def test_every_report_counts_contacts() -> None:
     assert "| tool | 34 N | 62 N | no force | 100 N (default) | 94.0 % of the time |" in text
     suite = ElementTree.fromstring(junit_text([result])).find("testsuite")
     assert suite is not None
-    shown = {p.get("name") or "": p.get("value") or "" for p in suite.findall("properties/property")}
+    shown = {
+        (p.get("name") or "").partition(": ")[2]: p.get("value") or "" for p in suite.findall("properties/property")
+    }
     torques = (
         "alarms 50 % of the time 4.70 N·m; 95 % of the time –; at any judged moment 20.004 N·m; "
         "asked 20 N·m: 57.0 % of its motion"

@@ -22,6 +22,7 @@ from collaudit.core.data.recommendation_result import (
 )
 from collaudit.core.findings import Finding
 from collaudit.core.history.joint_nights import JointNights
+from collaudit.core.history.retention import KeptRun
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import LogUse
@@ -223,6 +224,17 @@ class Trends:
 
 
 @dataclass(frozen=True, slots=True)
+class Pruned:
+    """What ``store prune --json`` prints: how many runs stay, whether it was done, and the runs that go."""
+
+    schema: Literal["collaudit/prune/1"]
+    place: str
+    kept: int
+    done: bool
+    runs: list[KeptRun]
+
+
+@dataclass(frozen=True, slots=True)
 class Failed:
     """What a command that was given ``--json`` prints when it fails; the text is on stderr."""
 
@@ -252,6 +264,7 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     "collaudit/accept/1": (Accepted, "accept --json"),
     "collaudit/query/1": (Answer, "query --json"),
     "collaudit/trend/2": (Trends, "trend --json"),
+    "collaudit/prune/1": (Pruned, "store prune --json"),
     ERROR_SCHEMA: (Failed, "any command with --json that fails"),
 }
 

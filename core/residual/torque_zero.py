@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
@@ -63,10 +63,10 @@ def follow_zero(
     width = round(_WINDOW_S / _BLOCK_S) | 1
     at = (told + 0.5) * block
     if causal:  # of the blocks before: none tells of the first
-        level = np.append(0.0, median_filter(level, width, mode="nearest", origin=width // 2)[:-1])
+        level = np.append(0.0, scipy.ndimage.median_filter(level, width, mode="nearest", origin=width // 2)[:-1])
         found = level[np.maximum(np.searchsorted(told, np.arange(excess_nm.size) // block, side="right") - 1, 0)]
     else:
-        level = median_filter(level, width, mode="nearest")
+        level = scipy.ndimage.median_filter(level, width, mode="nearest")
         found = np.interp(np.arange(excess_nm.size), at, level)
     offset = np.clip(found, -bound_nm, bound_nm)
     return TorqueZero(offset, float(level.min()), float(level.max()), bound_nm)

@@ -99,7 +99,7 @@ def test_millimetres_are_noticed(tmp_path, metres: np.ndarray) -> None:  # type:
     assert severities(of(long, "rp", nothing, tmp_path, length="m")) == [("warning", "joint2")]
 
 
-@pytest.mark.parametrize("times", [10.0, 100.0])
+@pytest.mark.parametrize("times", [10.0, 30.0, 100.0])
 def test_time_that_passes_too_slowly_is_noticed_by_the_speeds(tmp_path, times: float) -> None:  # type: ignore[no-untyped-def]
     moving = np.column_stack([np.sin(T), 0.8 * np.cos(T), 0.9 * np.sin(0.9 * T)])
     fast = np.column_stack([np.sin(times * T), 0.8 * np.cos(times * T), 0.9 * np.sin(0.9 * times * T)])

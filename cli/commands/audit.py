@@ -128,6 +128,7 @@ if TYPE_CHECKING:
     metavar="DIR",
     help="Names of logs begin below this folder; default: found from robot, configuration, or a folder that is a date.",
 )
+@click.option("--link", default="", metavar="URL", help="What links in messages begin with: where OUT will be found.")
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @detail_options
@@ -151,6 +152,7 @@ def command(
     robot: str | None,
     day: datetime | None,
     root: Path | None,
+    link: str,
     force: bool,
     as_json: bool,
     detail: Detail,
@@ -182,13 +184,16 @@ def command(
     from collaudit.cli.fleet.precedents import is_store, read_accepted, read_history, with_precedents
     from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
+    from collaudit.core.history.joint_nights import joint_nights
+    from collaudit.core.history.night_groups import night_groups
     from collaudit.reports.files.checksums_file import write_checksums
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.run_files import FRICTION_FOLDER, keep_friction, read_friction
     from collaudit.reports.page.index import summarise
     from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.values.entries import night_sentence, nights_before, verdict_counts
+    from collaudit.reports.values.entries import nights_before, verdict_counts
     from collaudit.reports.values.night import left_out_entries
+    from collaudit.reports.values.night_words import explained_night
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
@@ -224,7 +229,12 @@ def command(
         tonight = night_rows(work, outcomes)
         stored = [] if nights is None else ResultStore(nights).rows()
         night = _night_facts(work, outcomes, others, accepted, today)
-        night = replace(night, sentence=night_sentence(entries))
+        rows = [*stored, *(row for own in tonight.values() for row in own)]
+        since = max((row.night for own in tonight.values() for row in own), default=today.isoformat())
+        groups = night_groups(results, night.robots, history, since, joint_nights(rows))
+        reports = {entry.name: entry.report for entry in entries if entry.report is not None}
+        sentence = explained_night(entries, groups)
+        night = replace(night, sentence=sentence, groups=groups, reports=reports, link=link)
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
         write_checksums(output, own_files(), [FRICTION_FOLDER, *folders], others)
         if store is not None:
@@ -298,7 +308,7 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: N
     """Print as much as was asked for: of one log its screen, of several the worst."""
     from collaudit.reports.terminal.command_texts import summary_table, total_text
     from collaudit.reports.terminal.screen_text import audit_text, screen_text
-    from collaudit.reports.values.visible_text import visible
+    from collaudit.reports.values.visible_text import visible, wrapped
     from collaudit.reports.values.words import VERDICT_WORD
 
     width = terminal_width()
@@ -313,6 +323,7 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: N
         text = audit_text(results[0], width) if whole else screen_text(results[0], width, "-v; the index page")
         say_result(text)
         return
+    say_result(f"{wrapped(visible(night.sentence), width)}\n\n")
     say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
     for text in night.breaches:
         say_result(f"FAIL  {visible(text)}\n")

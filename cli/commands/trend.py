@@ -24,8 +24,9 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 def command(store: str, output: Path | None, robots: tuple[str, ...], as_json: bool) -> int:
     """Show each joint over the nights: whether it was tested, contacts, level of the residual, gamma, friction.
 
-    A night without a tested log is no quiet night: the table counts both. Nothing is extrapolated, and no change is
-    judged; collaudit query asks the same table in SQL.
+    A night without a tested log is no quiet night: the table counts both, and says which joints the last night did not
+    test. Level and friction stand with their 95 % intervals before and since the night that divides them best; the logs
+    of a night are replicates. Nothing is extrapolated; collaudit query asks the same table in SQL.
 
     Exit code 3 when no log in the store was judged.
     """

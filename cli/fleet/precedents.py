@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from collaudit.core.api import LogFiles, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
 from collaudit.core.config.schema_accepted import Acceptance
-from collaudit.core.contacts.contact_states import EarlierContact, Precedents, tool_place
+from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, Precedents, tool_place
 from collaudit.core.contacts.name_patterns import program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
@@ -23,16 +22,6 @@ from collaudit.reports.files.run_files import AUDIT_NAME
 #: What makes a folder a store.
 STORE_NAME = "store.json"
 SUMMARY_NAME = "summary.json"
-
-
-@dataclass(frozen=True, slots=True)
-class EarlierLog:
-    """A judged log of before: whose it was (None: not known), its night, its program, its contacts."""
-
-    robot: str | None
-    night: str
-    program: str
-    contacts: tuple[EarlierContact, ...]
 
 
 def accepted_path(loaded: LoadedConfig) -> tuple[Path, bool]:

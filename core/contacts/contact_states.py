@@ -49,6 +49,16 @@ class EarlierContact:
 
 
 @dataclass(frozen=True, slots=True)
+class EarlierLog:
+    """A judged log of before: whose it was (None: not known), its night, its program, its contacts."""
+
+    robot: str | None
+    night: str
+    program: str
+    contacts: tuple[EarlierContact, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Precedents:
     """What is known of a robot's contacts before one log of it is judged.
 
@@ -103,33 +113,39 @@ def _name(contact: Contact, sha256: str) -> str:
 
 
 def _seen(contact: Contact, known: Precedents, tonight: str) -> Contact:
-    """New, known or back."""
-    alike = [one for one in known.contacts if _alike(contact, one, known)]
+    """New, known or back: since when it is there goes by its fingerprint, and one that became harder is new."""
+    mine = EarlierContact(tonight, program_of(known.log), contact.peak_nm, tool_place(contact))
+    alike = [one for one in known.contacts if is_alike(mine, one)]
     if not alike:
         return contact
     nights = sorted({one.night for one in alike})
-    without = [night for night in known.nights if nights[-1] < night < tonight]
     since = nights[0] or "an earlier audit"
     count = f"{len(nights)} night{'s' if len(nights) > 1 else ''}"
+    aged = replace(contact, known_since=since, known_nights=len(nights))
+    if all(_harder(mine.peak_nm, one.peak_nm) for one in alike):
+        return replace(aged, state_text=f"harder than since {since} ({count})")
+    without = [night for night in known.nights if nights[-1] < night < tonight]
     if without:
         text = f"back: seen in {count}, last {nights[-1]}, and not in {len(without)} since"
-    else:
-        text = f"known since {since}" + (f" ({count})" if nights[0] else "")
-    return replace(
-        contact, state="back" if without else "known", known_since=since, known_nights=len(nights), state_text=text
-    )
+        return replace(aged, state="back", state_text=text)
+    return replace(aged, state="known", state_text=f"known since {since}" + (f" ({count})" if nights[0] else ""))
 
 
-def _alike(contact: Contact, other: EarlierContact, known: Precedents) -> bool:
-    """Same program or place, the strongest joint of each among those of the other, and not clearly harder."""
-    place = tool_place(contact)
-    at_place = place is not None and other.place_m is not None and math.dist(place, other.place_m) <= NEAR_M
-    if other.program != program_of(known.log) and not at_place:
+def is_alike(mine: EarlierContact, other: EarlierContact) -> bool:
+    """Whether a contact is another one again, by its fingerprint.
+
+    They are at one place, or where a place is not known in runs of one program, and the strongest joint of each is
+    among those of the other.
+    """
+    if mine.place_m is not None and other.place_m is not None:
+        if math.dist(mine.place_m, other.place_m) > NEAR_M:
+            return False
+    elif mine.program != other.program:
         return False
-    mine, theirs = contact.peak_nm, other.peak_nm
-    if not mine or not theirs or max(mine, key=mine.__getitem__) not in theirs:
+    if not mine.peak_nm or not other.peak_nm:
         return False
-    return max(theirs, key=theirs.__getitem__) in mine and not _harder(mine, theirs)
+    strongest = {max(peaks, key=peaks.__getitem__) for peaks in (mine.peak_nm, other.peak_nm)}
+    return strongest <= mine.peak_nm.keys() & other.peak_nm.keys()
 
 
 def _harder(mine: Mapping[str, float], other: Mapping[str, float]) -> list[str]:

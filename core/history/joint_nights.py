@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from collaudit.core.history.night_change import Change, change_of
 from collaudit.core.history.night_row import NightRow
 
 
@@ -34,11 +35,19 @@ class JointNight:
 
 @dataclass(frozen=True, slots=True)
 class JointNights:
-    """The nights of one joint of one robot, in their order."""
+    """The nights of one joint of one robot, in their order.
+
+    Attributes:
+        robot, joint: names.
+        nights: those in which a log has the joint.
+        friction, level: whether they changed, by the logs of each night as replicates.
+    """
 
     robot: str
     joint: str
     nights: tuple[JointNight, ...]
+    friction: Change
+    level: Change
 
 
 def joint_nights(rows: Iterable[NightRow]) -> list[JointNights]:
@@ -48,13 +57,26 @@ def joint_nights(rows: Iterable[NightRow]) -> list[JointNights]:
         rows: that count, each log once.
     """
     found: dict[tuple[str, str], dict[str, list[NightRow]]] = {}
+    last: dict[str, str] = {}
     for row in rows:
+        last[row.robot] = max(row.night, last.get(row.robot, ""))
         if row.joint is not None:
             found.setdefault((row.robot, row.joint), {}).setdefault(row.night, []).append(row)
     return [
-        JointNights(robot, joint, tuple(_night(night, own) for night, own in sorted(nights.items())))
+        JointNights(
+            robot,
+            joint,
+            tuple(_night(night, own) for night, own in sorted(nights.items())),
+            friction=_change({night: [row.friction_nm for row in own] for night, own in nights.items()}, last[robot]),
+            level=_change({night: [row.level_nm for row in own] for night, own in nights.items()}, last[robot]),
+        )
         for (robot, joint), nights in sorted(found.items())
     ]
+
+
+def _change(values: Mapping[str, Sequence[float | None]], last: str) -> Change:
+    known = [(night, [value for value in of_logs if value is not None]) for night, of_logs in sorted(values.items())]
+    return change_of([(night, of_logs) for night, of_logs in known if of_logs], last)
 
 
 def _night(night: str, rows: Sequence[NightRow]) -> JointNight:

@@ -48,6 +48,8 @@ FORMATS: dict[str, ReportFormat] = {
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
     "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
+    "text": ReportFormat(".message.txt", "collaudit.reports.formats.message:message_text", of_many=True),
+    "slack-json": ReportFormat(".slack.json", "collaudit.reports.formats.message:slack_text", of_many=True),
     "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
     "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, takes=("progress",)),
 }

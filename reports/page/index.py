@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.left_out import LeftOut
+from collaudit.core.history.night_groups import NightGroup
 from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text
@@ -24,6 +25,7 @@ from collaudit.reports.values.entries import (
     worst_first,
 )
 from collaudit.reports.values.night import QUIET, NightFacts
+from collaudit.reports.values.night_words import group_section
 
 SUMMARY_SCHEMA = "collaudit/summary/1"
 #: Width of a night's bar, height of each verdict's, pixels; and so many nights make a history.
@@ -41,6 +43,7 @@ class Summary:
         breaches: limits that all logs of a robot break together.
         left_out: files of the night's folders that were not judged; those that count have a line in ``logs``.
         accepted: what became of each entry of accepted.toml.
+        groups: what fails, by cause and place.
     """
 
     schema: str
@@ -54,6 +57,7 @@ class Summary:
     breaches: tuple[str, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     accepted: tuple[AcceptanceUse, ...] = ()
+    groups: tuple[NightGroup, ...] = ()
 
 
 def write_index(
@@ -93,6 +97,7 @@ def summarise(entries: Sequence[IndexEntry], night: NightFacts = QUIET) -> Summa
         breaches=night.breaches,
         left_out=night.left_out,
         accepted=night.accepted,
+        groups=night.groups,
     )
 
 
@@ -109,6 +114,7 @@ def _page(summary: Summary, night: NightFacts, before: Mapping[str, Sequence[Ver
             summary=summary,
             night=night,
             sentence=night.sentence or night_sentence(summary.logs),
+            groups=group_section(night.groups),
             lines=lines,
             with_robots=any(entry.robot for entry in summary.logs),
             with_states=any(set(entry.contact_states) - {"new"} for entry in summary.logs),

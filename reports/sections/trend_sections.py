@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.history.joint_nights import JointNights
+from collaudit.core.history.night_change import Change
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.numbers import duration, significant
+from collaudit.reports.values.numbers import duration, significant, with_interval
 from collaudit.reports.values.words import NONE
 
 
 def nights_section(joints: Sequence[JointNights]) -> Section:
-    """A row a joint: its nights, how many were tested, contacts, and first and last level, friction and threshold.
+    """A row a joint: its nights, how many were tested, contacts, and whether level and friction changed.
 
     Args:
         joints: of the robots.
@@ -23,15 +24,38 @@ def nights_section(joints: Sequence[JointNights]) -> Section:
             f"{sum(night.tested > 0 for night in one.nights)} of {len(one.nights)}",
             duration(sum(night.judged_s for night in one.nights)),
             str(sum(night.contacts for night in one.nights)),
-            first_and_last([night.level_nm for night in one.nights]),
-            first_and_last([night.friction_nm for night in one.nights]),
+            change_text(one.level, [night.level_nm for night in one.nights]),
+            change_text(one.friction, [night.friction_nm for night in one.nights]),
             first_and_last([night.gamma_nm for night in one.nights]),
         )
         for one in joints
     )
     head = ("robot", "joint", "nights tested", "judged", "contacts", "level, N·m", "friction, N·m", "γ, N·m")
-    note = "Level, friction and γ: first and last night that has one; level is the mean residual away from events."
+    note = (
+        "Level (mean residual away from events) and friction: before and since the night that divides them best, each "
+        "with its 95 % interval; the logs of a night are replicates. γ: first and last night."
+    )
     return Section("Joints over nights", head, rows, (note,) if rows else ("The store holds no joint.",))
+
+
+def change_text(change: Change, values: Sequence[float | None]) -> str:
+    """What became of a value: before and now with their intervals, or why that is not known.
+
+    Args:
+        change: over the nights.
+        values: of the nights.
+    """
+    if change.before is None or change.now is None:
+        words = {"not tested": "not tested in the last night", "too few": "too few nights to tell"}
+        return f"{first_and_last(values)} ({words[change.state]})"
+    before, now = (
+        with_interval(value, (low, high) if low < high else None) for value, low, high in (change.before, change.now)
+    )
+    share = change.now[0] / change.before[0] - 1.0 if change.before[0] > 0.0 else None
+    by = "" if share is None else f", {100.0 * share:+.0f} %"
+    if change.state == "changed":
+        return f"{before} → {now}{by}, since {change.since}"
+    return f"no change shown: {before} → {now}{by}"
 
 
 def first_and_last(values: Sequence[float | None]) -> str:

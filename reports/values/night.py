@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from urllib.parse import quote
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.errors import NotJudgedError
+from collaudit.core.history.night_groups import NightGroup
 from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.values.entries import IndexEntry, entry_of_error, worst_verdict
 
@@ -22,6 +24,9 @@ class NightFacts:
         left_out: files of its folders that were not judged; those that count as such are lines of their own, too.
         accepted: what became of each entry of accepted.toml.
         robots: whose each log is, by its name, where that is known.
+        groups: what fails, by cause and place.
+        reports: links to reports, relative to the audit's folder, by name of log.
+        link: what these links begin with: where the folder will be found.
     """
 
     sentence: str = ""
@@ -29,6 +34,9 @@ class NightFacts:
     left_out: tuple[LeftOut, ...] = ()
     accepted: tuple[AcceptanceUse, ...] = ()
     robots: Mapping[str, str] = field(default_factory=dict)
+    groups: tuple[NightGroup, ...] = ()
+    reports: Mapping[str, str] = field(default_factory=dict)
+    link: str = ""
 
     @property
     def named(self) -> list[LeftOut]:
@@ -39,6 +47,11 @@ class NightFacts:
     def stale(self) -> list[AcceptanceUse]:
         """Entries of accepted.toml that a person should look at."""
         return [use for use in self.accepted if use.state not in ("counted", "not asked")]
+
+    def link_of(self, name: str) -> str:
+        """Where the report of a log is; the index page for a log without one; empty where nobody knows."""
+        report = self.reports.get(name, "index.html")
+        return self.link + quote(report.encode("utf-8", "surrogateescape"), safe="/") if self.reports else ""
 
     def verdict(self, entries: Sequence[IndexEntry]) -> Verdict:
         """The verdict on the night: the worst of its lines, and a failure where a limit is broken over all of them."""

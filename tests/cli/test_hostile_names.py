@@ -134,7 +134,7 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path) -> N
     )
     out, run, store = tmp_path / "out", tmp_path / "run", tmp_path / "store"
     friction = tmp_path / "friction.json"
-    formats = "html,json,junit,sarif,markdown,github,csv,mcap"
+    formats = "html,json,junit,sarif,markdown,github,text,slack-json,csv,mcap"
     judge = (log, "-c", config)
     known = (*judge, "--friction", friction)
     commands: list[tuple[object, ...]] = [

@@ -46,7 +46,7 @@ def with_toy(tmp_path: Path):
 
 
 def test_a_toy_format_is_offered_and_written_by_every_command(with_toy, arm, tmp_path: Path) -> None:
-    for command, before in (("report", "mcap"), ("audit", "github")):
+    for command, before in (("report", "mcap"), ("audit", "slack-json")):
         assert f"{before}, toy," in " ".join(with_toy(command, "--help").stdout.split())
     assert ", toy" in with_toy("report", "x", "-o", "-", "--format", "pdf").stderr
     bad = tmp_path / "bad.csv"

@@ -93,9 +93,16 @@ def test_another_recording_of_the_program_is_known_and_comes_back(arm, night, tm
         log = tmp_path / f"cell_2026-06-{day}.csv"
         shutil.copy(source, log)
         flags = ("--store", tmp_path / "store", "--robot", "a", "--night", f"2026-06-{day}")
-        done, _, (audit,) = night([log], *flags)
-        found.append((done.code, [c["state"] for c in audit["contacts"]]))
-    assert found == [(1, ["new"]), (1, ["known"]), (0, []), (1, ["back"]), (1, ["new"])]
+        done, summary, (audit,) = night([log], *flags)
+        groups = [(group["state"], group["since"], group["nights"]) for group in summary["groups"]]
+        found.append((done.code, [c["state"] for c in audit["contacts"]], groups))
+    assert found == [
+        (1, ["new"], [("new", None, 1)]),
+        (1, ["known"], [("known", "2026-06-01", 2)]),
+        (0, [], [("gone", "2026-06-01", 2)]),
+        (1, ["back"], [("back", "2026-06-01", 3)]),
+        (1, ["new"], [("new", "2026-06-01", 4)]),  # harder
+    ]
 
 
 def test_known_may_be_allowed_by_the_owner_and_the_verdict_says_so(arm, night, tmp_path: Path) -> None:

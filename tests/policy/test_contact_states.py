@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from datetime import date
+import random
+from datetime import date, timedelta
 
 import pytest
 
@@ -39,7 +40,8 @@ def earlier(night="2026-06-10", program="A/cell/pick_#.csv", peaks=PEAKS, place=
     ("before", "state"),
     [
         (earlier(), "known"),
-        (earlier(place=(0.9, 0.0, 0.3)), "known"),  # the program is the same
+        (earlier(place=(0.9, 0.0, 0.3)), "new"),  # elsewhere in the program
+        (earlier(place=None), "known"),  # the program is the same
         (earlier(program="A/cell/place.csv"), "known"),  # the place is the same
         (earlier(program="A/cell/place.csv", place=(0.9, 0.0, 0.3)), "new"),
         (earlier(program="A/cell/place.csv", place=None), "new"),
@@ -60,6 +62,48 @@ def test_since_when_and_back() -> None:
     assert (one.state, one.known_since, one.known_nights) == ("known", "2026-06-03", 2)
     one = judged(contact(), known(contacts=seen, nights=("2026-06-03", "2026-06-05", "2026-06-09")))
     assert one.state == "back" and "2026-06-05" in one.state_text
+
+
+def test_a_harder_one_is_new_and_still_tells_since_when() -> None:
+    one = judged(contact(), known(contacts=(earlier(peaks={"j2": 9.0, "j3": 5.0}),)))
+    assert (one.state, one.known_since, one.known_nights) == ("new", "2026-06-10", 1)
+    assert one.state_text == "harder than since 2026-06-10 (1 night)"
+
+
+def test_the_age_of_contacts_over_60_nights() -> None:
+    """Eight sources in three programs, each with its place, joints, size and habit; since when, and how many nights."""
+    right = asked = 0
+    for seed in range(5):
+        rng = random.Random(seed)
+        sources = [_source(rng) for _ in range(8)]
+        history: list[EarlierContact] = []
+        truth: dict[int, list[str]] = {}
+        for number in range(60):
+            night = (date(2026, 6, 1) + timedelta(days=number)).isoformat()
+            tonight = []
+            for k, (program, peaks, place, first, habit) in enumerate(sources):
+                if number < first or rng.random() > habit:
+                    continue
+                moved = tuple(x + rng.gauss(0.0, 0.03) for x in place)
+                one = contact({joint: peak * rng.gauss(1.0, 0.1) for joint, peak in peaks.items()}, moved)
+                name = program.replace("#", night)
+                got = judged(one, known(log=name, path=name, night=night, contacts=tuple(history)))
+                nights = truth.get(k, [])
+                right += (got.known_since, got.known_nights) == (nights[0] if nights else None, len(nights))
+                asked += 1
+                tonight.append((k, EarlierContact(night, program, one.peak_nm, moved)))
+            for k, one in tonight:
+                truth.setdefault(k, []).append(one.night)
+                history.append(one)
+    assert asked > 800 and right >= 0.98 * asked
+
+
+def _source(rng: random.Random) -> tuple[str, dict[str, float], tuple[float, ...], int, float]:
+    """Program, peaks by joint, place, first night, and on which share of the nights it is there."""
+    joints = rng.sample(["j1", "j2", "j3", "j4", "j5", "j6"], rng.choice((1, 1, 2, 3)))
+    place = tuple(rng.uniform(-0.8, 0.8) for _ in range(3))
+    peaks = {joint: rng.uniform(5.0, 30.0) for joint in joints}
+    return f"A/p{rng.randrange(3)}_#.csv", peaks, place, rng.randrange(50), rng.choice((1.0, 0.9, 0.5, 0.2))
 
 
 def entry(**changes: object) -> Acceptance:

@@ -13,6 +13,7 @@ from browser import axe_source, launched, violations
 from histories import history
 
 from collaudit.core.errors import LogError
+from collaudit.core.history.night_groups import Moment, NightGroup
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.page.index import write_index
 from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, night_sentence, nights_before
@@ -21,6 +22,21 @@ from collaudit.reports.values.night import QUIET, NightFacts
 EXCLUSIONS = tuple(
     f"Joint {k} was not judged for {k} s of its motion, since friction is not known there." for k in range(1, 11)
 )
+
+
+GROUP = NightGroup(
+    robot="B",
+    joints=("joint2", "joint3"),
+    cause="",
+    text="",
+    place_m=(0.4, 0.0, 0.5),
+    state="flaky",
+    since="2026-11-20",
+    nights=4,
+    logs=("B/cell0/run3.mcap", "B/cell2/run5.mcap"),
+    moments=(Moment("B/cell0/run3.mcap", 42.0, "2026-11-25T03:10:00Z"),),
+)
+GONE = replace(GROUP, state="gone", moments=())
 
 
 def night(logs: int) -> list[IndexEntry]:
@@ -83,7 +99,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
     folder = tmp_path_factory.mktemp("night")
     before = {e.name: ["fail" if k == 20 else "pass" for k in range(12, 26)] for e in night(42)}
-    write_index(folder / "42", night(42), QUIET, before)
+    write_index(folder / "42", night(42), NightFacts(groups=(GROUP, GONE)), before)
     write_index(folder / "1000", night(1000), QUIET, before)
     with sync_playwright() as playwright:
         browser = launched(playwright)
@@ -106,6 +122,15 @@ def test_a_log_is_a_line(page: Any) -> None:
     assert page.locator("#logs th[scope=row] a").count() == 41
     unread = page.inner_text("#logs tbody tr[data-verdict=not_judged]").split()
     assert unread[:8] == ["NOT", "JUDGED", "A", "cell1/cut.mcap", "–", "–", "–", "–"], "no 0 beside NOT JUDGED"
+
+
+def test_what_fails_stands_above_the_logs(page: Any) -> None:
+    page.set_viewport_size({"width": 1280, "height": 900})
+    rows = page.locator("main table").first.locator("tbody tr")
+    assert rows.count() == 2
+    assert rows.first.inner_text().split()[:5] == ["flaky", "B", "contact", "of", "joint2,"]
+    assert "B/cell0/run3.mcap, B/cell2/run5.mcap" in rows.first.inner_text()
+    assert rows.first.bounding_box()["y"] < page.locator("#logs").bounding_box()["y"]
 
 
 def test_a_pass_with_accepted_contacts_says_so(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audi
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.findings import Finding
+from collaudit.core.history.night_groups import Moment, NightGroup
 from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
@@ -71,7 +72,7 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 
 
 def _dataclass(name: str) -> type:
-    elsewhere = {one.__name__: one for one in (Finding, IndexEntry, LeftOut, AcceptanceUse)}
+    elsewhere = {one.__name__: one for one in (Finding, IndexEntry, LeftOut, AcceptanceUse, NightGroup, Moment)}
     homes = (
         arm_geometry,
         result_types,

@@ -1,0 +1,73 @@
+"""A night in one message, as text or for Slack: what is said of it, what fails, and links to the reports.
+
+The form for Slack is its Block Kit: sections of mrkdwn, in which ``&``, ``<`` and ``>`` are escaped and a link is
+``<URL|text>``; a section holds at most 3000 characters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.files.json_files import json_text
+from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
+from collaudit.reports.values.night import QUIET, NightFacts
+from collaudit.reports.values.night_words import explained_night, group_words
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import VERDICT_WORD, plural
+
+#: Logs and groups that a message names; characters of a section.
+_MOST = 10
+_SECTION = 2900
+
+
+def message_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
+    """Verdict and sentence, a line a group, a line and a link for each log that does not pass.
+
+    Args:
+        results: the audits.
+        unread: logs that could not be audited, and files that count as such.
+        night: what is said of all of them, and where its reports are.
+    """
+    head, groups, logs = _parts(results, unread, night)
+    lines = [*head, *(f"- {group}" for group in groups)]
+    lines += [f"- {said}{f'  {link}' if link else ''}" for said, link in logs]
+    return "".join(f"{visible(line)}\n" for line in lines)
+
+
+def slack_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
+    """The same as JSON for a webhook of Slack; logs are links where the base of links is a URL."""
+    head, groups, logs = _parts(results, unread, night)
+    lines = [f"• <{link}|{_escaped(said)}>" if "://" in link else f"• {_escaped(said)}" for said, link in logs]
+    sections = ["\n".join(map(_escaped, head)), "\n".join(f"• {_escaped(one)}" for one in groups), *_cut(lines)]
+    blocks = [{"type": "section", "text": {"type": "mrkdwn", "text": text[:_SECTION]}} for text in sections if text]
+    return json_text({"text": visible(" ".join(head)), "blocks": blocks})
+
+
+def _parts(
+    results: Sequence[AuditResult], unread: Sequence[IndexEntry], night: NightFacts
+) -> tuple[list[str], list[str], list[tuple[str, str]]]:
+    """What is said of the night, of its groups, and of logs that do not pass, each with its link."""
+    entries = worst_first([*(entry_of(result) for result in results), *unread])
+    head = [f"{VERDICT_WORD[night.verdict(entries)]}: {night.sentence or explained_night(entries, night.groups)}"]
+    head += night.breaches
+    groups = [f"{f'{group.robot}: ' if group.robot else ''}{group_words(group)}" for group in night.groups[:_MOST]]
+    failing = [entry for entry in entries if entry.verdict != "pass"]
+    logs = [(f"{entry.word} {entry.name}: {brief_reason(entry)}", night.link_of(entry.name)) for entry in failing]
+    left = len(logs) - _MOST
+    return head, groups, [*logs[:_MOST], *([(f"{plural(left, 'more log')}", night.link_of(""))] if left > 0 else [])]
+
+
+def _cut(lines: Sequence[str]) -> list[str]:
+    """Lines in as many sections as they need; none is cut inside its link."""
+    sections: list[str] = []
+    for line in lines:
+        if sections and len(sections[-1]) + len(line) < _SECTION:
+            sections[-1] += f"\n{line}"
+        else:
+            sections.append(line)
+    return sections
+
+
+def _escaped(text: str) -> str:
+    return visible(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

@@ -150,14 +150,14 @@ def _cause_group(robot: str | None, logs: Sequence[tuple[AuditResult, Cause, Seq
 
 def cause_words(cause: Cause) -> str:
     """A cause in few words; friction as a share of that of the fitted logs."""
-    match cause:
-        case Cause(code="friction", value=(share,), ci95=((low, high),)):
-            where = f"'{cause.joints[0]}'" if cause.joints else "every joint"
-            more = "above" if share > 0 else "below"
-            error = ceil(50.0 * (high - low))
-            return f"friction of {where} is {abs(100.0 * share):.0f} % {more} that of the fitted logs (± {error} %)"
-        case _:
-            return cause.text
+    kind = cause.code
+    if kind != "friction" or len(cause.value) != 1:
+        return cause.text
+    share, (low, high) = cause.value[0], cause.ci95[0]
+    where = f"'{cause.joints[0]}'" if cause.joints else "every joint"
+    more = "above" if share > 0 else "below"
+    error = ceil(50.0 * (high - low))
+    return f"friction of {where} is {abs(100.0 * share):.0f} % {more} that of the fitted logs (± {error} %)"
 
 
 def _touched(robot: str | None, left: Sequence[_Seen], past: Sequence[EarlierLog]) -> Iterator[NightGroup]:

@@ -396,7 +396,7 @@ def contacts(audit: Audit) -> pd.DataFrame:
     """Contacts, one a row: when, joints, link, kind, force (95 % interval, N, or its lower end alone), id, state."""
     rows = []
     for c in audit.result.contacts:
-        force = {} if c.least_force is None else {"force_low_n": c.least_force.force_n}
+        force: dict[str, float | None] = {} if c.least_force is None else {"force_low_n": c.least_force.force_n}
         if c.force is not None:
             force = dict(zip(_FORCE, (c.force.size_n, *c.force.size_ci95_n), strict=True))
         rows.append({name: getattr(c, name) for name in _CONTACT if name not in _FORCE} | force)

@@ -113,7 +113,13 @@ def _high_share(x: FloatArray, period_s: float) -> float | None:
 def _direction_vote(prepared: Prepared, force: ContactForce, sample: int, config: Config) -> list[tuple[int, str]]:
     """Whether the external force runs along the commanded tool force, as it was measured."""
     frame, wrench = config.log.wrench_frame, prepared.series.wrench
-    if frame is None or wrench is None or not np.isfinite(wrench[sample]).all():
+    if (
+        force.force_n is None
+        or force.size_n is None
+        or frame is None
+        or wrench is None
+        or not np.isfinite(wrench[sample]).all()
+    ):
         return []
     rotation = prepared.robot.frame_rotation(prepared.series.position_rad[sample], frame)
     commanded = -config.log.wrench_sign * rotation @ wrench[sample, :3]

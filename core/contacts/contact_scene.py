@@ -136,6 +136,15 @@ class ArmAtSamples:
         """Whether the position of every joint is known at one of the samples."""
         return sample in self._place
 
+    def points_of_link(self, link: int, sample: int) -> list[FloatArray]:
+        """(3, j) torque of the arm's joints per newton along each base axis, at points on the link's line.
+
+        It runs from the joint that moves the link to the next one, or to the tool. A lever arm is linear along it.
+        Joints beyond the link are no part of it: their columns mean nothing.
+        """
+        ends = [self.rotation(frame, sample) @ self.lever_arms(frame, sample) for frame in self.stick[link : link + 2]]
+        return [(1.0 - share) * ends[0] + share * ends[-1] for share in (0.0, 0.5, 1.0)] if ends else []
+
     def lever_arms(self, frame: str, sample: int) -> FloatArray:
         """(3, j) torque of the arm's joints per newton along each axis of a frame; the position is known there."""
         if frame not in self._arms:

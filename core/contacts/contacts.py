@@ -10,7 +10,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.contacts.after_contact import after_contact
 from collaudit.core.contacts.contact_kind import classify
 from collaudit.core.contacts.contact_scene import ArmAtSamples, scene_at
-from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
+from collaudit.core.contacts.external_force import Unsmoothed, estimate_force, without_guess
 from collaudit.core.contacts.least_force import least_force, with_least
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
@@ -77,7 +77,7 @@ def _describe(
         joints=tuple(names),
         link=link,
         link_note=note,
-        force=force,
+        force=without_guess(force),
         kind=kind,
         evidence=evidence,
         least_force=least,

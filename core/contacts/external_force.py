@@ -1,6 +1,6 @@
 """The external force at a link from the joints' residuals: least squares with its uncertainty, and what is blind.
 
-A pure force F on the robot at the origin of the isolated link's frame gives residuals tau_e = -J_v(q)^T F (tau_e of
+A pure force F on the robot at a point of a link gives residuals tau_e = -J_v(q)^T F (tau_e of
 eq. (5) is what the drives bring up against it). With k joints up to that link this is k equations for three
 unknowns. Directions whose singular value is small are seen by no joint: they are left out and named, not guessed.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.contacts.contact_scene import ArmAtSamples
-from collaudit.core.data.detection_result import ContactForce
+from collaudit.core.data.detection_result import ContactForce, LinkForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
@@ -21,11 +21,11 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
-#: A contact is somewhere on its link, not at its origin (m, standard deviation of its lever arm about an axis): the
-#: torque that this adds is no misfit.
-_OFF_ORIGIN_M = 0.05
+#: A contact is on the surface of its link, not on the line between its joints (m, standard deviation of its lever arm
+#: about an axis): the torque that this adds is no misfit.
+_OFF_POINT_M = 0.05
 _AVERAGED_S = 0.02
-#: A link further out explains the joints as well if its weighted squared misfit is not larger by this.
+#: A place explains the joints as well as the best one if its weighted squared misfit is not larger by this.
 _CHI2 = 6.0
 #: Residual level assumed where the log has too little clean motion to measure it, N·m.
 _DEFAULT_NOISE_NM = 1.0
@@ -84,7 +84,9 @@ def _residual_of(prepared: Prepared, run: DetectorRun, j: int) -> FloatArray:
 def estimate_force(
     at: ArmAtSamples, run: DetectorRun, known: Unsmoothed, names: Sequence[str], sample: int
 ) -> ContactForce | None:
-    """External force at the link moved by the outermost of the joints that reacted.
+    """External force on the links on which the contact can be: of the outermost joint that reacted, and further out.
+
+    A force is tried at points along each of them, and what explains the joints as well as the best one is possible.
 
     Args:
         at: the arm where contacts are looked at, at this sample too.
@@ -105,31 +107,61 @@ def estimate_force(
     torque = known.torque_nm(sample)
     there = np.isfinite(torque)  # an alarm may reach into time in which its joint's effort is missing
     usable = [j for j, joint in enumerate(judged) if there[j] and (state[j] == State.JUDGED or joint in names)]
-    fits: list[_ForceFit] = []
-    for k, link in enumerate(at.links[outer:], outer):
-        used = [j for j in usable if at.columns[j] <= k]
-        fit = None if link is None else _at_link(at, link, used, torque[used], known.noise_nm[used], sample)
-        if fit is not None:
-            fits.append(fit)
-    if not fits or fits[0].frame != frame:
+    places: list[_Place] = []
+    for k in range(outer, len(at.links)):
+        inner = [j for j in usable if at.columns[j] <= k]
+        beyond = [j for j in usable if at.columns[j] > k]  # a force on this link turns none of these
+        left = float(np.sum((torque[beyond] / known.noise_nm[beyond]) ** 2))
+        for point in at.points_of_link(k, sample):
+            arm = np.ascontiguousarray(point[:, [at.columns[j] for j in inner]].T)
+            fit = _ForceFit.near(arm, torque[inner], known.noise_nm[inner])
+            places.append(_Place(k, left if fit is None else left + fit.misfit, fit))
+    if not any(place.fit for place in places):
         return None
-    near = [fit for fit in fits[1:] if fit.misfit <= fits[0].misfit + _CHI2]
-    own, *fitting = [fit.described(at.rotation(fit.frame, sample)) for fit in (fits[0], *near)]
-    intervals = [own.size_ci95_n, *(force.size_ci95_n for force in fitting)]
-    span = (min(i[0] for i in intervals), max(i[1] for i in intervals))
-    return replace(own, size_ci95_n=span, may_be_at=tuple(force.frame for force in fitting))
+    most = min(place.misfit for place in places if place.fit) + _CHI2
+    possible = [place for place in places if place.misfit <= most]
+    forces = {k: [place for place in possible if place.link == k] for k in dict.fromkeys(p.link for p in possible)}
+    links = tuple(
+        LinkForce(at.links[k] or frame, robot.joint_names[k], *_hull([place.size_ci95_n for place in of_link]))
+        for k, of_link in forces.items()
+    )
+    best, fit = min(((place, place.fit) for place in possible if place.fit), key=lambda one: one[0].misfit)
+    own = fit.described(at.links[best.link] or frame)
+    return replace(own, size_ci95_n=span_of(links), links=links)
 
 
-def _at_link(
-    at: ArmAtSamples, frame: str, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
-) -> _ForceFit | None:
-    """As if the force acted on a link near its frame; None where no judged joint that counts sees any."""
-    arm = np.ascontiguousarray(at.lever_arms(frame, sample)[:, [at.columns[j] for j in used]].T)
-    directions = _Directions.of(arm)
-    if directions is None:
-        return None
-    size_n = _ForceFit.of(frame, arm, directions, torque, noise).size_n
-    return _ForceFit.of(frame, arm, directions, torque, np.hypot(noise, _OFF_ORIGIN_M * size_n))
+def span_of(links: Sequence[LinkForce]) -> tuple[float, float | None]:
+    """The interval over all links, N; without an upper end where one of them has none."""
+    return _hull([(link.low_n, link.high_n) for link in links])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """A point of a link on which a contact may be.
+
+    Attributes:
+        link: its number.
+        misfit: weighted squared torque that a force there leaves unexplained, of joints further out too.
+        fit: the force; None where the point is on the axes of all joints that count, which only the surface turns.
+    """
+
+    link: int
+    misfit: float
+    fit: _ForceFit | None
+
+    @property
+    def size_ci95_n(self) -> tuple[float, float | None]:
+        return (0.0, None) if self.fit is None else self.fit.described("").size_ci95_n
+
+
+def _hull(intervals: Sequence[tuple[float, float | None]]) -> tuple[float, float | None]:
+    highs = [high for _, high in intervals if high is not None]
+    return min(low for low, _ in intervals), max(highs) if len(highs) == len(intervals) else None
+
+
+def without_guess(force: ContactForce | None) -> ContactForce | None:
+    """The force without direction and size where it may have a part in a direction that no joint sees."""
+    return force if force is None or not force.blind else replace(force, force_n=None, size_n=None)
 
 
 def _window(prepared: Prepared, sample: int) -> slice:
@@ -144,7 +176,7 @@ def _noise(judged_nm: FloatArray) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Directions:
-    """Directions of a force in a frame's axes: (k, 3) those that some joint sees, and (3 - k, 3) the others."""
+    """Directions of a force in base axes: (k, 3) those that some joint sees, and (3 - k, 3) the others."""
 
     seen: FloatArray
     blind: FloatArray
@@ -166,8 +198,7 @@ class _ForceFit:
     """A force at a frame by weighted least squares of its torques, over the directions that are seen.
 
     Attributes:
-        frame: of the link.
-        arm: (k, 3) lever arms of the joints that count.
+        arm: (k, 3) lever arms of the joints that count, along the axes of the base.
         directions: of the force.
         torque: (k,) of the joints, N·m.
         weight: (k,) 1 / N·m.
@@ -175,7 +206,6 @@ class _ForceFit:
         amount: (d,) of the force along them, N.
     """
 
-    frame: str
     arm: FloatArray
     directions: _Directions
     torque: FloatArray
@@ -184,18 +214,25 @@ class _ForceFit:
     amount: FloatArray
 
     @classmethod
-    def of(
-        cls, frame: str, arm: FloatArray, directions: _Directions, torque: FloatArray, noise: FloatArray
-    ) -> _ForceFit:
+    def near(cls, arm: FloatArray, torque: FloatArray, noise: FloatArray) -> _ForceFit | None:
+        """As if the force acted near a point with these lever arms; None where no joint that counts sees any."""
+        directions = _Directions.of(arm)
+        if directions is None:
+            return None
+        size_n = cls.of(arm, directions, torque, noise).size_n
+        return cls.of(arm, directions, torque, np.hypot(noise, _OFF_POINT_M * size_n))
+
+    @classmethod
+    def of(cls, arm: FloatArray, directions: _Directions, torque: FloatArray, noise: FloatArray) -> _ForceFit:
         """With the standard deviations (k,) of the torques, N·m."""
         weight = 1.0 / np.maximum(noise, 1e-3)
         inverse: FloatArray = np.asarray(np.linalg.pinv((arm @ directions.seen.T) * weight[:, None]), dtype=np.float64)
         # tau_e is what the drives bring up: the force on the robot is its negative.
-        return cls(frame, arm, directions, torque, weight, inverse, -(inverse @ (torque * weight)))
+        return cls(arm, directions, torque, weight, inverse, -(inverse @ (torque * weight)))
 
     @property
     def force_n(self) -> FloatArray:
-        """(3,) in the frame's axes."""
+        """(3,) in base axes."""
         return np.asarray(self.directions.seen.T @ self.amount)
 
     @property
@@ -208,27 +245,26 @@ class _ForceFit:
         """Weighted, squared, of all joints."""
         return float(np.sum(((self.torque + self.arm @ self.force_n) * self.weight) ** 2))
 
-    def described(self, rotation: FloatArray) -> ContactForce:
-        """The force with its uncertainty; ``rotation`` (3, 3) turns the frame's axes to those of the base."""
+    def described(self, frame: str) -> ContactForce:
+        """The force with its uncertainty."""
         force, seen, amount = self.force_n, self.directions.seen, self.amount
         misfit = self.torque + self.arm @ force
         spare = self.torque.size - seen.shape[0]
         inflate = max(1.0, float(np.sqrt(np.sum((misfit * self.weight) ** 2) / spare))) if spare > 0 else 1.0
         covariance = inflate**2 * (self.inverse @ self.inverse.T)
-        in_base = rotation @ force
-        spread = rotation @ seen.T @ covariance @ seen @ rotation.T
-        blind = [rotation @ d for d in self.directions.blind]
+        spread = seen.T @ covariance @ seen
+        blind = self.directions.blind
         total = self.size_n
         along = amount / total if total > 0 else np.ones_like(amount) / np.sqrt(amount.size)
         width = STANDARD_ERRORS_95 * float(np.sqrt(along @ covariance @ along))
         hidden = [any(abs(b[axis]) > 0.5 for b in blind) for axis in range(3)]
         half = [None if hidden[i] else STANDARD_ERRORS_95 * float(np.sqrt(spread[i, i])) for i in range(3)]
         return ContactForce(
-            frame=self.frame,
-            force_n=(float(in_base[0]), float(in_base[1]), float(in_base[2])),
+            frame=frame,
+            force_n=(float(force[0]), float(force[1]), float(force[2])),
             ci95_n=(half[0], half[1], half[2]),
             size_n=total,
-            size_ci95_n=(max(0.0, total - width), total + width),
+            size_ci95_n=(max(0.0, total - width), None if len(blind) else total + width),
             blind=tuple((float(b[0]), float(b[1]), float(b[2])) for b in blind),
             misfit_nm=float(np.sqrt(np.mean(misfit**2))),
         )

@@ -57,10 +57,17 @@ def with_least(force: ContactForce | None, least: LeastForce | None) -> ContactF
 
     Then the force does not act as it is taken to, a pure one near a frame, and only its lower bound holds.
     """
-    if force is None or least is None or least.force_n <= force.size_ci95_n[0]:
+    if force is None or least is None:
         return force
     high = force.size_ci95_n[1]
-    return replace(force, size_ci95_n=(least.force_n, high)) if least.force_n <= high else None
+    if high is not None and least.force_n > high:
+        return None
+    links = tuple(
+        replace(link, low_n=max(link.low_n, least.force_n))
+        for link in force.links
+        if link.high_n is None or least.force_n <= link.high_n
+    )
+    return replace(force, size_ci95_n=(max(force.size_ci95_n[0], least.force_n), high), links=links)
 
 
 def longest_levers(at: ArmAtSamples, sample: int) -> FloatArray:

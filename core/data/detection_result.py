@@ -79,29 +79,45 @@ class ZeroFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class LinkForce:
+    """The size of a contact's force if it acts on one of the links on which it can be.
+
+    Attributes:
+        frame: of the link.
+        joint: that moves it.
+        low_n, high_n: 95 % interval; ``high_n`` None where a force there has directions that no joint sees.
+    """
+
+    frame: str
+    joint: str
+    low_n: float
+    high_n: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class ContactForce:
     """External force at a link, as least squares over the joints' residuals gives it.
 
     Attributes:
         frame: frame at whose origin a pure force is assumed.
-        force_n: (x, y, z) on the robot in base axes, at the peak.
+        force_n: (x, y, z) on the robot in base axes, at the peak; None where a direction is blind.
         ci95_n: half width of its 95 % interval by axis; None where the joints cannot see that axis.
-        size_n: its magnitude over the directions seen.
-        size_ci95_n: interval of the magnitude, over this frame and those of ``may_be_at``: the nearer to an axis a
-            force acts, the larger it must be. No lower than the contact's least force.
+        size_n: its magnitude; None where a direction is blind.
+        size_ci95_n: interval of the magnitude over all of ``links``: the nearer to an axis a force acts, the larger it
+            must be. No lower than the contact's least force; without an upper end where one of the links has none.
         blind: directions (unit vectors in base axes) in which a force would not have been seen.
         misfit_nm: RMS of what the force does not explain.
-        may_be_at: frames of links further out at which a force explains the joints as well.
+        links: those on which the contact can be, this one and further out, with the force if it is there.
     """
 
     frame: str
-    force_n: tuple[float, float, float]
+    force_n: tuple[float, float, float] | None
     ci95_n: tuple[float | None, float | None, float | None]
-    size_n: float
-    size_ci95_n: tuple[float, float]
+    size_n: float | None
+    size_ci95_n: tuple[float, float | None]
     blind: tuple[tuple[float, float, float], ...]
     misfit_nm: float
-    may_be_at: tuple[str, ...] = ()
+    links: tuple[LinkForce, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

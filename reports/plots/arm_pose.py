@@ -43,12 +43,13 @@ def drawn_arm(scene: ContactScene, arm: ArmGeometry | None) -> DrawnArm:
     return DrawnArm(points, (*(link.parent for link in arm.links), arm.tool_link), axes)
 
 
-def draw_pose(arm: DrawnArm, reacted: Sequence[int], name: str, label: str) -> Markup | None:
+def draw_pose(arm: DrawnArm, reacted: Sequence[int], possible: Sequence[int], name: str, label: str) -> Markup | None:
     """Pose from the side (along the direction the arm reaches in) and from above, at one scale.
 
     Args:
         arm: where it is.
         reacted: which of the points are joints that alarmed.
+        possible: which of the points move a link on which the contact can be.
         name: id of the drawing, unique in the page.
         label: text for those who cannot see it.
 
@@ -62,19 +63,26 @@ def draw_pose(arm: DrawnArm, reacted: Sequence[int], name: str, label: str) -> M
     angle = float(np.arctan2(reach[1], reach[0]))
     views = (np.array([[np.cos(angle), np.sin(angle), 0], [0, 0, 1]]), np.eye(3)[:2])
     span = max(float(np.ptp(points @ row)) for view in views for row in view) * 1.3 or 1.0
-    panels = [_view(arm, view, span, left, reacted) for view, left in zip(views, (2, _WIDTH - _SIDE - 2), strict=True)]
+    panels = [
+        _view(arm, view, span, left, reacted, possible)
+        for view, left in zip(views, (2, _WIDTH - _SIDE - 2), strict=True)
+    ]
     for panel, words in zip(panels, ("from the side", "from above"), strict=True):
         panel.frame.append(f'<text x="{panel.box[0]:g}" y="{_HEIGHT - 2}">{words}</text>')
     return drawing(_WIDTH, _HEIGHT, label, panels, name, clip=False)
 
 
-def _view(arm: DrawnArm, view: FloatArray, span: float, left: float, reacted: Sequence[int]) -> Panel:
+def _view(
+    arm: DrawnArm, view: FloatArray, span: float, left: float, reacted: Sequence[int], possible: Sequence[int]
+) -> Panel:
     x, y = view @ np.vstack([arm.points, np.zeros(3)]).T  # the base last: -1 of the parents
     middle = [(float(v.min()) + float(v.max())) / 2 for v in (x, y)]
     limits = [(m - span / 2, m + span / 2) for m in middle]
     panel = Panel((left, 2, _SIDE, _SIDE), limits[0], limits[1])
     panel.line(x[-1] + span * np.array([-0.08, 0.08]), np.repeat(y[-1], 2), "arm-base")
     ends = np.column_stack([arm.parents, np.arange(len(x) - 1)])
+    shaded = ends[np.isin(ends[:, 0], list(possible))]  # a stroke is of the link that its inner end moves
+    _strokes(panel, x[shaded], y[shaded], "arm-possible")
     _strokes(panel, x[ends], y[ends], "arm")
     if arm.axes is not None:
         u, v = _AXIS * span * (view @ arm.axes.T)[:, :, None] * np.array([-1.0, 1.0])

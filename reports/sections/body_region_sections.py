@@ -63,6 +63,6 @@ def _against_limit(force: ContactForce | None, limit_n: float) -> str:
     low, high = force.size_ci95_n
     if low > limit_n:
         return "the whole interval is above"
-    if force.blind:
+    if high is None:
         return "not determinable: some directions are not felt"
     return "the interval reaches above" if high > limit_n else "the interval is below"

@@ -11,7 +11,14 @@ from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, R
 from collaudit.core.data.detection_result import Contact, ContactKind, ControllerAlarmComparison, DelayFacts, Score
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.after_words import after_text
-from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, force_text, height, in_time
+from collaudit.reports.values.contact_alarms import (
+    alarms_of,
+    contact_limits,
+    force_text,
+    height,
+    in_time,
+    link_forces_text,
+)
 from collaudit.reports.values.numbers import against, apart, duration, fixed, percent, significant, speed, time_decimals
 from collaudit.reports.values.words import NONE, clock_text, speed_unit, torque_unit
 
@@ -68,6 +75,7 @@ def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequenc
         "alarms": "; ".join(_alarm_text(alarm, contact, result) for alarm in alarms[:_MOST_ALARMS]),
         "link or further out": contact.link or NONE,
         "force (95 %)": force_text(contact.force, contact.least_force),
+        "by link": link_forces_text(contact.force),
         "after it": after_text(contact.after),
         "tool speed": "" if tool_speed is None else speed(tool_speed, "m/s"),
         "kind": KIND_WORDS[contact.kind],

@@ -59,7 +59,22 @@ def contact_limits(contact: Contact, period_s: float) -> tuple[float, float]:
 def force_text(force: ContactForce | None, least: LeastForce | None = None) -> str:
     """The interval of a contact's force; what it is at least where a direction is blind or there is no interval."""
     low, high = (0.0, None) if force is None else force.size_ci95_n
-    if force is not None and not force.blind:
+    if high is not None:
         return f"{low:.0f} to {high:.0f} N"
     at_least = max(low, 0.0 if least is None else least.force_n)
-    return f"at least {math.floor(at_least)} N" if at_least >= 1.0 else "not determinable" if force else "unknown"
+    return "unknown" if force is None and at_least < 1.0 else _at_least(at_least)
+
+
+def link_forces_text(force: ContactForce | None) -> str:
+    """The force on each link on which the contact can be: ``if on link3: 45 to 80 N``; empty where that is not told."""
+    links = () if force is None else force.links
+    said = (
+        f"if on {link.frame}: "
+        + (f"{link.low_n:.0f} to {link.high_n:.0f} N" if link.high_n is not None else _at_least(link.low_n))
+        for link in links
+    )
+    return "; ".join(said)
+
+
+def _at_least(low_n: float) -> str:
+    return f"at least {math.floor(low_n)} N" if low_n >= 1.0 else "not determinable"

@@ -14,7 +14,7 @@ from collaudit.reports.values.numbers import apart, fixed, percent, time_decimal
 from collaudit.reports.values.words import clock_text, noticed_line, plural
 
 MOST_WORDS = 120
-_REST = "{} more, listed below."
+_REST = "More statements below: {}."
 #: Contacts that are told one by one, those furthest above their thresholds.
 _MOST_CONTACTS = 2
 
@@ -29,16 +29,24 @@ def first_lines(result: AuditResult) -> tuple[str, ...]:
     seen = [] if noticed is None else [noticed]
     reasons = [reason for reason in (_without(text, noticed) for text in result.reasons) if reason]
     lost = [text for text in (lost_line(result),) if text]
-    contacts = [contact_line(contact, result) for contact in strongest(result, _MOST_CONTACTS).values()]
-    left = len(result.contacts) - len(contacts)
-    contacts += [f"{plural(left, 'more contact')}: below."] if left else []
+    contacts = _contact_lines(result, _MOST_CONTACTS)
     if result.verdict == "pass":
         return _fitting([*seen, *reasons, *contacts], [f"Not covered: {text}" for text in excluded_lines(result)], lost)
     next_step = [f"Next: {text}" for text in (_next(result),) if text]
     cause = [] if speaking(result) is None else [text for text in (cause_sentence(result),) if text]
     if result.verdict == "not_judged":
         return _fitting([*reasons[:1], *cause], [*contacts, *reasons[1:], *seen], [*lost, *next_step])
-    return _fitting([*reasons[:1], *contacts], reasons[1:], [*cause, *seen, *lost, *next_step])
+    last = [*cause, *seen, *lost, *next_step]
+    lines = _fitting([*reasons[:1], *contacts], reasons[1:], last)
+    if unsaid(contacts, lines):  # one of them, and how many more there are
+        lines = _fitting([*reasons[:1], *_contact_lines(result, 1)], reasons[1:], last)
+    return lines
+
+
+def _contact_lines(result: AuditResult, most: int) -> list[str]:
+    contacts = [contact_line(contact, result) for contact in strongest(result, most).values()]
+    left = len(result.contacts) - len(contacts)
+    return [*contacts, f"{plural(left, 'more contact')}: below."] if left else contacts
 
 
 def all_told(result: AuditResult) -> bool:

@@ -32,4 +32,8 @@ def test_an_alarm_that_reaches_into_missing_effort(lost: tuple[int, ...]) -> Non
         assert found is None
     else:
         assert found is not None and np.isfinite(found.force_n).all()
-        assert found.size_ci95_n[0] <= np.linalg.norm(force) <= found.size_ci95_n[1] or found.blind
+        low, high = found.size_ci95_n
+        assert low <= np.linalg.norm(force) and (high is None or np.linalg.norm(force) <= high)
+        assert found.links[-1].frame == at.links[-1], "a push on the last link turns all joints"
+        if not lost:
+            assert [link.frame for link in found.links] == [at.links[-1]] and high is not None

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.least_force import SURFACE_M, longest_levers, with_least
-from collaudit.core.data.detection_result import ContactForce, LeastForce
+from collaudit.core.data.detection_result import ContactForce, LeastForce, LinkForce
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.reports.values.contact_alarms import force_text
 
@@ -39,7 +39,7 @@ def test_no_force_on_the_arm_turns_a_joint_by_more_than_its_longest_lever() -> N
 
 def test_where_no_interval_is_known_the_least_force_is_said() -> None:
     least = LeastForce(23.9, "joint1", 0.5)
-    one = ContactForce("link", (1.0, 0.0, 0.0), (2.0, None, None), 1.0, (0.0, 1150.0), ((0.0, 1.0, 0.0),), 0.0)
+    one = ContactForce("link", None, (2.0, None, None), None, (0.0, None), ((0.0, 1.0, 0.0),), 0.0)
     assert force_text(None, least) == "at least 23 N"
     assert force_text(one, least) == "at least 23 N", "what is blind has no upper end"
     assert force_text(None, LeastForce(0.4, "joint1", 0.5)) == "unknown"
@@ -54,4 +54,11 @@ def test_a_force_has_one_lower_bound() -> None:
     assert wide is not None and wide.size_ci95_n == (18.0, 40.0)
     assert with_least(replace(force, size_ci95_n=(5.0, 14.0)), least) is None
     high = replace(force, size_ci95_n=(20.0, 40.0))
-    assert with_least(high, least) is high
+    assert with_least(high, least) == high
+    links = (
+        LinkForce("a", "joint1", 5.0, None),
+        LinkForce("b", "joint2", 5.0, 14.0),
+        LinkForce("c", "joint3", 20.0, 40.0),
+    )
+    bound = with_least(replace(high, links=links), least)
+    assert bound is not None and bound.links == (LinkForce("a", "joint_a", 18.0, None), links[2])

@@ -36,9 +36,9 @@ def test_a_fail_begins_with_its_contacts() -> None:
     count, first, *others = first_lines(result)
     assert count == result.reasons[0]
     for words in (
-        "22:04:40.250 UTC",
+        "22:05:08.250 UTC",
         "wrist_1_link or further out",
-        "shoulder_lift at 1.52 γ",
+        "shoulder_lift at 1.55 γ",
         "11 to 54 N",
         "alarm after 26 ms",
     ):
@@ -75,7 +75,7 @@ def test_it_is_short_whatever_there_is_to_say(make) -> None:  # type: ignore[no-
     assert _words(result) <= MOST_WORDS
     long = replace(result, reasons=("many words " * 90, *(f"reason {k} of many" for k in range(60))))
     assert _words(long) <= MOST_WORDS
-    assert "listed below" in " ".join(first_lines(long))
+    assert "More statements below: " in " ".join(first_lines(long))
 
 
 def test_page_terminal_and_markdown_say_the_same() -> None:
@@ -87,3 +87,12 @@ def test_page_terminal_and_markdown_say_the_same() -> None:
         assert f"- {escaped(line)}\n" in markdown
         assert f">{line}</p>" in page
     assert page.index(first_lines(result)[1]) < page.index('class="facts"') < page.index("<nav")
+
+
+def test_contacts_that_are_not_told_are_counted_as_contacts() -> None:
+    result = _busy()
+    many = replace(result, contacts=tuple(replace(result.contacts[0], id=f"b{k}") for k in range(24)))
+    long = replace(many, reasons=(f"24 contacts, {'on every joint ' * 8}", "a reason", "another"))
+    lines = first_lines(long)
+    assert "23 more contacts: below." in lines
+    assert _words(long) <= MOST_WORDS

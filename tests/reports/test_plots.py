@@ -271,10 +271,10 @@ def test_ticks_are_round_and_within() -> None:
 def test_the_pose_marks_the_joints_that_alarmed() -> None:
     points = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.4), (0.3, 0.3, 0.4), (0.5, 0.5, 0.2))
     scene = ContactScene(1.0, points, "tool", 0.3, {})
-    svg = draw_pose(drawn_arm(scene, None), [1], "x", "label")
+    svg = draw_pose(drawn_arm(scene, None), [1], [1], "x", "label")
     assert svg is not None and "arm-axis" not in svg
     assert svg.count('class="arm-hit"') == 2, "once from the side, once from above"
-    assert draw_pose(drawn_arm(replace(scene, points_m=points[:1]), None), [], "x", "label") is None
+    assert draw_pose(drawn_arm(replace(scene, points_m=points[:1]), None), [], [], "x", "label") is None
 
 
 def test_with_its_kinematics_the_arm_is_drawn_with_axes_base_and_scale() -> None:
@@ -282,7 +282,7 @@ def test_with_its_kinematics_the_arm_is_drawn_with_axes_base_and_scale() -> None
     drawn = drawn_arm(scene, samples.arm())
     assert drawn.parents == (-1, 0, 1, 2, 3, 4, 5)
     assert np.linalg.norm(drawn.axes, axis=1) == pytest.approx(np.ones(6))
-    svg = draw_pose(drawn, [], "x", "label")
+    svg = draw_pose(drawn, [], [], "x", "label")
     assert svg is not None
     for kind in ("arm-base", "arm-axis", "arm-scale"):
         assert svg.count(f'class="{kind}"') == 2

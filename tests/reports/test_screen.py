@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import samples
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
+from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce, LinkForce
 from collaudit.core.data.sensitivity_result import (
     AskedForce,
     AskedTorque,
@@ -27,7 +27,7 @@ from collaudit.reports.page.index import summarise
 from collaudit.reports.sections.judged_sections import judged_section
 from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text, important_findings, screen_text
-from collaudit.reports.values.contact_alarms import force_text
+from collaudit.reports.values.contact_alarms import force_text, link_forces_text
 from collaudit.reports.values.entries import entry_of
 from collaudit.reports.values.first_words import lost_line
 
@@ -162,11 +162,14 @@ def test_time_without_watch_is_time_not_judged() -> None:
 
 
 def test_a_force_without_a_lower_bound_has_no_size() -> None:
-    one = ContactForce("link", (1.0, 0.0, 0.0), (2.0, None, None), 1.0, (0.0, 1150.0), ((0.0, 1.0, 0.0),), ("link",))
+    one = ContactForce("link", None, (2.0, None, None), None, (0.0, None), ((0.0, 1.0, 0.0),), 0.1)
     assert force_text(one) == "not determinable"
     assert force_text(one, LeastForce(33.7, "a", 0.5)) == "at least 33 N"
-    assert force_text(replace(one, size_ci95_n=(30.0, 143.0))) == "at least 30 N", "the rest is in blind directions"
+    assert force_text(replace(one, size_ci95_n=(30.0, None))) == "at least 30 N", "the rest is in blind directions"
     assert force_text(replace(one, size_ci95_n=(30.0, 143.0), blind=())) == "30 to 143 N"
+    links = (LinkForce("a", "joint1", 30.4, None), LinkForce("b", "joint2", 45.0, 80.2), LinkForce("c", "j", 0.2, None))
+    by_link = link_forces_text(replace(one, links=links))
+    assert by_link == "if on a: at least 30 N; if on b: 45 to 80 N; if on c: not determinable"
     assert force_text(None) == "unknown"
 
 

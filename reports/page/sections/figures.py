@@ -173,7 +173,16 @@ def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: f
     return around + [(event.onset_s - 0.2, event.onset_s + event.duration_s + 0.2) for event in near]
 
 
-_SHOWN = ("wall clock", "alarms", "link or further out", "force (95 %)", "after it", "tool speed", "controller")
+_SHOWN = (
+    "wall clock",
+    "alarms",
+    "link or further out",
+    "force (95 %)",
+    "by link",
+    "after it",
+    "tool speed",
+    "controller",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,5 +263,17 @@ def _drawn_pose(contact: Contact, result: AuditResult, name: str) -> Markup | No
     else:  # where all joints of the model are judged, the points are theirs
         order = list(contact.scene.joint_speed_rad_s)
         order = order if len(arm.points) - 1 == len(order) else []
+    possible = possible_joints(contact, order)
     reacted = [k for k, joint in enumerate(order) if joint in contact.joints]
-    return draw_pose(arm, reacted, name, "Pose of the arm at the peak")
+    shaded = [k for k, joint in enumerate(order) if joint in possible]
+    label = visible(f"Pose of the arm at the peak; shaded: where the contact can be, links of {', '.join(possible)}")
+    return draw_pose(arm, reacted, shaded, name, label)
+
+
+def possible_joints(contact: Contact, order: Sequence[str | None]) -> list[str]:
+    """Joints whose links the contact can be on; where no force tells, those from the outermost that reacted on."""
+    if contact.force is not None and contact.force.links:
+        return [link.joint for link in contact.force.links]
+    joints = [joint for joint in order if joint is not None]
+    reacted = [k for k, joint in enumerate(joints) if joint in contact.joints]
+    return joints[max(reacted) :] if reacted else []

@@ -29,6 +29,8 @@ from collaudit.core.robot.robot_model import RobotModel
 _SWEEPS_SHARE = 0.7
 _LONGEST_EXCITING_S = 120.0
 _LEAST_MOTION_S = 5.0
+#: Poses that are tried where the arm touches something at the middle of its ranges.
+_STARTS = 500
 #: Least distance between links, and to the table, m.
 CLEARANCE_M = 0.02
 
@@ -166,6 +168,9 @@ def move_check(
     urdf = settings.base_dir / config.robot.urdf if config.robot.urdf is not None else None
     shapes = ArmShapes(robot, padded(around), config.plan.link_radius_m, urdf)
     touching = shapes.touching(limits.start[None])
+    if touching is not None and not config.plan.start_rad:
+        limits = _started_free(limits, shapes)
+        touching = shapes.touching(limits.start[None])
     if touching is not None:
         raise ConfigError(
             "the motion cannot start where it is to",
@@ -182,6 +187,18 @@ def move_check(
         raise ConfigError("the arm cannot hold its start with the torques that it may use", where="[plan] start_rad",
                           hint="state another start, or check torque_nm and the tool's mass")  # fmt: skip
     return check, robot
+
+
+def _started_free(limits: ArmLimits, shapes: ArmShapes) -> ArmLimits:
+    """The limits with a free start: of poses spread ever wider about the middle of the ranges, the first one."""
+    middle, half = 0.5 * (limits.low + limits.high), 0.5 * (limits.high - limits.low)
+    spread = np.random.default_rng(0).uniform(-1.0, 1.0, (_STARTS, middle.size))
+    for q in middle + np.linspace(0.0, 1.0, _STARTS)[:, None] * spread * half:
+        if shapes.touching(q[None]) is None:
+            said = [text for text in limits.assumed if not text.startswith("start of ")]
+            words = "start: not stated, a free pose near the middle of the ranges, where something touches"
+            return replace(limits, start=q, assumed=(*said, words))
+    return limits
 
 
 def _arm_joints(description: Description, friction: FrictionFile | None) -> Sequence[str]:

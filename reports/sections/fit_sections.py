@@ -26,7 +26,7 @@ def fit_sections(friction: FrictionFile, detail: bool = False) -> tuple[Section,
         detail: sensor delays, gains, inertials and trends, too.
     """
     left_out = tuple(f"{name}: {said}" for name, facts in friction.left_out.items() if (said := _left_out(facts)))
-    brief = (_joints(friction), Section("Contact in the logs", (), (), left_out))
+    brief = (_joints(friction, detail), Section("Contact in the logs", (), (), left_out))
     if not detail:
         return brief
     found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled, friction.choice)
@@ -51,8 +51,8 @@ def _left_out(facts: LeftOut) -> str:
             assert_never(facts.by)
 
 
-def _joints(friction: FrictionFile) -> Section:
-    """One line a joint: model, threshold, quality, parameters with intervals; below it what to do for the rest."""
+def _joints(friction: FrictionFile, detail: bool) -> Section:
+    """One line a joint: model, threshold, quality, in detail parameters, too; below it what to do for the rest."""
     rows: list[tuple[str, ...]] = []
     said: list[tuple[str, str]] = []
     gamma = {}
@@ -62,13 +62,19 @@ def _joints(friction: FrictionFile) -> Section:
             said += [(joint, f"no threshold from this fit: {why}")] if level == NONE else []
     for name, fit in friction.joints.items():
         speeds = "" if fit.speed_range_rad_s is None else " to ".join(f"{x:.3g}" for x in fit.speed_range_rad_s)
-        rows.append((name, fit.model or "not fitted", gamma.get(name, NONE), _quality(fit), speeds, _parameters(fit)))
+        parameters = (_parameters(fit),) if detail else ()
+        rows.append((name, fit.model or "not fitted", gamma.get(name, NONE), _quality(fit), speeds, *parameters))
         said += [(name, fit.reason)] if fit.reason else []
         said += [(name, text) for text in fit.not_identifiable]
         if fit.identifiability is not None and fit.identifiability.motion_needed:
             said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
-    head = ("joint", "model", "auto γ, N·m", "RMSE (of rated)", "speeds, rad/s", "parameters [95 % interval]")
-    return Section("", head, tuple(rows), tuple(joint_lines(said, len(friction.joints), brief=True)))
+    head: tuple[str, ...] = ("joint", "model", "auto γ, N·m", "RMSE (of rated)", "speeds, rad/s")
+    notes = joint_lines(said, len(friction.joints), brief=True)
+    if detail:
+        head = (*head, "parameters [95 % interval]")
+    else:
+        notes = [*notes, "Parameters with 95 % intervals: -v, and friction.json."]
+    return Section("", head, tuple(rows), tuple(notes))
 
 
 def _parameters(fit: FrictionFit) -> str:

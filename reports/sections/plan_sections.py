@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from collaudit.core.data.plan_result import CleanTime, Delivered, PlanFile, Prediction
 from collaudit.reports.sections.section import Section
@@ -45,6 +46,27 @@ def plan_sections(plan: PlanFile, of_joints_only: bool = False) -> tuple[Section
         _limits(plan),
         *(Section(title, (), (), tuple(lines)) for title, lines in assumed.items() if lines),
     )
+
+
+def brief_section(plan: PlanFile) -> Section:
+    """A row a joint: its sweeps, and the parameter that is known least, now and with the plan; then clean hours."""
+    rows = []
+    for one in plan.sweeps:
+        own = [p for p in plan.predictions if p.joint == one.joint and p.value and p.after is not None]
+        least = max(own, key=lambda p: inf if p.before is None else p.before / abs(p.value or 1.0), default=None)
+        told = ("", "") if least is None else (_share(least.before, least), _share(least.after, least))
+        speeds = (
+            f"{len(one.speeds_rad_s)}, {significant(min(one.speeds_rad_s))} to {significant(max(one.speeds_rad_s))}"
+        )
+        window = f"{one.low_rad:.2f} to {one.high_rad:.2f}"
+        rows.append((one.joint, window, speeds, "" if least is None else least.parameter, *told))
+    head = ("joint", "window, rad", "speeds, rad/s", "known least", "now", "with the plan")
+    return Section("Sweeps", head, tuple(rows), (_clean_words(plan),))
+
+
+def _share(half: float | None, known: Prediction) -> str:
+    """Half width of the 95 % interval as a share of the value."""
+    return "open" if half is None or not known.value else f"±{100.0 * half / abs(known.value):.2g} %"
 
 
 def _sweeps(plan: PlanFile) -> Section:

@@ -14,7 +14,7 @@ from collaudit.reports.sections.body_region_sections import (
     body_region_section,
 )
 from collaudit.reports.sections.fit_sections import fit_sections
-from collaudit.reports.sections.plan_sections import plan_sections
+from collaudit.reports.sections.plan_sections import brief_section, plan_sections
 from collaudit.reports.terminal.text_table import section_text, sections_text, table
 from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.numbers import duration
@@ -38,6 +38,24 @@ def plan_text(plan: PlanFile, width: int | None = None) -> str:
         f"{plan.minutes_asked:g} min\nExciting trajectory: {exciting}\n"
         f"{sections_text(plan_sections(plan, of_joints_only=True), width)}\n"
         f"{of_arm} parameters of the whole arm besides: plan.html, plan.json\n"
+    )
+
+
+def brief_plan_text(plan: PlanFile, width: int | None = None) -> str:
+    """The statement, how long the motion takes, a row a joint, and what is taken for granted.
+
+    Args:
+        plan: the plan.
+        width: columns of the terminal; None: any.
+    """
+    exciting = "" if plan.exciting_s is None else f", {plan.exciting_moves} of them exciting moves"
+    taken = [text.replace(", ".join(plan.limits), "every joint") for text in plan.assumed]
+    said = f"Taken for granted: {'; '.join(taken)}."
+    return (
+        f"{wrapped(plan.statement, width)}\n\nMotion: {duration(plan.duration_s)} of at most "
+        f"{plan.minutes_asked:g} min{exciting}\n\n{section_text(brief_section(plan), width)}\n"
+        f"{wrapped(said, width)}\n"
+        "All half widths, limits and surroundings: plan.txt, plan.html.\n"
     )
 
 

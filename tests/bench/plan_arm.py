@@ -83,7 +83,7 @@ def write_run(arm: FixtureRobot, motion: Experiment, seed: int, path: Path) -> t
     if description.urdf is not None:
         path.with_suffix(".urdf").write_text(description.urdf, encoding="utf-8")
     urdf = path.with_suffix(".urdf").name if description.urdf is not None else None
-    text = config_text(arm, description, motion, "mcap", urdf) + plan_table(arm)
+    text = config_text(replace(arm, plan={}), description, motion, "mcap", urdf) + plan_table(arm)
     path.with_suffix(".toml").write_text(text, encoding="utf-8")
     return path, load_config(path.with_suffix(".toml"))
 

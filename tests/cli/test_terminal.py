@@ -290,4 +290,5 @@ def test_fit_prints_a_table_and_what_to_do(arm, collaudit) -> None:
     short = collaudit("fit", arm.clean, "-c", arm.config)
     whole = collaudit("fit", arm.clean, "-c", arm.config, "-v")
     assert "auto γ" in short.out.splitlines()[0] and len(short.out.split()) < 150
+    assert "parameters [95" in whole.out.splitlines()[0] and "parameters [95" not in short.out
     assert "Ways to fit" in whole.out and "Ways to fit" not in short.out and len(whole.out) > 1.5 * len(short.out)

@@ -84,7 +84,7 @@ def test_an_interval_without_width_is_none() -> None:
     result = samples.failed(3000).result
     fit = next(iter(result.friction.values()))
     held = replace(fit, parameters={"D_nm_s_per_rad": 0.0}, ci95={"D_nm_s_per_rad": (0.0, 0.0)})
-    text = fit_text(FrictionFile("", {"j": held}, (), result.provenance))
+    text = fit_text(FrictionFile("", {"j": held}, (), result.provenance), detail=True)
     assert "D 0 [none: held at its limit]" in text and "[0, 0]" not in text
     trend = Trend("load", 0.0, (0.0, 0.0), 1.0, "a.bag")
     (table,) = identified_sections(Identification(None, {}, {"j": FrictionVariation((trend,), ())}))

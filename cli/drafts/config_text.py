@@ -141,6 +141,12 @@ USUAL_LINES: Mapping[str, tuple[Line, ...]] = {
         Line("contact", [[25.0, 53.0]], active=False),
         Line("retreat", [[53.0, 57.5]], active=False),
     ),
+    "report": (
+        Line("robot", "type and serial number", "at the head of each report; else: not stated", active=False),
+        Line("tool", "what the arm carries", active=False),
+        Line("lab", "laboratory or cell", active=False),
+        Line("operator", "who answers for the recording", active=False),
+    ),
     "policy": (Line("max_collisions", 0), Line("max_near_misses_per_hour", 10, active=False)),
 }
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
+from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_dates, worst_first
 from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.night_words import explained_night, group_words
 from collaudit.reports.values.visible_text import visible
@@ -49,7 +49,8 @@ def _parts(
 ) -> tuple[list[str], list[str], list[tuple[str, str]]]:
     """What is said of the night, of its groups, and of logs that do not pass, each with its link."""
     entries = worst_first([*(entry_of(result) for result in results), *unread])
-    head = [f"{VERDICT_WORD[night.verdict(entries)]}: {night.sentence or explained_night(entries, night.groups)}"]
+    said = night.sentence or explained_night(entries, night.groups)
+    head = [f"{VERDICT_WORD[night.verdict(entries)]}, {night_dates(entries)}: {said}"]
     head += night.breaches
     groups = [f"{f'{group.robot}: ' if group.robot else ''}{group_words(group)}" for group in night.groups[:_MOST]]
     failing = [entry for entry in entries if entry.verdict != "pass"]

@@ -20,6 +20,7 @@ from collaudit.reports.page.scripts import own_script
 from collaudit.reports.values.entries import (
     IndexEntry,
     brief_reason,
+    night_dates,
     night_sentence,
     verdict_counts,
     worst_first,
@@ -115,6 +116,7 @@ def _page(summary: Summary, night: NightFacts, before: Mapping[str, Sequence[Ver
             night=night,
             sentence=night.sentence or night_sentence(summary.logs),
             groups=group_section(night.groups),
+            dates=night_dates(summary.logs),
             lines=lines,
             with_robots=any(entry.robot for entry in summary.logs),
             with_states=any(set(entry.contact_states) - {"new"} for entry in summary.logs),

@@ -47,7 +47,7 @@ def table(
         widths = _widths(cells, numeric, width)
         folded: list[_Row] = [list(zip_longest(*map(_folded, line, widths), fillvalue="")) for line in cells]
         if text_below:
-            folded[1:] = [[list(map(_cut, line, widths))] for line in cells[1:]]
+            folded[1:] = [[list(map(_shortened, line, widths))] for line in cells[1:]]
         rows = [[_cut(line, width) for line in group] for group in _aligned(folded, numeric)]
         groups = [rows[0], *(row + note for row, note in zip(rows[1:], notes, strict=True))]
     return "".join(f"{line}\n" for line in chain(*groups))
@@ -98,6 +98,15 @@ def _folded(text: str, width: int) -> list[str]:
 def _cut(text: str, width: int) -> str:
     """Text in at most ``width`` columns; what was cut ends in a mark."""
     return text if wcswidth(text) <= width else clip(text, 0, max(width - 1, 0)).rstrip() + _CUT
+
+
+def _shortened(text: str, width: int) -> str:
+    """A cell in at most ``width`` columns, cut in the middle: names that differ at their ends stay told apart."""
+    wide = wcswidth(text)
+    if wide <= width or width < _LEAST_TEXT:
+        return _cut(text, width)
+    tail = clip(text, wide - width // 2, wide)
+    return clip(text, 0, width - 1 - wcswidth(tail)) + _CUT + tail
 
 
 def section_text(found: Section, width: int | None = None, text_below: bool = False) -> str:

@@ -138,6 +138,14 @@ def worst_verdict(entries: Sequence[IndexEntry]) -> Verdict:
     return min((entry.verdict for entry in entries), key=_ORDER.__getitem__, default="not_judged")
 
 
+def night_dates(entries: Sequence[IndexEntry]) -> str:
+    """On which days the logs were recorded, UTC."""
+    days = sorted({entry.start[:10] for entry in entries if entry.start})
+    if not days:
+        return "date not known"
+    return days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
+
+
 def night_sentence(entries: Sequence[IndexEntry]) -> str:
     """How many logs were judged, and contacts by robot.
 

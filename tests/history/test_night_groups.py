@@ -106,7 +106,7 @@ def test_a_night_in_a_message() -> None:
         groups=groups(*logs), reports={"B/a<b&c.csv": "B_a b/report.html"}, link="https://ci.example/night/"
     )
     text = summary_text(logs, "text", (), facts)
-    assert text.startswith("FAIL: 10 of 10 logs judged; ") and len(text.split()) < 250
+    assert text.startswith(f"FAIL, {TONIGHT}: 10 of 10 logs judged; ") and len(text.split()) < 250
     assert "https://ci.example/night/B_a%20b/report.html" in text
     slack = json.loads(summary_text(logs, "slack-json", (), facts))
     body = "\n".join(block["text"]["text"] for block in slack["blocks"])

@@ -298,6 +298,10 @@ def test_the_top_says_whose_log_it_is_and_what_values_are_held_against() -> None
         assert words in page.text, words
     kept = replace(audit.result, contacts=(), collisions=(), limits=PolicyLimits(0, None, 0.8))
     assert "at most 0: within" in Page(html_text([replace(audit, result=kept)])).text
+    silent = Page(html_text([replace(audit, result=replace(audit.result, stated={"lab": "cell 3"}))])).text
+    for key in ("robot", "tool", "operator"):
+        assert f"{key} not stated" in silent, "what nobody states is flagged"
+    assert "lab cell 3" in silent
     hostile = replace(audit.result, stated={"robot": "<script>alert(1)</script>"})
     assert "<script>alert" not in html_text([replace(audit, result=hostile)])
     assert "2024-03-12 22:04:11.250 UTC to 2024-03-12 22:05:11" in page.text

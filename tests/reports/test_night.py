@@ -133,6 +133,23 @@ def test_what_fails_stands_above_the_logs(page: Any) -> None:
     assert rows.first.bounding_box()["y"] < page.locator("#logs").bounding_box()["y"]
 
 
+@pytest.mark.parametrize("width", [390, 1280, 1920])
+def test_long_names_are_cut_in_the_middle(page: Any, tmp_path: Path, width: int) -> None:
+    ends = ("50sec.csv", "50secLoad.csv")
+    names = [f"A/cell1/moving_arm_{'mounted_' * 6}{end}" for end in ends]
+    write_index(tmp_path, [replace(night(3)[0], robot="A", name=name) for name in names])
+    page.set_viewport_size({"width": width, "height": 900})
+    page.goto((tmp_path / "index.html").as_uri())
+    for end, cell in zip(ends, page.locator("#logs tbody th").all(), strict=True):
+        tail = cell.locator("span").last
+        assert tail.inner_text().endswith(end) and cell.inner_text().startswith("cell1/moving_arm_")
+        outer, inner = cell.bounding_box(), tail.bounding_box()
+        assert outer["x"] <= inner["x"] and inner["x"] + inner["width"] <= outer["x"] + outer["width"] + 1
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert "2026-11-25" in page.inner_text("h1")
+    page.goto((page.folder / "42" / "index.html").as_uri())
+
+
 def test_a_pass_with_accepted_contacts_says_so(tmp_path: Path) -> None:
     touched = next(entry for entry in night(42) if entry.contacts)
     excused = replace(

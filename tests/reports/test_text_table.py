@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 import samples
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -63,6 +64,16 @@ def test_a_folded_table_loses_nothing() -> None:
     parts = [line[21:].removesuffix("31").strip() for line in lines[2:]]
     assert "  ".join(parts) == said, "each value stays beside its interval"
     assert lines[2].split()[-1] == "31"
+
+
+@pytest.mark.parametrize("width", range(45, 80))
+def test_names_that_differ_at_their_ends_stay_told_apart(width: int) -> None:
+    names = ("A/cell1/moving_arm_mounted_on_a_wall_50sec.csv", "A/cell1/moving_arm_mounted_on_a_wall_50secLoad.csv")
+    lines = [("FAIL", name, "2", "a reason of many words, more than there is room for") for name in names]
+    shown = table(("verdict", "log", "contacts", "reasons"), lines, (2,), width, text_below=True).splitlines()
+    assert all(wcswidth(line) <= width for line in shown)
+    first, second = (line for line in shown if line.startswith("FAIL"))
+    assert "50sec.csv" in first and "50secLoad.csv" in second and "A/cell1/" in first
 
 
 def test_long_titles_are_folded_before_anything_is_cut() -> None:

@@ -27,6 +27,8 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     "collaudit report run/ -o report.html --format html,json,junit",
     "collaudit report run/ -o - --format markdown",
     "collaudit report run/ -o run.mcap --format mcap,csv",
+    "collaudit report touched/ clean/ --overlay residual -o overlay.html",
+    "collaudit report run/ --clips clips/ --log run.mcap",
 )
 @click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
 @click.option(
@@ -51,6 +53,23 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     metavar="FILE",
     help="Print estimated contact forces beside limits by body region from your own file (docs/choosing-gamma.md).",
 )
+@click.option(
+    "--overlay",
+    type=click.Choice(["residual", "measured", "model", "position", "velocity"]),
+    help="Lay this signal of two runs over each other: each contact of the first and the same place in the second.",
+)
+@click.option(
+    "--clips",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Write an MCAP of 3 s before to 3 s after each contact of a run into DIR, for Foxglove.",
+)
+@click.option(
+    "--log",
+    type=click.Path(path_type=Path, exists=True),
+    metavar="LOG",
+    help="The run's recording: --clips holds its topics, too.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the written files, or the forces beside limits.")
 @config_option
 def command(
@@ -59,6 +78,9 @@ def command(
     formats: str,
     stamp: bool,
     limits: Path | None,
+    overlay: str | None,
+    clips: Path | None,
+    log: Path | None,
     as_json: bool,
 ) -> int:
     """Write the report of finished runs as one self-contained page that works offline.
@@ -68,6 +90,12 @@ def command(
 
     With --limits, forces and limits are shown side by side, with what cannot be concluded from them: on stdout, or with
     -o on an HTML page.
+
+    With --overlay, a signal of two runs stands on one plot: each contact of the first, and when the second was at the
+    same place; of one run named twice, another cycle.
+
+    With --clips, each contact is an MCAP: residual, γ, model and state beside the recorded topics of an MCAP or bag
+    (--log), else beside the joints' series.
 
     The events of each run are counted again from its signals.parquet; where audit.json says otherwise, nothing is
     written.
@@ -81,10 +109,14 @@ def command(
         if output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
             raise ConfigError("this is written as HTML", where=f"-o {output}", found=output.suffix, expected=".html")
         return _report_limits(runs, output, limits, as_json)
+    if clips is not None:
+        return _write_clips(runs, clips, log, as_json)
     if output is None:
         for run in runs:
             open_run(run)  # a folder that is no run offers the runs inside
         raise click.UsageError("Missing option '-o' / '--output': the file to write, or - for stdout.")
+    if overlay is not None:
+        return _write_overlay(runs, output, overlay)
     wanted = parse_formats(formats)
     computer = platform.node() or "computer without a name"
     made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC, {computer}" if stamp else None
@@ -120,6 +152,38 @@ def command(
     if as_json:
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
         say_object("collaudit/written/1", {"files": files, "verdicts": verdicts})
+    return EXIT_PASS
+
+
+def _write_overlay(runs: tuple[Path, ...], output: Path, signal: str) -> int:
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.page.overlay_page import overlay_page
+
+    if len(runs) != 2:
+        raise ConfigError("two runs are laid over each other", where="--overlay", found=f"{len(runs)} runs",
+                          hint="name one twice for another cycle of it")  # fmt: skip
+    page = overlay_page(read_run(runs[0]), read_run(runs[1]), signal)
+    if str(output) == "-":
+        say_document(page)
+    else:
+        atomic_write(output, page)
+        note(f"page written to {output}")
+    return EXIT_PASS
+
+
+def _write_clips(runs: tuple[Path, ...], folder: Path, log: Path | None, as_json: bool) -> int:
+    from collaudit.reports.exports.contact_clips import write_clips
+    from collaudit.reports.values.words import plural
+
+    if len(runs) != 1:
+        raise ConfigError("clips are of one run", where="--clips", found=f"{len(runs)} runs")
+    audit = read_run(runs[0])
+    with progress("writing clips"):
+        made = write_clips(folder, audit, log)
+    if as_json:
+        files = {"clips": [str(path) for path in made]}
+        say_object("collaudit/written/1", {"files": files, "verdicts": {str(runs[0]): audit.result.verdict}})
+    note(f"written to {folder}: {plural(len(made), 'clip')}")
     return EXIT_PASS
 
 

@@ -27,6 +27,7 @@ from collaudit.reports.exports.ros_mcap import (
     diagnostics,
     joint_states,
     log_message,
+    whole_joint_states,
     write_mcap,
 )
 from collaudit.reports.files.atomic import staged
@@ -43,13 +44,16 @@ _LEVEL = {State.JUDGED: OK, State.FRICTION_INTERVAL: WARN, State.UNUSABLE: ERROR
 _CONSTANT_S = 1.0
 
 
-def write_audit_mcap(path: Path, audit: Audit, progress: Progress | None = None) -> None:
+def write_audit_mcap(
+    path: Path, audit: Audit, progress: Progress | None = None, recorded: Sequence[Channel] | None = None
+) -> None:
     """Write the residual, thresholds, friction's range, state and events of an audit as ROS 2 messages.
 
     Args:
         path: the file to make.
         audit: result and signals.
         progress: called with steps done and in all.
+        recorded: topics of the recording that go beside; where there are none the joints' series do. None: neither.
 
     Raises:
         CollauditError: the file cannot be written.
@@ -61,7 +65,10 @@ def write_audit_mcap(path: Path, audit: Audit, progress: Progress | None = None)
         _thresholds(signals, stamps),
         _states(signals, stamps),
         *_events(result, stamps),
+        *(recorded or ()),
     ]
+    if recorded is not None and not recorded:
+        channels.append(_joints(signals, stamps))
     facts = {
         "log": visible(result.log.name),
         "log_sha256": result.log.sha256,
@@ -106,6 +113,14 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
             Channel(_TOPIC + name, JOINT_STATE, at, joint_states(at, signals.joint_names, values[known].astype(float)))
         )
     return made
+
+
+def _joints(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
+    """Position, velocity and measured torque of every joint."""
+    series = (signals.position_rad, signals.velocity_rad_s, signals.measured_nm)
+    position, velocity, measured = (values.astype(np.float64) for values in series)
+    messages = whole_joint_states(stamps, signals.joint_names, position, velocity, measured)
+    return Channel(f"{_TOPIC}joints", JOINT_STATE, stamps, messages)
 
 
 def _thresholds(signals: Signals, stamps: NDArray[np.int64]) -> Channel:

@@ -37,12 +37,16 @@ class Channel:
         type: name of the message type.
         stamps_ns: (n,) log times.
         messages: (n, size) bytes of messages of one size, or n messages of any.
+        encoding: of the messages.
+        schema: how the schema is written, and its bytes; None for the published definition of ROS 2.
     """
 
     topic: str
     type: str
     stamps_ns: NDArray[np.int64]
     messages: NDArray[np.uint8] | Sequence[bytes]
+    encoding: str = "cdr"
+    schema: tuple[str, bytes] | None = None
 
 
 def write_mcap(
@@ -63,23 +67,32 @@ def write_mcap(
     """
     writer = Writer(out, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
     writer.start(profile="ros2", library=library)
-    kinds = dict.fromkeys(channel.type for channel in channels)
-    definitions = {kind: _store().generate_msgdef(kind, ros_version=2)[0] for kind in kinds}
-    schemas = {kind: writer.register_schema(kind, "ros2msg", text.encode()) for kind, text in definitions.items()}
-    ids = [writer.register_channel(channel.topic, "cdr", schemas[channel.type]) for channel in channels]
+    known: dict[tuple[str, str, bytes], int] = {}
+    ids = []
+    for channel in channels:
+        written, content = channel.schema or ("ros2msg", _definition(channel.type))
+        key = (channel.type, written, content)
+        if content and key not in known:
+            known[key] = writer.register_schema(*key)
+        ids.append(writer.register_channel(channel.topic, channel.encoding, known.get(key, 0)))  # 0: has no schema
     stamps = np.concatenate([channel.stamps_ns for channel in channels])
     counts = [len(channel.stamps_ns) for channel in channels]
     number = np.repeat(np.arange(len(channels)), counts)
     place = np.concatenate([np.arange(count) for count in counts])
-    for written, k in enumerate(np.argsort(stamps, kind="stable").tolist()):
-        if progress is not None and written % _STEP == 0:
-            progress(written, len(stamps))
+    for done, k in enumerate(np.argsort(stamps, kind="stable").tolist()):
+        if progress is not None and done % _STEP == 0:
+            progress(done, len(stamps))
         which, row, time_ns = int(number[k]), int(place[k]), int(stamps[k])
         writer.add_message(ids[which], time_ns, bytes(channels[which].messages[row]), time_ns, row)
     if progress is not None:
         progress(1, 1)
     writer.add_metadata("collaudit", dict(facts))
     writer.finish()  # type: ignore[no-untyped-call]
+
+
+def _definition(kind: str) -> bytes:
+    """The published definition of a type; empty where there is none."""
+    return b"" if kind not in _store().types else _store().generate_msgdef(kind, ros_version=2)[0].encode()
 
 
 @cache
@@ -106,6 +119,19 @@ def joint_states(stamps_ns: NDArray[np.int64], names: Sequence[str], effort: NDA
     width = 8 * len(names)
     out[:, len(one) - width :] = np.ascontiguousarray(effort, "<f8").view(np.uint8).reshape(len(stamps_ns), width)
     return out
+
+
+def whole_joint_states(
+    stamps_ns: NDArray[np.int64],
+    names: Sequence[str],
+    position: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    effort: NDArray[np.float64],
+) -> list[bytes]:
+    """One ``JointState`` a stamp, of (n, j) positions, velocities and efforts."""
+    named = [visible(name) for name in names]
+    rows = zip(stamps_ns.tolist(), position, velocity, effort, strict=True)
+    return [_serialised(JOINT_STATE, _header(stamp), named, q, dq, tau) for stamp, q, dq, tau in rows]
 
 
 def joint_trajectory(

@@ -21,6 +21,7 @@ from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.reports.exports.audit_mcap import start_ns, write_audit_mcap
+from collaudit.reports.exports.contact_clips import write_clips
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 from collaudit.reports.values.entries import entry_of_error
 
@@ -45,6 +46,23 @@ def _topics(path: Path) -> dict[str, list[tuple[int, object]]]:
             assert message.publish_time == message.log_time
             out.setdefault(channel.topic, []).append((message.log_time, decoded))
     return out
+
+
+def test_a_clip_is_three_seconds_around_each_contact(tmp_path: Path, audit: Audit) -> None:
+    made = write_clips(tmp_path / "clips", audit)
+    contacts = audit.result.contacts
+    assert [path.name.rpartition("-")[0] for path in made] == [f"contact-{k}" for k, _ in enumerate(contacts, 1)]
+    signals, origin = audit.signals, start_ns(audit.result.log.start)
+    for path, contact in zip(made, contacts, strict=True):
+        topics = _topics(path)
+        inside = (signals.time_s >= contact.onset_s - 3.0) & (signals.time_s <= contact.end_s + 3.0)
+        times = origin + np.round(signals.time_s[inside] * NANO).astype(np.int64)
+        for name in ("residual", "model", "joints"):
+            assert [time for time, _ in topics[f"/collaudit/{name}"]] == times.tolist()
+        joints = [message for _, message in topics["/collaudit/joints"]]
+        np.testing.assert_array_equal([message.position for message in joints], signals.position_rad[inside])
+        np.testing.assert_array_equal([message.effort for message in joints], signals.measured_nm[inside])
+        assert {"/collaudit/gamma", "/collaudit/state"} <= set(topics) and len(topics["/collaudit/contacts"]) == 1
 
 
 def test_mcap_holds_the_signals_on_the_clock_of_the_log(tmp_path: Path, audit: Audit) -> None:

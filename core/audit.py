@@ -16,8 +16,10 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, F
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.judgement import OnSignals, judge
+from collaudit.core.detection.settled_rule import HeldOutPart
+from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, in_joint_units
-from collaudit.core.friction.applied_friction import applied_friction
+from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
@@ -26,6 +28,7 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
+from collaudit.core.residual.detector import detector_named
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.verdict.coverage import exclusions, measure_coverage
@@ -63,6 +66,9 @@ def audit_log(
         ConfigError: a label that marks them is not in the log, or the friction file is another arm's.
     """
     step = stage(progress, 0.0, 1.0)
+    parts: list[HeldOutPart] = []
+    if config.policy.same_log == "folds" and (friction is None or fitted_alone(friction, prepared)):
+        friction, parts = _by_parts(prepared, friction, config, provenance, stage(progress, 0.0, 0.15))
     prepared, about_axes = _calibrated(prepared, friction, config)
     units, sliding, series = prepared.units, prepared.sliding, prepared.judged_series
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
@@ -75,6 +81,7 @@ def audit_log(
         None if friction is None else friction.thresholds,
         on_signals,
         stage(progress, 0.2, 0.6),
+        parts,
     )
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
@@ -156,6 +163,36 @@ def audit_log(
         else (),
     )
     return Audit(result, judged.signals)
+
+
+def _by_parts(
+    prepared: Prepared, friction: FrictionFile | None, config: Config, provenance: Provenance, progress: Progress
+) -> tuple[FrictionFile | None, list[HeldOutPart]]:
+    """The fit of the whole log, which is shown, and for each part of the log the fit of the others, which judges it.
+
+    Nothing of both where the log shows no friction: what is judged then needs no fit.
+
+    Raises:
+        NotJudgedError: nothing can be fitted. ConfigError: the detector does not judge each joint by itself.
+    """
+    from collaudit.core.fitting import fit_by_parts
+
+    if not detector_named(config.detect.detector).by_joint:
+        raise ConfigError(
+            "parts of a log are judged joint by joint",
+            where="[policy] same_log",
+            found=f'"folds", with the detector "{config.detect.detector}"',
+            hint='state [detect] detector = "direct", or fit on another log',
+        )
+    logged = calibrated(prepared, Calibration.of(None, config), config)
+    whole, fits = fit_by_parts(logged, config, provenance, progress)
+    if all(fit.model is None for fit in whole.joints.values()):
+        return friction, []
+    parts = []
+    for rows, fitted in fits:
+        own, _ = _calibrated(logged, fitted, config)
+        parts.append(HeldOutPart(rows, own, applied_friction(own, fitted, config), fitted.thresholds))
+    return whole, parts
 
 
 def _calibrated(prepared: Prepared, friction: FrictionFile | None, config: Config) -> tuple[Prepared, list[Finding]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import (
@@ -14,23 +14,41 @@ from collaudit.core.data.audit_result import (
 from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.findings import Finding, in_joint_units
-from collaudit.core.friction.arm_fit import fit_arm
+from collaudit.core.friction.arm_fit import ArmFit, fit_arm, without_samples
 from collaudit.core.friction.friction_variation import friction_variation_findings
 from collaudit.core.friction.gear.correction_fit import correction_findings
-from collaudit.core.friction.joint_fits import friction_findings
+from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.estimate_choice import choose, wanted
 from collaudit.core.identification.identification import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
+from collaudit.core.identification.solved_problem import Candidate
+from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds
-from collaudit.core.recommend.held_out_residual import FrictionCovariates, held_out_residuals
+from collaudit.core.recommend.held_out_residual import (
+    FrictionCovariates,
+    fold_count,
+    fold_of_sample,
+    held_out_residuals,
+)
 from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import known_contact_times
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fit:
+    """A fit on its way to its file: the logs as they were fitted, what was chosen, and what friction goes with."""
+
+    file: FrictionFile
+    logs: Sequence[Prepared]
+    taken: Candidate
+    arm: ArmFit
+    covariates: FrictionCovariates
 
 
 def fit_logs(
@@ -52,6 +70,17 @@ def fit_logs(
     Raises:
         NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
     """
+    return _fit(prepared, config, provenance, truth, progress).file
+
+
+def _fit(
+    prepared: Sequence[Prepared],
+    config: Config,
+    provenance: Provenance,
+    truth: Sequence[TruthFile | None],
+    progress: Progress | None,
+) -> _Fit:
+    """As :func:`fit_logs`."""
     audited = []
     for log in prepared:
         audited.append(audit_channels(log, config))
@@ -87,7 +116,7 @@ def fit_logs(
     findings += friction_variation_findings(settled.variation)
     findings += correction_findings(corrections)
     findings += exceeded_findings(thresholds, arm.fits)
-    return FrictionFile(
+    file = FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=dict(arm.fits),
         findings=in_joint_units(findings, prepared[0].sliding),
@@ -106,6 +135,43 @@ def fit_logs(
         recorded=_recorded(prepared),
         choice=choice,
     )
+    return _Fit(file, known, taken, arm, covariates)
+
+
+def fit_by_parts(
+    prepared: Prepared, config: Config, provenance: Provenance, progress: Progress | None = None
+) -> tuple[FrictionFile, list[tuple[BoolArray, FrictionFile]]]:
+    """The fit of a log, and for each part of the log its samples (n,) and what the other parts tell.
+
+    What contact is left out and what is identified is chosen on all of the log, and which law a joint has, unless the
+    rest of a part does not determine it. All values and thresholds of a part are told without it.
+
+    Args:
+        prepared: the log, without a calibration.
+        config, provenance, progress, and errors: as of :func:`fit_logs`.
+    """
+    whole = _fit([prepared], config, provenance, (), stage(progress, 0.0, 0.6))
+    count, step = fold_count([prepared], config), stage(progress, 0.6, 1.0)
+    fold, parts = fold_of_sample(prepared.series, count), []
+    for k in range(count):
+        own = fold == k
+        rest = fit_arm(whole.logs, whole.taken, config, [own], whole.arm)
+        unsure = [joint for joint, fit in rest.fits.items() if fit.identifiable < whole.arm.fits[joint].identifiable]
+        if unsure:
+            anew = fit_joints([without_samples(log, own) for log in rest.logs], config)
+            rest = replace(rest, fits={**rest.fits, **{joint: anew[joint] for joint in unsure}})
+        residuals = held_out_residuals(whole.logs, rest, whole.taken, whole.covariates, config, left_out=[own])
+        fitted = replace(
+            whole.file,
+            joints=dict(rest.fits),
+            identified=rest.identified,
+            coupled=dict(rest.coupled),
+            thresholds=fitted_thresholds(residuals, rest.fits, config),
+            corrections={},  # thresholds are told from residuals without them
+        )
+        parts.append((own, fitted))
+        step(k + 1, count)
+    return whole.file, parts
 
 
 def _findings(log: Prepared, made: Prepared) -> list[Finding]:

@@ -48,7 +48,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     """Judge one log: residual torque against gamma for n samples; contacts and near misses.
 
     Several files are taken as CSV parts of one recording. Without a friction file, friction is fitted on
-    the log itself, which is no evidence: the log is not judged unless [policy] same_log allows it.
+    the log itself, which is no evidence: [policy] same_log = "folds" judges each part by a fit of the others.
 
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """

@@ -258,7 +258,11 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
         return f"next: collaudit detect {log} -c {file} -o run"
     if any(fit.model is not None for fit in result.friction.values()):
         own = "Friction and thresholds were" if result.rule.gamma_nm else "Friction was"
-        why = f"{own} fitted on the log that was judged, so contact in it may go unseen: detect asks for another log's."
+        alone = f"collaudit detect {log} -c {file} --set 'policy.same_log=\"folds\"'"
+        why = (
+            f"{own} fitted on the log that was judged, so contact in it may go unseen: detect asks for another log's.\n"
+            f"  There is no other? {alone} -o run judges each part of it by a fit of the others."
+        )
     else:
         why = "No friction could be fitted here; only changes of torque at rest were judged."
     return (

@@ -49,10 +49,11 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         about("External torque that must alarm, N·m (N if prismatic); one number, or by joint. Absent: none is asked."),
     ] = None
     same_log: Annotated[
-        Literal["refuse", "allow"],
+        Literal["refuse", "folds", "allow"],
         about(
-            "refuse: a log is not judged by friction and thresholds that were fitted on it alone; allow: it "
-            "is, and the verdict excludes that."
+            "refuse: a log is not judged by friction and thresholds that were fitted on it alone; folds: each of its "
+            "parts is, by a fit of the others, and the verdict names what that cannot see; allow: it is, and the "
+            "verdict excludes that."
         ),
     ] = "refuse"
     max_hidden_s: Annotated[

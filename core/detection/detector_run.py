@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -24,12 +24,14 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, JudgedLog, detect_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.detection.threshold import gamma_in_force
+from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import lasting
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
+from collaudit.core.residual.parts import joined_residual
 from collaudit.core.residual.residual import Residual, ResidualInputs
 
 
@@ -51,23 +53,60 @@ class DetectionInputs(ResidualInputs):
     watch: Mapping[str, Watch]
 
 
-def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config) -> DetectorRun:
+@dataclass(frozen=True, slots=True, eq=False)
+class JudgedPart:
+    """A part of a log, judged by a fit that has not seen it.
+
+    Attributes:
+        rows: (n,) samples of the part.
+        prepared: the whole log, as that fit has it.
+        inputs: laws, and the rule, as that fit gives them.
+    """
+
+    rows: BoolArray
+    prepared: Prepared
+    inputs: DetectionInputs
+
+
+def run_detector(
+    prepared: Prepared, inputs: DetectionInputs, config: Config, parts: Sequence[JudgedPart] = ()
+) -> DetectorRun:
     """Apply the configured detector.
 
     Args:
         prepared: the log.
         inputs: friction laws, joints that contradict the model, the rule, watched joints.
         config: the detector and its settings.
+        parts: of the log, where each has a fit of its own; none where the inputs are those of all of it.
 
     Raises:
         ConfigError: there is no such detector.
     """
     detector = detector_named(config.detect.detector)
-    residual = detector.residual(prepared, inputs, config.detect)
+
+    def of_part(part: JudgedPart) -> Residual:
+        own = replace(part.inputs, not_judged=inputs.not_judged)
+        found = detector.residual(part.prepared, own, config.detect)
+        _raise_thresholds(found, own.rule, inputs.rule, part.prepared.judged)
+        return found
+
+    if parts:
+        residual = joined_residual((part.rows, of_part(part)) for part in parts)
+    else:
+        residual = detector.residual(prepared, inputs, config.detect)
     series, rule = prepared.judged_series, inputs.rule
     gamma = gamma_in_force(series, residual, rule)
     detected = detect_events(JudgedLog(series, residual, gamma, rule, prepared.phases), inputs.watch)
     return DetectorRun(detector, residual, gamma, detected)
+
+
+def _raise_thresholds(residual: Residual, own: RuleFacts, common: RuleFacts, joints: Sequence[str]) -> None:
+    """Raise what is in force from the thresholds that all parts have in common to those of one part."""
+    for j, joint in enumerate(joints):
+        if joint in common.gamma_nm:
+            residual.uncertainty_nm[:, j] += own.gamma_nm[joint] - common.gamma_nm[joint]
+            more = own.at_rest_nm.get(joint, 0.0) - common.at_rest_nm.get(joint, 0.0)
+            residual.uncertainty_nm[residual.state[:, j] == State.FRICTION_INTERVAL, j] += more
 
 
 def delay_facts(kernel: Kernel, rule: RuleFacts, period_s: float) -> DelayFacts:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
 from collaudit.core.data.detection_result import DetectionFacts
@@ -24,6 +23,7 @@ from collaudit.core.detection.detection_findings import (
 from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
+    JudgedPart,
     delay_facts,
     friction_levels,
     judged_signals,
@@ -33,24 +33,21 @@ from collaudit.core.detection.detector_run import (
 from collaudit.core.detection.fitted_rule import (
     change_findings,
     tight_threshold_findings,
-    with_fitted_thresholds,
     with_rest_thresholds,
 )
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
-from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, persistence_findings, reach_findings
-from collaudit.core.detection.rule_settings import make_rule, watch_findings
+from collaudit.core.detection.rule_reach import coarse_findings, persistence_findings, reach_findings
+from collaudit.core.detection.rule_settings import watch_findings
+from collaudit.core.detection.settled_rule import HeldOutPart, settled, with_common_rule
 from collaudit.core.detection.unjudged_time import unjudged_effort_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
-from collaudit.core.identification.contact_mask import find_contact
 from collaudit.core.numeric.parallel import by_name, ordered_map
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import quantile_of
-from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.torque_zero import BOUND_SHARE
 
 #: What takes the signals, and the hash of their log, while the rest is judged.
 OnSignals = Callable[[Signals, str], None]
@@ -122,16 +119,6 @@ def _fitted_nm(log: Judged) -> dict[str, float]:
     return {joint: one.noise_nm for joint, one in fitted.joints.items() if one.noise_nm is not None}
 
 
-def _with_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
-    """How far efforts are smoothed, beside contact: a controller that yields to it looks like a filter there."""
-    whole = with_effort_smoothing(prepared, friction, config)
-    if not any(one.shown for one in whole.effort_smoothing.values()):
-        return whole
-    contact, facts = find_contact(prepared)
-    beside = with_effort_smoothing(prepared, friction, config, contact)
-    return whole if facts.refused or not beside.effort_smoothing else beside
-
-
 def judge(
     prepared: Prepared,
     applied: AppliedFriction,
@@ -139,6 +126,7 @@ def judge(
     thresholds: FittedThresholds | None,
     on_signals: OnSignals | None,
     step: Progress,
+    parts: Sequence[HeldOutPart] = (),
 ) -> Judged:
     """Rule, residual and alarms of one log, and what the checks say of it.
 
@@ -152,37 +140,20 @@ def judge(
         thresholds: of the friction file, for "auto".
         on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         step: called with steps done and in all.
+        parts: of the log, where each is judged by a fit of its own; the fit of all of it is then only shown.
 
     Raises:
         NotJudgedError: the persistence is longer than the log.
     """
-    friction = {joint: law.torque for joint, law in applied.laws.items()}
-    prepared = _with_smoothing(without_guiding(prepared, friction, config), friction, config)
-    series = prepared.judged_series
-    config = with_rest_thresholds(config, applied.quiet, series.joint_names)
-    automatic = config.detect.automatic
-    config, motion, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
-    rule, watch = make_rule(series, prepared.phases, config, motion)
-    check_persistence(series, rule.n)
-    forbidden = joints_not_judged((*prepared.findings, *choices), prepared.judged)
-    gamma_nm, beyond_nm = rule.gamma_nm, motion.beyond_nm if automatic else rule.gamma_nm
-    quiet = {
-        joint: replace(level, gamma_nm=gamma_nm[joint], beyond_nm=beyond_nm.get(joint, np.inf))
-        for joint, level in applied.quiet.items()
-        if joint in gamma_nm
-    }
-    inputs = DetectionInputs(
-        applied.laws,
-        forbidden,
-        rule,
-        watch,
-        quiet=quiet,
-        covered=motion.known,
-        zero_bound_nm={joint: BOUND_SHARE * gamma_nm[joint] for joint in rule.motion_nm},
-    )
+    automatic = with_rest_thresholds(config, applied.quiet, prepared.judged).detect.automatic
+    apart = [settled(part.prepared, part.applied, config, part.thresholds) for part in parts]
+    common = with_common_rule(settled(prepared, applied, config, thresholds), apart)
+    prepared, config, choices, inputs = common.prepared, common.config, common.choices, common.inputs
+    series, rule, forbidden = prepared.judged_series, inputs.rule, inputs.not_judged
+    held_out = [JudgedPart(part.rows, own.prepared, own.inputs) for part, own in zip(parts, apart, strict=True)]
 
     def run_with(inputs: DetectionInputs) -> Judged:
-        run = run_detector(prepared, inputs, config)
+        run = run_detector(prepared, inputs, config, held_out)
         signals = judged_signals(series, run, rule)
         judged = Judged(
             prepared=prepared,
@@ -191,7 +162,7 @@ def judge(
             applied=applied,
             thresholds=thresholds,
             automatic=automatic,
-            choices=tuple(choices),
+            choices=choices,
             inputs=inputs,
             run=run,
             signals=signals,

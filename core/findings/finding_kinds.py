@@ -350,9 +350,10 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes-and-doubts"},
     ),
     "friction-same-log": Kind(
-        "Friction, and thresholds with it, were fitted on the log that is judged: on it alone (error) or among others.",
-        "Fit on another log, without contact, and judge with that: --friction friction.json. "
-        '[policy] same_log = "allow" accepts a fit on the log alone.',
+        "Friction, and thresholds with it, were fitted on the log that is judged: on it alone (error), on its other "
+        "parts, or on other logs too.",
+        "Fit on another log, without contact, and judge with that: --friction friction.json. Without another log, "
+        '[policy] same_log = "folds" judges each part by a fit of the others; "allow" accepts a fit on the log alone.',
         {"warning": "excludes", "error": "not-judged-part"},
         setting="policy.same_log",
     ),

@@ -80,7 +80,7 @@ def _same_log(friction: FrictionFile, prepared: Prepared, config: Config) -> lis
     others = set(logs) - {prepared.series.source.sha256}
     if len(others) == len(set(logs)):
         return []
-    if not others:
+    if fitted_alone(friction, prepared):
         return [_circular(config, auto)]
     text = (
         f"Friction{_was(auto)} fitted on the log that is judged and {len(others)} more: what touched the arm in it "
@@ -89,12 +89,24 @@ def _same_log(friction: FrictionFile, prepared: Prepared, config: Config) -> lis
     return [Finding("friction-same-log", "warning", text)]
 
 
+def fitted_alone(friction: FrictionFile, prepared: Prepared) -> bool:
+    """Whether a friction file was fitted on the log that is judged, and on no other."""
+    return set(friction.provenance.logs.values()) == {prepared.series.source.sha256}
+
+
 def _was(auto: bool) -> str:
     return f"{_THRESHOLDS} were" if auto else " was"
 
 
 def _circular(config: Config, auto: bool) -> Finding:
     """That nothing but the judged log says what it looks like without contact: no evidence, unless that is accepted."""
+    if config.policy.same_log == "folds":
+        text = (
+            f"Each part of the log was judged by friction{' and thresholds' if auto else ''} fitted on the others: "
+            "a touch that lasts through the log, or comes back in the same motion in every part, counts as friction "
+            "and may go unseen."
+        )
+        return Finding("friction-same-log", "warning", text)
     text = (
         f"Friction{_was(auto)} fitted on the judged log alone: what touched the arm in it counts as friction"
         f"{', has raised the thresholds,' if auto else ''} and may go unseen."
@@ -104,7 +116,8 @@ def _circular(config: Config, auto: bool) -> Finding:
     return Finding(
         "friction-same-log",
         "error",
-        f'{text} Fit on another log, free of contact (collaudit fit); or state [policy] same_log = "allow".',
+        f'{text} Fit on another log, free of contact (collaudit fit); or state [policy] same_log = "folds", which '
+        "judges each part of the log by a fit of the others.",
     )
 
 

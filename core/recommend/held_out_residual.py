@@ -91,30 +91,38 @@ def held_out_residuals(
     covariates: FrictionCovariates,
     config: Config,
     progress: Progress | None = None,
+    left_out: Sequence[BoolArray] | None = None,
 ) -> list[HeldOutResidual]:
     """Residuals of logs whose effort is in N·m and whose robot has inertials; none where one has neither.
 
     Args:
         logs: as :func:`fit_arm` was given them.
-        whole: the fit of all of them.
+        whole: the fit of all of them, or of what is not left out.
         taken: what is identified.
         covariates: of the whole fit.
         config: detector, number of folds.
         progress: called with steps done and in all.
+        left_out: of each log the samples (n,) that no fold is fitted on, and that are no evidence; None for none.
     """
     if any(log.rigid_nm is None or log.series.effort_unit != "Nm" for log in whole.logs):
         return []
-    total = sum(log.series.time_s.size for log in logs)
-    count = config.fit.blocks if total <= _MANY else _FEWEST_FOLDS
+    count = fold_count(logs, config)
     folds = [fold_of_sample(log.series, count) for log in logs]
+    unseen = left_out or [np.zeros(fold.size, dtype=np.bool_) for fold in folds]
     out = [_Filling.of(log, bool(covariates.corrections)) for log in whole.logs]
     for k in range(count):
-        rest = fit_arm(logs, taken, config, [fold == k for fold in folds], whole)
+        held = [(fold == k) | left for fold, left in zip(folds, unseen, strict=True)]
+        rest = fit_arm(logs, taken, config, held, whole)
         for log, fold, filling in zip(rest.logs, folds, out, strict=True):
             filling.fill(log, fold == k, whole, rest, covariates, config)
         if progress is not None:
             progress(k + 1, count)
-    return [filling.made(log) for filling, log in zip(out, whole.logs, strict=True)]
+    return [filling.made(log, left) for filling, log, left in zip(out, whole.logs, unseen, strict=True)]
+
+
+def fold_count(logs: Sequence[Prepared], config: Config) -> int:
+    """How many folds there are of these logs."""
+    return config.fit.blocks if sum(log.series.time_s.size for log in logs) <= _MANY else _FEWEST_FOLDS
 
 
 def fold_of_sample(series: UniformSeries, folds: int) -> NDArray[np.int16]:
@@ -175,9 +183,9 @@ class _Filling:
             with_them = corrected_laws(laws, covariates.corrections)
             self.corrected[rows] = residual_by(part, with_them, config.detect).torque_nm[inside]
 
-    def made(self, log: Prepared) -> HeldOutResidual:
+    def made(self, log: Prepared, left_out: BoolArray) -> HeldOutResidual:
         """The whole of it."""
-        usable = np.isfinite(self.torque) & ~log.judged_series.saturated
+        usable = np.isfinite(self.torque) & ~log.judged_series.saturated & ~left_out[:, None]
         evidence, judged = (np.asarray((self.state <= s) & usable) for s in (State.FRICTION_INTERVAL, State.JUDGED))
         return HeldOutResidual(log, self.torque, self.corrected, evidence, judged, self.held_out, np.array(self.doubts))
 

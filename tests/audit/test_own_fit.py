@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from origins import NOBODY
+from push_campaign import free_log
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
-from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.data.audit_result import Audit, AuditResult, FrictionFile
 from collaudit.core.data.identification_result import LeftOut, LeftOutSpan
+from collaudit.core.fitting import fit_by_parts
+from collaudit.fixtures.pushes import Push
 from collaudit.fixtures.simulation import SimulatedFiles
+from collaudit.reports.files.event_recount import check_events
+from collaudit.reports.files.run_files import open_run, write_run
 
 Judge = Callable[..., AuditResult]
 
@@ -39,7 +46,7 @@ def test_a_fit_on_the_judged_log_alone_is_no_evidence(judge: Judge, friction: Fr
         found = judge(friction, True, gamma=gamma)
         assert found.verdict == "not_judged"
         (reason,) = found.reasons
-        assert "fitted on the judged log alone" in reason and 'same_log = "allow"' in reason
+        assert "fitted on the judged log alone" in reason and 'same_log = "folds"' in reason
         assert ("raised the thresholds" in reason) == raised
         assert reason not in found.exclusions
     assert judge(friction, False).verdict == "pass"
@@ -74,3 +81,46 @@ def test_contacts_denied_at_the_fit_are_said_at_every_audit(judge: Judge, fricti
     assert "8.0 to 14.0 s (joint1)" in text
     (said,) = [f for f in found.findings if f.code == "fit-contact-suspected"]
     assert not said.forbids_pass
+
+
+def by_folds(files: SimulatedFiles) -> tuple[Audit, AuditResult]:
+    settings = load_config(files.config, {"detect.gamma_nm": "auto", "policy.same_log": "folds"})
+    audit = audit_log(prepare(files.log, settings), settings.config, None, NOBODY)
+    return audit, audit.result
+
+
+@pytest.mark.parametrize("robot", ["paper6", "seven"])
+def test_each_part_of_a_log_is_judged_by_a_fit_of_the_others(tmp_path: Path, robot: str) -> None:
+    pushes = (Push(4, 100.0, "around", 31.0, 0.3), Push(3, 130.0, "around", 43.0, 0.3))
+    audit, found = by_folds(free_log(robot, 5, 60.0, pushes, tmp_path / "hit"))
+    assert found.verdict == "fail"
+    assert [contact.onset_s for contact in found.contacts] == pytest.approx([31.0, 43.0], abs=0.15)
+    write_run(tmp_path / "run", audit, None)
+    check_events(tmp_path / "run", found, open_run(tmp_path / "run").signals)
+    audit, clean = by_folds(free_log(robot, 5, 60.0, (), tmp_path / "clean"))
+    assert clean.verdict == "pass", clean.reasons
+    assert any("a touch that lasts through the log" in text for text in clean.exclusions), "it is no plain pass"
+    lowest = np.array([clean.rule.gamma_nm[joint] for joint in audit.signals.joint_names])
+    assert (audit.signals.gamma_nm >= np.float32(lowest)).all(), "no threshold in force lies below the printed one"
+    assert {joint: found.rule.gamma_nm[joint] for joint in clean.rule.gamma_nm} == pytest.approx(
+        clean.rule.gamma_nm, rel=0.15
+    ), "what touched the arm does not raise the thresholds that it is judged by"
+
+
+def test_the_thresholds_of_a_part_have_not_seen_it(tmp_path: Path) -> None:
+    """Somebody leans on the arm in a block of a log that is stated to be free of contact, so all of it counts."""
+    in_force: list[dict[bool, list[float]]] = []
+    for pushes in ((), (Push(2, 150.0, "around", 20.4, 3.2),)):
+        files = free_log("paper6", 5, 60.0, pushes, tmp_path / f"{len(pushes)}")
+        settings = load_config(files.config, {"detect.gamma_nm": "auto", "fit.contact": "none"})
+        parts = fit_by_parts(prepare(files.log, settings), settings.config, NOBODY)[1]
+        at = round(22.0 / 60.0 * len(parts[0][0]))
+        levels = [
+            (rows[at], fit.thresholds.joints["joint1"].levels[-1].gamma_nm) for rows, fit in parts if fit.thresholds
+        ]
+        in_force.append(levels)
+    clean, held = (
+        {own: [gamma for its, gamma in levels if its == own] for own in (True, False)} for levels in in_force
+    )
+    assert held[True] == pytest.approx(clean[True], rel=0.15)
+    assert min(held[False]) > 1.3 * max(clean[False]), "what is judged by it does see it"

@@ -29,6 +29,8 @@ DRIFT_NM, DRIFT_S = 0.14, (200.0, 1500.0)
 #: Friction of a day over that of the first, at most; what it falls by as it warms up, within so many seconds.
 DAY_SHARE, WARM_SHARE, WARM_S = 0.2, 0.15, 600.0
 _SETTLED_RAD = (0.001, 0.004)
+#: Moves of a motion that comes back.
+_MOVES = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,11 +118,16 @@ class Push:
     lasts_s: float = 0.2
 
 
-def day(arm: Arm, seed: int, seconds: float, pushes: Sequence[Push] = (), *, first: bool = False) -> JointLog:
-    """A log of one day; without pushes nothing touches the arm. The first day's friction is as the arm has it."""
+def day(
+    arm: Arm, seed: int, seconds: float, pushes: Sequence[Push] = (), *, first: bool = False, cycle_s: float = 0.0
+) -> JointLog:
+    """A log of one day; without pushes nothing touches the arm. The first day's friction is as the arm has it.
+
+    With ``cycle_s`` its motion comes back after so many seconds.
+    """
     rng = np.random.default_rng([seed, 60])
     time_s = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
-    q, v, a, settled = _motion(arm, rng, time_s)
+    q, v, a, settled = _motion(arm, rng, time_s, cycle_s)
     curve = arm.coulomb_nm + arm.extra_nm * np.exp(-((np.abs(v) / arm.stribeck_rad_s) ** 2))
     share = 0.0 if first else DAY_SHARE
     level = rng.uniform(1.0 - share, 1.0 + share, len(arm.speed_rad_s))
@@ -140,17 +147,20 @@ def day(arm: Arm, seed: int, seconds: float, pushes: Sequence[Push] = (), *, fir
 
 
 def _motion(
-    arm: Arm, rng: np.random.Generator, time_s: FloatArray
+    arm: Arm, rng: np.random.Generator, time_s: FloatArray, cycle_s: float = 0.0
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Position, velocity, acceleration, and how far friction has turned to the motion's side, -1 to 1; (n, j) each."""
     j, at = len(arm.speed_rad_s), 0
     out = np.zeros((4, time_s.size, j))
     place, side = arm.middle_rad + rng.uniform(-0.5, 0.5, j), np.zeros(j)
+    goals = arm.middle_rad + rng.uniform(-1.0, 1.0, (_MOVES, j)) if cycle_s else None
     while at < time_s.size:
-        goal = arm.middle_rad + rng.uniform(-1.0, 1.0, j)
+        goal = arm.middle_rad + rng.uniform(-1.0, 1.0, j) if goals is None else goals[0]
         way = goal - place
         lasts = max(0.5, float(np.max(1.875 * np.abs(way) / (rng.uniform(0.15, 1.0) * arm.speed_rad_s))))
         rests = rng.uniform(0.0, 0.6) if rng.random() < 0.3 else 0.0
+        if goals is not None:
+            goals, lasts, rests = np.roll(goals, -1, axis=0), cycle_s / _MOVES, 0.0
         s = np.arange(round((lasts + rests) * RATE_HZ)) / RATE_HZ
         x = np.minimum(s / lasts, 1.0)[:, None]
         q = place + way * x**3 * (10.0 - 15.0 * x + 6.0 * x**2)

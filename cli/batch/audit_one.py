@@ -37,7 +37,7 @@ FINISHED = "finished.json"
 _SCHEMA = "collaudit/finished/1"
 #: A file of that name is no longer than this.
 _MOST_BYTES = 1 << 16
-_RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html")
+_RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html", "overlay.html")
 
 
 def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:

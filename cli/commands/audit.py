@@ -179,6 +179,7 @@ def command(
     from collaudit.cli.batch.audit_one import finished_outcomes
     from collaudit.cli.batch.log_jobs import Limits, night_rows, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
+    from collaudit.cli.batch.overlays import write_overlays
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.precedents import is_store, read_accepted, read_history, with_precedents
@@ -234,7 +235,9 @@ def command(
         groups = night_groups(results, night.robots, history, since, joint_nights(rows))
         reports = {entry.name: entry.report for entry in entries if entry.report is not None}
         sentence = explained_night(entries, groups)
-        night = replace(night, sentence=sentence, groups=groups, reports=reports, link=link)
+        folder = None if baseline is None or is_store(baseline) else Path(baseline)
+        overlays = {} if folder is None else write_overlays(output, work, outcomes, folder)
+        night = replace(night, sentence=sentence, groups=groups, reports=reports, link=link, overlays=overlays)
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
         write_checksums(output, own_files(), [FRICTION_FOLDER, *folders], others)
         if store is not None:

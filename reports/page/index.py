@@ -117,6 +117,7 @@ def _page(summary: Summary, night: NightFacts, before: Mapping[str, Sequence[Ver
             sentence=night.sentence or night_sentence(summary.logs),
             groups=group_section(night.groups),
             dates=night_dates(summary.logs),
+            overlays={name: _link(page) for name, page in night.overlays.items()},
             lines=lines,
             with_robots=any(entry.robot for entry in summary.logs),
             with_states=any(set(entry.contact_states) - {"new"} for entry in summary.logs),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil, floor
 
 import numpy as np
 from markupsafe import Markup
@@ -83,8 +84,8 @@ def _of_contact(first: Audit, other: Audit, signal: str, number: int) -> Overlay
 
 def _same_place(first: Audit, other: Audit, span: tuple[float, float]) -> tuple[float, float] | None:
     """When the other moves as the first does in a span, s, and how far apart they are, rad."""
-    own = np.arange(max(span[0], float(first.signals.time_s[0])), span[1], _STEP_S)
-    whole = np.arange(float(other.signals.time_s[0]), float(other.signals.time_s[-1]), _STEP_S)
+    own = _steps(max(span[0], float(first.signals.time_s[0])), span[1])
+    whole = _steps(float(other.signals.time_s[0]), float(other.signals.time_s[-1]))
     short, long = _positions(first.signals, own), _positions(other.signals, whole)
     allowed = None
     if first.result.log.sha256 == other.result.log.sha256:
@@ -92,6 +93,11 @@ def _same_place(first: Audit, other: Audit, span: tuple[float, float]) -> tuple[
         allowed = np.abs(starts - own[0]) > span[1] - span[0]
     found = None if not np.isfinite(short).all() else nearest_stretch(short, long, allowed)
     return None if found is None else (float(whole[found[0]] - own[0] + span[0]), found[1])
+
+
+def _steps(start: float, end: float) -> FloatArray:
+    """Times at whole steps: of two recordings of one motion from one start, the same ones."""
+    return _STEP_S * np.arange(ceil(start / _STEP_S), floor(end / _STEP_S), dtype=np.float64)
 
 
 def _positions(signals: Signals, at: FloatArray) -> FloatArray:

@@ -27,6 +27,7 @@ class NightFacts:
         groups: what fails, by cause and place.
         reports: links to reports, relative to the audit's folder, by name of log.
         link: what these links begin with: where the folder will be found.
+        overlays: links to pages that lay a log over the same log of the baseline, by its name.
     """
 
     sentence: str = ""
@@ -37,6 +38,7 @@ class NightFacts:
     groups: tuple[NightGroup, ...] = ()
     reports: Mapping[str, str] = field(default_factory=dict)
     link: str = ""
+    overlays: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def named(self) -> list[LeftOut]:

@@ -77,6 +77,22 @@ def test_a_folder_as_baseline_excuses_nothing(arm, night, tmp_path: Path) -> Non
         assert done.code == 1 and audit["contacts"][0]["state"] == "known"
 
 
+def test_a_log_with_contacts_is_laid_over_that_of_the_baseline(arm, night, tmp_path: Path) -> None:
+    places = [tmp_path / folder / "cell" / "pick.csv" for folder in ("first", "second")]
+    for place, source in zip(places, (arm.clean, arm.pushed), strict=True):
+        place.parent.mkdir(parents=True)
+        shutil.copy(source, place)
+    assert night([places[0]], "--root", tmp_path / "first", out="before")[0].code == 0
+    done, summary, _ = night([places[1]], "--root", tmp_path / "second", "--baseline", tmp_path / "before")
+    assert done.code == 1 and summary["logs"][0]["name"] == "cell/pick.csv"
+    out = tmp_path / "out"
+    assert '<a href="./cell_pick/overlay.html">overlay</a>' in (out / "index.html").read_text()
+    assert "its joints 0.000 rad away" in (out / "cell_pick" / "overlay.html").read_text()
+    assert "cell_pick/overlay.html" in (out / "SHA256SUMS").read_text()
+    done, _, _ = night([places[1]], "--root", tmp_path / "second")
+    assert done.code == 1 and not (out / "cell_pick" / "overlay.html").exists(), "of an earlier audit"
+
+
 def test_another_recording_of_the_program_is_known_and_comes_back(arm, night, tmp_path: Path) -> None:
     """Names differ by their dates; a night without the contact makes it come back; a harder one is new."""
     logs = {

@@ -132,3 +132,27 @@ def test_a_joint_beside_numbered_ones_is_the_robots(extra: list[str], form: str)
     assert set(found["position"].joints) == set(found["effort"].joints) == set(robot)
     without = recognise(["time", *columns_of], 0, [])[0]
     assert without["position"].pattern != found["position"].pattern, "no robot says that the rail is a joint"
+
+
+WORDS = (
+    MOTION,
+    ("q", "qd", "tau"),
+    ("pos", "vel", "eff"),
+    ("angle", "speed", "effort"),
+    ("actual_q", "actual_qd", "torque"),
+)
+NAMES = [*UR, *TIAGO[2:5], "Rotation", "Wrist_Roll", "j1", "joint_2", "A3", "SP", "EP", "axis4", "thumb", "S", "L", "B"]
+
+
+@pytest.mark.parametrize("between", ["_", ".", "/", " ", "-"])
+def test_no_joint_of_a_known_robot_is_lost_whatever_it_is_called(between: str) -> None:
+    rng = np.random.default_rng(62)
+    for _ in range(100):
+        joints = [str(name) for name in rng.choice(NAMES, int(rng.integers(2, 8)), replace=False)]
+        form = f"{{0}}{between}{{1}}" if rng.random() < 0.5 else f"{{1}}{between}{{0}}"
+        names = columns(joints, WORDS[rng.integers(len(WORDS))], form)
+        rng.shuffle(names)
+        found, _ = recognise(["t", *names], 0, joints)
+        assert {quantity: set(each.joints) for quantity, each in found.items()} == {
+            quantity: set(joints) for quantity in MOTION
+        }, names

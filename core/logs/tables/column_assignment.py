@@ -34,7 +34,7 @@ from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning
 
 #: What stands between a joint's name and the word.
-_BETWEEN = re.compile("[_./ ]")
+_BETWEEN = re.compile("[_./ -]")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
 _NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error", "derivative")
                          for word in ROLE_WORDS[role] if len(word) > 1),

@@ -57,7 +57,7 @@ def find_causes(
     table = excess_of(prepared, run, laws, gamma_nm, fitted)
     if table is None:
         return ()
-    before = table.beyond(table.residual_nm)
+    before = table.beyond(table.residual_size)
     if float((before.max(axis=1) > 0.0).mean()) < _LASTS:
         return ()
     robot, frame = prepared.robot, config.robot.tool.frame

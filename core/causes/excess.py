@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import ceil, floor
 
 import numpy as np
@@ -30,7 +31,7 @@ _FAR = 1.5
 _SHARE_OF_GAMMA = 0.25
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Excess:
     """The residual of the judged joints where friction is a value, with what causes are made of.
 
@@ -65,28 +66,50 @@ class Excess:
     slope_nm_s: FloatArray
     block: IntArray
 
-    @property
+    @cached_property
+    def blocks(self) -> int:
+        """Blocks of time."""
+        return int(self.block[-1]) + 1
+
+    @cached_property
     def half(self) -> IntArray:
-        """(n,) 0 or 1: pairs of blocks dealt out in turn; what one half tells is tried on the other."""
-        return np.asarray((self.block // 2) % 2)
+        """(b,) 0 or 1: pairs of blocks dealt out in turn; what one half tells is tried on the other."""
+        return np.asarray((np.arange(self.blocks) // 2) % 2)
 
-    def size(self, residual_nm: FloatArray) -> FloatArray:
-        """(b, j) RMS of a residual in each block over the joint's usual level; NaN where too little is known."""
-        relative = np.where(self.known, residual_nm / self.usual_nm, 0.0) ** 2
-        blocks = int(self.block[-1]) + 1
-        count = np.stack([np.bincount(self.block, its, blocks) for its in self.known.T.astype(float)], axis=1)
-        total = np.stack([np.bincount(self.block, its, blocks) for its in relative.T], axis=1)
-        return np.asarray(np.sqrt(np.divide(total, count, out=np.full(count.shape, np.nan), where=count >= _FEWEST)))
+    @cached_property
+    def count(self) -> FloatArray:
+        """(b, j) samples of each block that count."""
+        return np.asarray(self.rows_of_blocks(self.known.astype(np.float64)).sum(axis=1))
 
-    def beyond(self, residual_nm: FloatArray) -> FloatArray:
-        """(b, j) how much of :meth:`size` is beyond the usual; 0 where nothing is known.
+    def rows_of_blocks(self, rows: FloatArray) -> FloatArray:
+        """(n, ...) as (b, r, ...): the rows of each block, and zeros behind them."""
+        edges = np.searchsorted(self.block, np.arange(self.blocks + 1))
+        taken = edges[:-1, None] + np.arange(np.diff(edges).max())
+        there = taken < edges[1:, None]
+        out = rows[np.minimum(taken, len(rows) - 1)]
+        out[~there] = 0.0
+        return out
+
+    @cached_property
+    def residual_size(self) -> FloatArray:
+        """(b, j) RMS of the residual in each block over the joint's usual level; NaN where too little is known."""
+        return rms(np.square(self.rows_of_blocks(self.residual_nm / self.usual_nm)).sum(axis=1), self.count)
+
+    def beyond(self, size: FloatArray) -> FloatArray:
+        """(b, j) how much of sizes is beyond the usual; 0 where nothing is known.
 
         Of a joint that is off most of the time, what is far above that counts no more: contact, whatever the cause.
         """
-        excess = np.maximum(self.size(residual_nm) - _USUAL, 0.0)
-        known = (its[np.isfinite(its)] for its in self.size(self.residual_nm).T)
+        excess = np.maximum(size - _USUAL, 0.0)
+        known = (its[np.isfinite(its)] for its in self.residual_size.T)
         usual = np.array([median_of(its) if its.size else 0.0 for its in known]) - _USUAL
         return np.nan_to_num(np.where(usual > 0.0, np.minimum(excess, _FAR * usual), excess))
+
+
+def rms(square: FloatArray, count: FloatArray) -> FloatArray:
+    """Of sums of squares over so many samples; NaN where they are too few."""
+    mean = np.divide(np.maximum(square, 0.0), count, out=np.full(count.shape, np.nan), where=count >= _FEWEST)
+    return np.asarray(np.sqrt(mean))
 
 
 def excess_of(

@@ -61,7 +61,9 @@ def _noticed(result: AuditResult) -> list[Fact]:
         found, asked = force.at(sensitivity.time.share), force.asked
         text = force_text(found)
         flag = "" if asked is None else "ok" if found is not None and found <= asked.force_n else "off"
-        reference = "" if asked is None else f"{stated(asked.force_n)} N or less"
+        reference = (
+            "a bound, no interval" if asked is None else f"{stated(asked.force_n)} N or less (a bound, no interval)"
+        )
         made.append(
             Fact(f"Noticed at the {force.place}", f"from {text}" if found is not None else text, reference, flag)
         )

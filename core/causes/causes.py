@@ -60,9 +60,9 @@ def find_causes(
     before = table.beyond(table.residual_size)
     if float((before.max(axis=1) > 0.0).mean()) < _LASTS:
         return ()
-    robot, frame = prepared.robot, config.robot.tool.frame
+    robot = prepared.robot
     weighed = prepared.start.effort_kind.compensated == "no" and bool(robot.gravity_base_m_s2.any())
-    found = [solved(table, one, before) for one in trials(table, robot, frame, weighed)]
+    found = [solved(table, one, before) for one in trials(table, robot, weighed)]
     tried = sorted(
         (one for one in found if one is not None and _tells(one, robot, stated_kg(config))), key=lambda one: -one.share
     )
@@ -206,7 +206,7 @@ def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
         return text, "[robot.tool] mass_kg = 0"
     com = (stated * np.array(tool.com_m) + first) / total
     place = ", ".join(f"{x:.3f}" for x in com)
-    frame = tool.frame or robot.frame_names[-1]
+    frame = robot.tool_frame
     return text, f'[robot.tool] frame = "{frame}", mass_kg = {total:.2f}, com_m = [{place}]'
 
 

@@ -34,13 +34,12 @@ class Trial:
     prior_sd: FloatArray
 
 
-def trials(table: Excess, robot: RobotModel, frame: str | None, gravity: bool) -> Iterator[Trial]:
+def trials(table: Excess, robot: RobotModel, gravity: bool) -> Iterator[Trial]:
     """Every cause, the simplest first.
 
     Args:
         table: what is left over.
         robot: as the log was judged with, its tool included.
-        frame: of the tool; None for the last.
         gravity: whether the effort holds that of gravity.
     """
     yield Trial("friction", (), table.friction_nm[:, :, None], np.array([1.0]))
@@ -58,8 +57,8 @@ def trials(table: Excess, robot: RobotModel, frame: str | None, gravity: bool) -
         yield Trial("swapped", (table.joints[i], table.joints[k]), (swapped * known[:, None])[:, :, None], np.ones(1))
     if gravity:
         yield Trial("mounting", (), _of(table, robot.gravity_regressor), np.full(3, 10.0))
-        yield Trial("tool", (), _load(table, robot, frame), np.array([20.0, 5.0, 5.0, 5.0]))
-    end = frame or robot.frame_names[-1]
+        yield Trial("tool", (), _load(table, robot), np.array([20.0, 5.0, 5.0, 5.0]))
+    end = robot.tool_frame
     yield Trial("pull", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
     for at, place in (((), end), *_places(table, robot)):
         columns = _of(table, partial(robot.base_torque_per_newton, frame=place))
@@ -105,12 +104,12 @@ def _of(table: Excess, torque_of: Callable[[FloatArray], FloatArray]) -> FloatAr
     return out * table.known[:, :, None]
 
 
-def _load(table: Excess, robot: RobotModel, frame: str | None) -> FloatArray:
-    """(n, j, 4) torque of a body at a frame: of a kg at its origin, and of kg·m along its axes.
+def _load(table: Excess, robot: RobotModel) -> FloatArray:
+    """(n, j, 4) torque of a body at the tool's frame: of a kg at its origin, and of kg·m along its axes.
 
     Its inertia about its own centre is left out: it hardly shows beside what a load weighs.
     """
-    turn, place, body = robot.in_joint(frame)
+    turn, place, body = robot.in_joint(None)
     moving = np.isfinite(np.hstack(table.motion)).all(axis=1)
     regressor = robot.torque_regressor(*(np.ascontiguousarray(x[moving]) for x in table.motion))
     mass, first = regressor[:, :, 10 * body], regressor[:, :, 10 * body + 1 : 10 * body + 4]

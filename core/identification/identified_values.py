@@ -209,7 +209,7 @@ def identified_tool(
     x, y, z = (interval_95(value, error) for value, error in zip(in_frame, sd, strict=True))
     centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
     return IdentifiedTool(
-        frame=config.robot.tool.frame or robot.frame_names[-1],
+        frame=robot.tool_frame,
         mass_kg=total,
         mass_ci95=interval_95(total, mass_sd),
         com_m=None if centre is None else (float(centre[0]), float(centre[1]), float(centre[2])),

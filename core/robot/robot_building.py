@@ -105,6 +105,7 @@ def _model(
         expansion=frozen(expansion),
         offset=frozen(offset),
         weightless=_weightless(model, names) if has_inertials else (),
+        tool_frame=config.tool.frame or kept[-1].link,
     )
 
 

@@ -55,6 +55,7 @@ class RobotModel:
         expansion: (k, j) model joint positions = expansion @ positions + offset (order, mimicking joints).
         offset: (k,) rad or m.
         weightless: links without a mass.
+        tool_frame: where a tool is mounted: as stated, else the last link; empty without a description.
     """
 
     joint_names: tuple[str, ...]
@@ -72,6 +73,7 @@ class RobotModel:
     expansion: FloatArray
     offset: FloatArray
     weightless: tuple[Weightless, ...] = ()
+    tool_frame: str = ""
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -289,9 +291,8 @@ class RobotModel:
         return max(self._frames_of(joint), key=self.distance_in_joint, default=None)
 
     def in_joint(self, frame: str | None) -> tuple[FloatArray, FloatArray, int]:
-        """Rotation and position (m) of a frame, None for the last, in the joint that moves it; that body's number."""
-        bodies = self.inertial_bodies()
-        return bodies.frame_in_joint(frame or bodies.frame_names[-1])
+        """Rotation and position (m) of a frame, None for the tool's, in the joint that moves it; that body's number."""
+        return self.inertial_bodies().frame_in_joint(frame or self.tool_frame)
 
     def distance_in_joint(self, frame: str) -> float:
         """From the joint that moves a frame to the frame, m; 0 without a description."""

@@ -130,3 +130,21 @@ def test_a_force_in_base_axes_is_that_of_the_frame_turned(tmp_path: Path, frame:
     own = robot.torque_per_newton(q, frame)
     turned = np.stack([own[k] @ robot.frame_rotation(q[k], frame).T for k in range(len(q))])
     np.testing.assert_allclose(robot.base_torque_per_newton(q, frame) @ force, turned @ force, atol=1e-12)
+
+
+@pytest.mark.parametrize("frame", [None, "tip", "c"])
+def test_a_tool_is_mounted_where_it_is_looked_for(tmp_path: Path, frame: str | None) -> None:
+    """Without a stated frame that is the last link, not the frame that a description happens to list last."""
+    path = tmp_path / "arm.urdf"
+    mass = '<inertial><mass value="4"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    path.write_text(SKEWED.replace('<link name="c"/>', f'<link name="c">{mass}</link>'))
+    config = RobotConfig(urdf=path)
+    tool = config.tool.changed({"com_m": (0.01, 0.02, 0.03), "frame": frame})
+    bare, laden = (
+        build_robot(config.changed({"tool": tool.changed({"mass_kg": mass})}), tmp_path, ["j1", "j2", "j3"])
+        for mass in (0.0, 0.5)
+    )
+    assert laden.tool is not None and laden.tool.frame == laden.tool_frame == (frame or "c")
+    turn, place, body = laden.in_joint(None)
+    more = (laden.inertial_parameters - bare.inertial_parameters)[10 * body : 10 * body + 4]
+    assert more == pytest.approx([0.5, *(0.5 * (turn @ np.array([0.01, 0.02, 0.03]) + place))], abs=1e-9)

@@ -63,8 +63,9 @@ def find_causes(
     robot = prepared.robot
     weighed = prepared.start.effort_kind.compensated == "no" and bool(robot.gravity_base_m_s2.any())
     found = [solved(table, one, before) for one in trials(table, robot, weighed)]
+    least_kg = -np.inf if prepared.robot is not prepared.start.robot else -stated_kg(config)
     tried = sorted(
-        (one for one in found if one is not None and _tells(one, robot, stated_kg(config))), key=lambda one: -one.share
+        (one for one in found if one is not None and _tells(one, robot, least_kg)), key=lambda one: -one.share
     )
     if not tried:
         return ()
@@ -89,17 +90,18 @@ def find_causes(
     return tuple(causes)
 
 
-def _tells(one: Solved, robot: RobotModel, stated_kg: float) -> bool:
+def _tells(one: Solved, robot: RobotModel, least_kg: float) -> bool:
     """Whether any of its parameters differs from none, and it can be.
 
     Args:
         one: the cause.
         robot: as stated.
-        stated_kg: mass of the stated tool.
+        least_kg: a load cannot be lighter: of an arm as described the stated tool is all there is to miss, of one whose
+            inertials were identified the fitted log's tool is another.
     """
     if one.trial.kind == "tool":
         mass, first = float(one.value[0]), one.value[1:]
-        if mass + stated_kg < -one.half_width[0] or np.linalg.norm(first) > _REACH_M * abs(mass):
+        if mass < least_kg - one.half_width[0] or np.linalg.norm(first) > _REACH_M * abs(mass):
             return False
     if one.trial.kind == "mounting":
         size = float(np.linalg.norm(robot.gravity_base_m_s2))
@@ -201,9 +203,10 @@ def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
     tool, stated = config.robot.tool, stated_kg(config)
     total = stated + mass
     error = float(one.half_width[0])
-    text = f"{abs(mass):.2f} kg {'more' if mass > 0 else 'less'} at the tool than stated (± {max(error, 0.01):.2f} kg)"
+    known = "stated" if total > 0.0 else "in the fitted logs"
+    text = f"{abs(mass):.2f} kg {'more' if mass > 0 else 'less'} at the tool than {known} (± {max(error, 0.01):.2f} kg)"
     if total <= 0.0:
-        return text, "[robot.tool] mass_kg = 0"
+        return text, "state [robot.tool] of the fitted logs and of this one, and fit again"
     com = (stated * np.array(tool.com_m) + first) / total
     place = ", ".join(f"{x:.3f}" for x in com)
     frame = robot.tool_frame

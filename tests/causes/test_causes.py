@@ -19,6 +19,7 @@ from collaudit.core.data.cause import Cause
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.pinocchio_model import rotation_rpy
 from collaudit.core.robot.robot_model import RobotModel
@@ -151,3 +152,14 @@ def test_a_cause_is_found_beside_contact() -> None:
     log = with_effort(lambda x, log: pushed(rubbed(1, 1.9)(x, log), log))
     cause = first(log)
     assert (cause.code, cause.joints) == ("friction", ("joint2",))
+
+
+def test_a_tool_that_only_the_fitted_log_carried_is_among_the_causes() -> None:
+    """Its identified inertials hold the tool, so the judged log carries less than nothing that is stated."""
+    laden = log_of(arm(settings(tool=TOOL)), np.ones(3), seed=3, seconds=120.0)
+    fitted = fit_logs([prepare(laden, arm(PLAIN), PLAIN)], PLAIN, NOBODY)
+    log = prepare(logged(arm(PLAIN)), arm(PLAIN), PLAIN, Calibration.of(fitted, PLAIN))
+    causes = audit_log(log, PLAIN, fitted, NOBODY).result.causes
+    tool = next(cause for cause in causes if cause.code == "tool")
+    assert tool.value[0] == pytest.approx(-1.0, abs=0.08)
+    assert "of the fitted logs" in tool.line and "less at the tool than in the fitted logs" in tool.text

@@ -82,6 +82,7 @@ def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequenc
         "state": contact.state,
         "controller": mark if flags else "",
         "id": contact.id,
+        "to accept": f"collaudit accept OUT {contact.id}" if contact.id and contact.state != "accepted" else "",
         "evidence": evidence,
     }
 

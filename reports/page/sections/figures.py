@@ -182,6 +182,7 @@ _SHOWN = (
     "after it",
     "tool speed",
     "controller",
+    "to accept",
 )
 
 

@@ -283,9 +283,11 @@ def _follows_late(
     drive = drive_nm[np.ix_(rows[inside], pick)]
     own = np.stack([friction[j](series.velocity_rad_s[rows, j]) for j in joints], axis=1)
     supplied = np.nan_to_num(rigid_nm[np.ix_(rows, pick)] + own)
+    logged = drive_nm[rows[0], pick]  # what comes out of the low-pass there; friction at rest has no sign to start from
+    before = np.where(np.isfinite(logged), logged, supplied[0])
     unfiltered = np.nansum(np.square(drive - weight), axis=0)
     for lag_s in _LAGS_S:
-        late = _low_passed(supplied, every * series.period_s / lag_s, supplied[0])[inside]
+        late = _low_passed(supplied, every * series.period_s / lag_s, before)[inside]
         if (np.nansum(np.square(drive - late), axis=0) < _LEFT * unfiltered).all():
             return True
     return False

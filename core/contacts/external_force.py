@@ -125,7 +125,8 @@ def estimate_force(
         LinkForce(at.links[k] or frame, robot.joint_names[k], *_hull([place.size_ci95_n for place in of_link]))
         for k, of_link in forces.items()
     )
-    best, fit = min(((place, place.fit) for place in possible if place.fit), key=lambda one: one[0].misfit)
+    seen = ((place, place.fit) for place in possible if place.fit)
+    best, fit = min(seen, key=lambda one: (round(one[0].misfit, 3), one[0].link))  # where links meet, the inner one
     own = fit.described(at.links[best.link] or frame)
     return replace(own, size_ci95_n=span_of(links), links=links)
 

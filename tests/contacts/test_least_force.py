@@ -61,4 +61,4 @@ def test_a_force_has_one_lower_bound() -> None:
         LinkForce("c", "joint3", 20.0, 40.0),
     )
     bound = with_least(replace(high, links=links), least)
-    assert bound is not None and bound.links == (LinkForce("a", "joint_a", 18.0, None), links[2])
+    assert bound is not None and bound.links == (LinkForce("a", "joint1", 18.0, None), links[2])

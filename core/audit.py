@@ -170,7 +170,7 @@ def _by_parts(
 ) -> tuple[FrictionFile | None, list[HeldOutPart]]:
     """The fit of the whole log, which is shown, and for each part of the log the fit of the others, which judges it.
 
-    Nothing of both where the log shows no friction: what is judged then needs no fit.
+    No parts where the log shows no friction: what is judged then needs no fit, and no earlier one is taken for it.
 
     Raises:
         NotJudgedError: nothing can be fitted. ConfigError: the detector does not judge each joint by itself.
@@ -187,7 +187,7 @@ def _by_parts(
     logged = calibrated(prepared, Calibration.of(None, config), config)
     whole, fits = fit_by_parts(logged, config, provenance, progress)
     if all(fit.model is None for fit in whole.joints.values()):
-        return friction, []
+        return None if friction is None else whole, []
     parts = []
     for rows, fitted in fits:
         own, _ = _calibrated(logged, fitted, config)

@@ -124,3 +124,17 @@ def test_the_thresholds_of_a_part_have_not_seen_it(tmp_path: Path) -> None:
     )
     assert held[True] == pytest.approx(clean[True], rel=0.15)
     assert min(held[False]) > 1.3 * max(clean[False]), "what is judged by it does see it"
+
+
+def test_a_log_without_friction_takes_none_of_its_own_file(
+    made: Callable[..., SimulatedFiles], friction: FrictionFile
+) -> None:
+    """Parts at rest tell no friction; a file with laws that names this log alone is not used in their stead."""
+    files = made("rest-touches", "paper6")
+    settings = load_config(files.config, {"policy.same_log": "folds"})
+    prepared = prepare(files.log, settings)
+    logs = {"it.csv": prepared.series.source.sha256}
+    known = replace(friction, provenance=replace(friction.provenance, logs=logs))
+    result = audit_log(prepared, settings.config, known, NOBODY).result
+    assert all(fit.model is None for fit in result.friction.values())
+    assert not any("Each part of the log was judged" in finding.text for finding in result.findings)

@@ -28,31 +28,43 @@ _LARGE = (SIGNALS_NAME, FRICTION_NAME, _PAGE)
 #: About what a row takes in a batch.
 _ROW_BYTES = 200
 
-#: Why a log and its contacts are needed: of robot, name, path, hash, and whether it has contacts; empty where not.
-Needs = Callable[[str | None, str, str, str | None, bool], str]
+#: Why a log and its contacts are needed: of robot, name, hash, and whether it has contacts; empty where not.
+Needs = Callable[[str | None, str, str | None, bool], str]
 
 
 def needs_of(accepted: Sequence[Acceptance], baselines: Sequence[Path], today: date) -> Needs:
     """What an acceptance that counts, or a folder that audits are compared with, needs.
+
+    An entry may mean a log by its path, which is not stored: the names of files are compared, without folders.
 
     Args:
         accepted: entries of accepted.toml.
         baselines: folders of audits or runs.
         today: day on which entries are looked at.
     """
-    counting = [entry for entry in accepted if day_refusal(entry, today) is None]
+    counting = [
+        entry.changed({"log": _last(entry.log), "program": _last(entry.program)})
+        for entry in accepted
+        if day_refusal(entry, today) is None
+    ]
     known = {result.log.sha256 for folder in baselines for result, _ in audited_results(folder)}
 
-    def needed(robot: str | None, log: str, path: str, sha256: str | None, touched: bool) -> str:
+    def needed(robot: str | None, log: str, sha256: str | None, touched: bool) -> str:
         if sha256 in known:
             return "a baseline has it"
-        asked = Precedents(robot, log, path, today)
+        name = log.rpartition("/")[2]
+        asked = Precedents(robot, name, name, today)
         for entry in counting if touched else ():
             if concerns(entry, asked, sha256 or ""):
                 return f"accepted by {entry.owner} until {entry.until}"
         return ""
 
     return needed
+
+
+def _last(path: str | None) -> str | None:
+    """The part behind the last folder."""
+    return None if path is None else path.rpartition("/")[2]
 
 
 def runs_of_store(store: ResultStore, needed: Needs) -> list[KeptRun]:
@@ -65,9 +77,7 @@ def runs_of_store(store: ResultStore, needed: Needs) -> list[KeptRun]:
             night=date.fromisoformat(rows[0].night),
             verdict=cast("Verdict", rows[0].verdict),
             size=_ROW_BYTES * len(rows),
-            needed=needed(
-                rows[0].robot, rows[0].log, rows[0].log, rows[0].log_sha256, any(row.contacts for row in rows)
-            ),
+            needed=needed(rows[0].robot, rows[0].log, rows[0].log_sha256, any(row.contacts for row in rows)),
         )
         for (batch, identity), rows in store.by_batch().items()
     ]
@@ -105,7 +115,7 @@ def _runs(out: Path, needed: Needs) -> Iterator[KeptRun]:
             night=date.fromisoformat((log.start or audited)[:10]),
             verdict=result.verdict,
             size=sum((run / part).stat().st_size for part in _LARGE if (run / part).is_file()),
-            needed=needed(robot, log.name, log.name, log.sha256, bool(result.contacts)),
+            needed=needed(robot, log.name, log.sha256, bool(result.contacts)),
         )
 
 

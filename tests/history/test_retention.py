@@ -90,3 +90,12 @@ def test_failures_stay_longer_and_size_takes_passes_first() -> None:
     assert gone(None) == ["0"] == gone(100), "old, and passed"
     assert gone(99) == ["0", "2"], "not old; the pass first"
     assert gone(0) == ["0", "1", "2", "3"], "what is needed stays, whatever its age, and so do references"
+
+
+@pytest.mark.parametrize("log", ["/data/night/A/pick_2026-11-01.csv", "A/pick_*.csv", "s3://cell/*/pick_*.csv"])
+def test_an_entry_that_means_a_path_keeps_the_logs_that_it_may_mean(log: str) -> None:
+    entry = Acceptance(log=log, peak_nm={"j1": 6.0}, reason="tray", owner="A. Lee", until=TODAY)
+    needed = needs_of([entry], [], TODAY)
+    assert needed("A", "A/pick_2026-11-01.csv", None, True)
+    assert not needed("A", "A/pick_2026-11-01.csv", None, False), "it has no contact"
+    assert not needed("A", "A/place_2026-11-01.csv", None, True)

@@ -29,6 +29,8 @@ _WARNING = re.compile(r"^  (warning|error)(?= )", re.MULTILINE)
 _LABEL = re.compile(r" *(?:found|expected|try): +|- ")
 _VERDICT_COLOR = {"PASS": "green", "FAIL": "red", "NOT JUDGED": "yellow"}
 _SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
+#: So many kinds of finding are named where only their first words are said.
+_MOST_SHORT = 3
 
 
 @contextmanager
@@ -112,18 +114,23 @@ def terminal_width(stream: TextIO | None = None) -> int | None:
     return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else None
 
 
-def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool = False) -> None:
+def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool = False, short: bool = False) -> None:
     """Severity, code, text, place; a line for all joints or logs of which the same is found.
 
-    ``brief``: of three and more joints that differ in numbers only, the numbers of the first.
+    ``brief``: of three and more joints that differ in numbers only, the numbers of the first. ``short``: one line a
+    kind.
     """
-    from collaudit.reports.sections.finding_sections import finding_lines
+    from collaudit.reports.sections.finding_sections import finding_lines, short_finding_lines
 
     width = terminal_width(sys.stderr if err else sys.stdout)
-    for severity, line in finding_lines(findings, brief):
+    lines = short_finding_lines(findings) if short else finding_lines(findings, brief)
+    for severity, line in lines[: _MOST_SHORT if short else None]:
         text = wrapped(f"  {severity:<8}{line}", width, " " * 10)
         head = click.style(f"  {severity:<8}", fg=_SEVERITY_COLOR[severity])
         say(head + text.removeprefix(f"  {severity:<8}"), err=err)
+    if short and lines:
+        more = f"{len(lines) - _MOST_SHORT} more kinds, and all" if len(lines) > _MOST_SHORT else "all"
+        say(f"  {more} in full: -v", err=err)
 
 
 class Detail(Enum):

@@ -62,7 +62,7 @@ def command(
 ) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
-    It prints a line a joint and what to do for what the data leave open; -v prints all that was identified. Every
+    It prints a line a joint; -v prints all that was identified, and the motion that would settle what is open. Every
     parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
 
     Contacts, stops and faults in a log are found and left out, or known ones where --truth or [detect] true_events
@@ -111,7 +111,8 @@ def command(
             nl=False,
             err=as_json,
         )
-    print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True, brief=True)
+    findings = [finding for finding in friction.findings if finding.severity != "info"]
+    print_findings(findings, err=True, short=not verbose)
     if output is not None:
         note(f"friction written to {output}")
     elif not as_json:

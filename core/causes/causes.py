@@ -215,17 +215,17 @@ def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
 
 def _force(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
     place = f"the link of {one.trial.joints[0]}" if one.trial.joints else "the tool"
-    return f"a steady force on {place}, {_newtons(one)} in base axes: someone who leans on it", ""
+    return f"a steady force of {_newtons(one)} on {place} that does not turn with it: someone who leans on it", ""
 
 
 def _pull(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
-    return f"a steady force on the tool, {_newtons(one)} in its own axes: a hose, a cable, or someone", ""
+    sensor = "" if config.log.wrench is None else ", or the zero or the load of the force sensor"
+    return f"a steady force of {_newtons(one)} that turns with the tool: a hose, a cable, someone{sensor}", ""
 
 
 def _newtons(one: Solved) -> str:
-    """Of the force on the arm: the effort holds what the arm exerts, of the other sign."""
-    axes = ", ".join(f"{round(-x) + 0}" for x in map(float, one.value))
-    return f"{np.linalg.norm(one.value):.0f} N (± {np.linalg.norm(one.half_width):.0f} N), along ({axes})"
+    error = max(float(np.linalg.norm(one.half_width)), 0.01)
+    return f"{np.linalg.norm(one.value):.3g} N (± {error:.1g} N)"
 
 
 def _off(one: Solved, k: int) -> bool:

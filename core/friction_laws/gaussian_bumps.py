@@ -28,7 +28,7 @@ def _bumps(speed: FloatArray, values: Values) -> FloatArray:
 
 
 def _only_the_curve(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
-    return ("The weights of a data-driven law are held small on purpose: only the curve means anything.",)
+    return ("The law is data-driven: only its curve means anything, which the page draws.",)
 
 
 RBF = RidgeLaw(

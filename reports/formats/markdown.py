@@ -10,7 +10,7 @@ from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_sentence, worst_first
-from collaudit.reports.values.first_words import excluded_lines, first_lines, unsaid
+from collaudit.reports.values.first_words import excluded_lines, first_lines, more_reasons, unsaid
 from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import NONE, STATEMENT
@@ -87,7 +87,7 @@ def _first(result: AuditResult) -> list[str]:
     """What a reader must know first, and what the verdict does not cover beside it."""
     first = first_lines(result)
     beside = [f"Not part of this verdict: {text}" for text in unsaid(excluded_lines(result), first)]
-    return [*(f"- {escaped(line)}" for line in (*first, *unsaid(result.reasons, first), *beside)), ""]
+    return [*(f"- {escaped(line)}" for line in (*first, *more_reasons(result, first), *beside)), ""]
 
 
 def _one_log(entry: IndexEntry) -> list[str]:

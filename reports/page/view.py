@@ -35,7 +35,7 @@ from collaudit.reports.sections.judged_sections import (
 )
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.first_words import excluded_lines, first_lines, unsaid
+from collaudit.reports.values.first_words import excluded_lines, first_lines, more_reasons, unsaid
 from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import effort_unit, plural, speed_unit, verdict_word
@@ -123,7 +123,7 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         end_s=end,
         word=verdict_word(result.verdict, result.exclusions),
         first=first,
-        reasons=unsaid(result.reasons, first),
+        reasons=more_reasons(result, first),
         excluded=unsaid(excluded_lines(result), first),
         facts=verdict_facts(result),
         strip=log_strip(result, end, figures),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 from collaudit.core.findings import Finding
@@ -10,6 +11,10 @@ from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.visible_text import visible
 
 _MOST_PLACES = 4
+_MOST_NAMED = 3
+_FIRST_WORDS = 14
+_BRACKETS = re.compile(r" \([^()]*\)")
+_CLAUSE = re.compile(r"([,:;]) ")
 _ORDER = ("error", "warning", "info")
 _MARKS = {"error": "✕ error", "warning": "△ warning", "info": "i info"}
 
@@ -42,6 +47,30 @@ def finding_lines(findings: Iterable[Finding], brief: bool = False) -> list[tupl
     """
     kinds = _kinds(findings).items()
     return [(severity, f"{code}: {line}") for (severity, code), found in kinds for line in _lines(found, brief)]
+
+
+def short_finding_lines(findings: Iterable[Finding]) -> list[tuple[str, str]]:
+    """Severity and one line a kind: an error as first said, a warning in its first words, and which joints it names."""
+    lines = []
+    for (severity, code), found in _kinds(worst_first(findings)).items():
+        said = found[0].text if severity == "error" else _first_words(found[0].text)
+        joints = dict.fromkeys(finding.joint for finding in found[1:] if finding.joint)
+        others = [joint for joint in joints if joint not in said]
+        named = ", ".join(others) if len(others) <= _MOST_NAMED else f"{len(others)} other joints"
+        lines.append((severity, visible(f"{code}: {said}" + (f" Also {named}." if others else ""))))
+    return lines
+
+
+def _first_words(text: str) -> str:
+    """The first sentence, without what stands in brackets; of a long one the clauses that fit."""
+    while text != (text := _BRACKETS.sub("", text)):
+        pass
+    said, *clauses = _CLAUSE.split(text.partition(". ")[0].removesuffix("."))
+    for end, clause in zip(clauses[::2], clauses[1::2], strict=True):
+        if len(f"{said} {clause}".split()) > _FIRST_WORDS:
+            return f"{said} …"
+        said += f"{end} {clause}"
+    return f"{said}."
 
 
 def _kinds(findings: Iterable[Finding]) -> dict[tuple[str, str], list[Finding]]:

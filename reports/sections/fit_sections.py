@@ -8,6 +8,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.data.identification_result import Identification, LeftOut
 from collaudit.core.friction.law_candidates import parameter_symbol
+from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.reports.sections.identified_sections import identified_sections, threshold_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
@@ -25,14 +26,14 @@ def fit_sections(friction: FrictionFile, detail: bool = False) -> tuple[Section,
         friction: the fit.
         detail: sensor delays, gains, inertials and trends, too.
     """
-    left_out = tuple(f"{name}: {said}" for name, facts in friction.left_out.items() if (said := _left_out(facts)))
-    brief = (_joints(friction, detail), Section("Contact in the logs", (), (), left_out))
+    joints = _joints(friction, detail)
     if not detail:
-        return brief
+        return (joints,)
+    left_out = tuple(f"{name}: {said}" for name, facts in friction.left_out.items() if (said := _left_out(facts)))
     found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled, friction.choice)
     thresholds = friction.thresholds
     known = (threshold_section(thresholds),) if thresholds is not None and thresholds.joints else ()
-    return (*brief, *known, *identified_sections(found))
+    return (joints, Section("Contact in the logs", (), (), left_out), *known, *identified_sections(found))
 
 
 def _left_out(facts: LeftOut) -> str:
@@ -63,21 +64,30 @@ def _joints(friction: FrictionFile, detail: bool) -> Section:
     for name, fit in friction.joints.items():
         speeds = "" if fit.speed_range_rad_s is None else " to ".join(f"{x:.3g}" for x in fit.speed_range_rad_s)
         parameters = (_parameters(fit),) if detail else ()
-        rows.append((name, fit.model or "not fitted", gamma.get(name, NONE), _quality(fit), speeds, *parameters))
+        quality = _quality(fit) if detail else _number(fit.rmse_nm)
+        rows.append((name, fit.model or "not fitted", gamma.get(name, NONE), quality, speeds, *parameters))
         said += [(name, fit.reason)] if fit.reason else []
-        said += [(name, text) for text in fit.not_identifiable]
-        if fit.identifiability is not None and fit.identifiability.motion_needed:
-            said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
-    head: tuple[str, ...] = ("joint", "model", "auto γ, N·m", "RMSE (of rated)", "speeds, rad/s")
+        if detail:
+            said += [(name, text) for text in fit.not_identifiable]
+            needed = () if fit.identifiability is None else fit.identifiability.motion_needed
+            said += [(name, f"to determine it: {'; '.join(needed)}")] if needed else []
+    units = {fit.effort_unit for fit in friction.joints.values()}
+    rmse = "RMSE (of rated)" if detail else f"RMSE, {' or '.join(sorted(units))}"
+    head: tuple[str, ...] = ("joint", "model", "auto γ, N·m", rmse, "speeds, rad/s")
     notes = joint_lines(said, len(friction.joints), brief=True)
     if detail:
         head = (*head, "parameters [95 % interval]")
     else:
-        notes = [*notes, "Parameters with 95 % intervals: -v, and friction.json."]
+        undetermined = [name for name, fit in friction.joints.items() if not fit.identifiable]
+        named = "all joints" if len(undetermined) == len(friction.joints) else ", ".join(undetermined)
+        left_open = f", and what is not determined ({named})" if undetermined else ""
+        notes = [*notes, f"Parameters with 95 % intervals{left_open}: -v, and friction.json."]
     return Section("", head, tuple(rows), tuple(notes))
 
 
 def _parameters(fit: FrictionFit) -> str:
+    if fit.model is None or law_named(fit.model).data_driven:
+        return ""
     return "  ".join(
         f"{name.partition('_')[0]} {with_interval(value, fit.ci95.get(name))}" for name, value in fit.parameters.items()
     )

@@ -22,7 +22,7 @@ from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
 from collaudit.reports.values.cause_words import cause_lines, follows
 from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.first_words import all_told, excluded_lines, first_lines, unsaid
+from collaudit.reports.values.first_words import all_told, excluded_lines, first_lines, more_reasons, unsaid
 from collaudit.reports.values.visible_text import visible, wrapped
 from collaudit.reports.values.words import (
     BRIEF_STATEMENT,
@@ -139,7 +139,7 @@ def verdict_text(result: AuditResult, most: int | None = None, width: int | None
     when = "recording time not known" if recorded == NONE else f"recorded {recorded}"
     head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}, {when}\n"
     first = first_lines(result)
-    reasons, excluded = unsaid(result.reasons, first), unsaid(excluded_lines(result), first)
+    reasons, excluded = more_reasons(result, first), unsaid(excluded_lines(result), first)
     text = "".join((head, *_listed(first, None, width), *_listed(reasons, most, width)))
     if not excluded:
         return text

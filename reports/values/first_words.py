@@ -27,7 +27,7 @@ def first_lines(result: AuditResult) -> tuple[str, ...]:
     """
     noticed = noticed_line(result)
     seen = [] if noticed is None else [noticed]
-    reasons = [reason for reason in (_without(text, noticed) for text in result.reasons) if reason]
+    reasons = _reasons(result)
     lost = [text for text in (lost_line(result),) if text]
     contacts = _contact_lines(result, _MOST_CONTACTS)
     if result.verdict == "pass":
@@ -36,15 +36,16 @@ def first_lines(result: AuditResult) -> tuple[str, ...]:
     cause = [] if speaking(result) is None else [text for text in (cause_sentence(result),) if text]
     if result.verdict == "not_judged":
         return _fitting([*reasons[:1], *cause], [*contacts, *reasons[1:], *seen], [*lost, *next_step])
-    last = [*cause, *seen, *lost, *next_step]
-    lines = _fitting([*reasons[:1], *contacts], reasons[1:], last)
-    if unsaid(contacts, lines):  # one of them, and how many more there are
-        lines = _fitting([*reasons[:1], *_contact_lines(result, 1)], reasons[1:], last)
+    brief = _contact_lines(result, 1, brief=True)
+    for told, not_judged in ((contacts, lost), (_contact_lines(result, 1), lost), (brief, lost), (brief, [])):
+        lines = _fitting([*reasons[:1], *told], reasons[1:], [*cause, *seen, *not_judged, *next_step])
+        if not unsaid(told, lines):
+            break
     return lines
 
 
-def _contact_lines(result: AuditResult, most: int) -> list[str]:
-    contacts = [contact_line(contact, result) for contact in strongest(result, most).values()]
+def _contact_lines(result: AuditResult, most: int, brief: bool = False) -> list[str]:
+    contacts = [contact_line(contact, result, brief) for contact in strongest(result, most).values()]
     left = len(result.contacts) - len(contacts)
     return [*contacts, f"{plural(left, 'more contact')}: below."] if left else contacts
 
@@ -56,8 +57,8 @@ def all_told(result: AuditResult) -> bool:
     return not unsaid((contact_line(contact, result) for contact in result.contacts), first_lines(result))
 
 
-def contact_line(contact: Contact, result: AuditResult) -> str:
-    """One contact: when, where, how far above γ, how strong, how late the alarm, what the arm did then."""
+def contact_line(contact: Contact, result: AuditResult, brief: bool = False) -> str:
+    """One contact: when, where, how far above γ, how strong; unless brief how late the alarm and what the arm did."""
     worst = max(alarms_of(contact, result), key=height, default=None)
     when = f"{fixed(contact.onset_s, time_decimals(result.log.sample_period_s))} s"
     clock = clock_text(result.log.start, contact.onset_s).partition(" ")[2]  # the date stands above
@@ -66,6 +67,8 @@ def contact_line(contact: Contact, result: AuditResult) -> str:
     parts += [] if worst is None else [f"{worst.joint} at {apart([height(worst), 1.0])[0]} γ"]
     force = force_text(contact.force, contact.least_force)
     parts += [force if force.endswith(" N") else f"force {force}"]
+    if brief:
+        return f"{', '.join(parts)}."
     parts += [f"alarm after {fixed(1e3 * (contact.detected_s - contact.onset_s), 0)} ms"]
     after = after_text(contact.after)
     return f"{', '.join(parts)}{f'; {after}' if after else ''}."
@@ -111,8 +114,16 @@ def _next(result: AuditResult) -> str:
     return next(found, "")
 
 
-def _without(text: str, sentence: str | None) -> str:
-    return text if sentence is None else text.replace(sentence, "").strip()
+def _reasons(result: AuditResult) -> list[str]:
+    """The reasons, without the push that would have been noticed, which has a line of its own."""
+    noticed = noticed_line(result)
+    said = (text if noticed is None else text.replace(noticed, "").strip() for text in result.reasons)
+    return [text for text in said if text]
+
+
+def more_reasons(result: AuditResult, lines: Sequence[str]) -> list[str]:
+    """The reasons that no line holds."""
+    return unsaid(_reasons(result), lines)
 
 
 def _fitting(first: Sequence[str], more: Sequence[str], last: Sequence[str]) -> tuple[str, ...]:
@@ -132,4 +143,4 @@ def _fitting(first: Sequence[str], more: Sequence[str], last: Sequence[str]) -> 
         out.append(line)
         room -= len(words)
     rest = [_REST.format(len(lines) - len(out))] if len(out) < len(lines) else []
-    return (*out, *rest, *last)
+    return (*out, *last, *rest)

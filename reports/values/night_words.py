@@ -9,8 +9,10 @@ from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, night_sentence
 from collaudit.reports.values.words import NONE, clock_text, plural
 
-#: Robots that the sentence tells of, groups of each, times of a group, logs that a row names.
-_MOST_ROBOTS, _MOST_GROUPS, _MOST_TIMES, _MOST_LOGS = 3, 3, 3, 3
+#: Robots that the sentence tells of, clauses of each, times of a group, logs and joints that a row names.
+_MOST_ROBOTS, _MOST_CLAUSES, _MOST_TIMES, _MOST_LOGS, _MOST_JOINTS = 3, 3, 3, 3, 3
+#: Contacts of one state at more places are said together.
+_MOST_PLACES = 2
 
 
 def explained_night(entries: Sequence[IndexEntry], groups: Sequence[NightGroup]) -> str:
@@ -29,14 +31,37 @@ def explained_night(entries: Sequence[IndexEntry], groups: Sequence[NightGroup])
     lines = [f"{'; '.join(said)}."]
     for robot in [*robots][:_MOST_ROBOTS]:
         own = [group for group in groups if group.robot == robot]
-        told = [group_words(group) for group in own[:_MOST_GROUPS]]
+        told = _clauses(own)
         if own[0].cause and not any(group.moments and not group.cause for group in own):
             told.insert(1, "no contact on another joint" if own[0].joints else "no contact besides")
-        told += [f"{len(own) - _MOST_GROUPS} more below"] if len(own) > _MOST_GROUPS else []
-        text = "; ".join(told)
+        more = [f"{len(told) - _MOST_CLAUSES} more below"] if len(told) > _MOST_CLAUSES else []
+        text = "; ".join([*told[:_MOST_CLAUSES], *more])
         lines.append(f"{text[0].upper()}{text[1:]}." if robot is None else f"Robot {robot}: {text}.")
     left = len(robots) - _MOST_ROBOTS
     return " ".join([*lines, *([f"{plural(left, 'more robot')} below."] if left > 0 else [])])
+
+
+def _clauses(groups: Sequence[NightGroup]) -> list[str]:
+    """What to say of one robot's groups: contacts of one state at more than a few places together."""
+    told, summed = [], set[str]()
+    for group in groups:
+        places = [one for one in groups if one.moments and not one.cause and one.state == group.state]
+        if group not in places or len(places) <= _MOST_PLACES:
+            told.append(group_words(group))
+        elif group.state not in summed:
+            summed.add(group.state)
+            told.append(_summed(places))
+    return told
+
+
+def _summed(places: Sequence[NightGroup]) -> str:
+    """Contacts at many places: how many, the first of them, in how many logs."""
+    moments = [moment for group in places for moment in group.moments]
+    first = min(moments, key=lambda moment: clock_text(moment.start, moment.onset_s))
+    joint = next(group.joints[0] for group in places if first in group.moments)
+    what = plural(len(moments), f"{places[0].state} contact")
+    logs = plural(len({moment.log for moment in moments}), "log")
+    return f"{what} at {len(places)} places in {logs}, the first at {_time(first)} ({joint})"
 
 
 def group_words(group: NightGroup) -> str:
@@ -62,11 +87,11 @@ def group_section(groups: Sequence[NightGroup]) -> Section:
     rows = tuple(
         (
             group.state,
-            group.robot or NONE,
-            group.text or f"contact of {', '.join(group.joints)}{_place(group)}",
+            group.robot or "",
+            group.text or f"contact of {_some(group.joints, _MOST_JOINTS)}{_place(group)}",
             group.since or ("tonight" if group.moments or group.cause else NONE),
             str(group.nights),
-            _logs(group.logs),
+            _some(group.logs, _MOST_LOGS),
         )
         for group in groups
     )
@@ -76,16 +101,16 @@ def group_section(groups: Sequence[NightGroup]) -> Section:
         "Flaky: came and went at least twice. Not tested: an earlier night had it, and tonight nothing could have "
         "shown it."
     )
-    return Section("What fails, by cause and place", head, rows, (note,) if rows else ())
+    return Section("What fails, by cause and place", head, rows, (note,) if rows else ()).only(*head)
 
 
 def _place(group: NightGroup) -> str:
     return "" if group.place_m is None else ", tool at ({:.2f}, {:.2f}, {:.2f}) m".format(*group.place_m)
 
 
-def _logs(names: Sequence[str]) -> str:
-    more = len(names) - _MOST_LOGS
-    return ", ".join(names[:_MOST_LOGS]) + (f" and {more} more" if more > 0 else "")
+def _some(names: Sequence[str], most: int) -> str:
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def _time(moment: Moment) -> str:

@@ -81,6 +81,17 @@ def test_a_contact_that_the_cause_does_not_explain_stands_by_itself() -> None:
     assert [one.cause for one in groups(log("A/run.csv", touch(SECOND, HERE), causes=(silent,)))] == [""]
 
 
+def test_contacts_at_many_places_are_said_together() -> None:
+    """Seventeen clauses in the first sentence of a night tell nobody anything."""
+    places = [(0.1 * k - 0.8, 0.3 * (k % 3), 0.5) for k in range(17)]
+    touched = log("B/a.csv", *(touch(FIRST, place, 6.0 + k) for k, place in enumerate(places)))
+    said = explained_night([entry_of(touched)], groups(touched))
+    assert f"17 new contacts at 17 places in 1 log, the first at 14:00:06 ({FIRST})." in said
+    known = log("B/b.csv", touch(SECOND, HERE, state="known", known_since=night(0), known_nights=3))
+    said = explained_night([entry_of(one) for one in (touched, known)], groups(touched, known))
+    assert "17 new contacts at 17 places" in said and "1 known contact at 14:00:42" in said
+
+
 def test_every_state() -> None:
     seen = {"known_since": night(0), "known_nights": 3}
     came_and_went = tuple(

@@ -141,6 +141,6 @@ def found_finding(time_s: FloatArray, force_n: FloatArray, contact: BoolArray, c
         f"{len(bounds)} contact phase{'' if len(bounds) == 1 else 's'} found where the tool's force exceeds "
         f"{CONTACT_FORCE_N:g} N ({spans}; largest {force_n[top]:.3g} N at {time_s[top]:.4g} s). Nothing else "
         f"says that contact is intended: {usual} is taken as intended there, so a collision of the tool with no more "
-        "cannot be seen. State in [phases] when contact is intended."
+        "cannot be seen. State in [phases] of the configuration when contact is intended."
     )
     return Finding("phases-unknown", "warning", text)

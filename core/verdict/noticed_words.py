@@ -18,13 +18,13 @@ def force_text(force_n: float | None) -> str:
 def place_text(force: NoticedForce, *, brief: bool = False) -> str:
     """Where a force acts; in brief without the note on a force sensor."""
     if force.kind == TOOL and force.before_sensor and not brief:
-        return f"the {force.place} (before its force sensor)"
+        return f"the {force.place} (on the arm's side of its force sensor)"
     return f"the {force.place}" if force.kind in (TOOL, FOREARM) else f"the end of {force.link}"
 
 
 def time_text(time: ForceTime) -> str:
     """For how much of which time."""
-    return f"{100 * time.share:.3g} % of the time{' the arm moved' if time.moving else ''}"
+    return f"in {100 * time.share:.3g} % of the {'moving ' if time.moving else ''}time"
 
 
 def headline_forces(sensitivity: Sensitivity | None) -> Sequence[NoticedForce]:

@@ -22,6 +22,9 @@ from collaudit.core.verdict.coverage import by_joint, seconds_text, too_much_los
 from collaudit.core.verdict.further_limits import LimitReasons
 from collaudit.core.verdict.noticed_words import noticed_sentence
 
+#: So many joints are named in a reason.
+_MOST_NAMED = 3
+
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
@@ -174,7 +177,8 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
     if len(contacts) <= most:
         return []
     joints = sorted({joint for contact in contacts for joint in contact.joints})
-    reasons = [f"{counted(len(contacts), 'contact')} (policy: at most {most}), on {', '.join(joints)}."]
+    named = ", ".join(joints) if len(joints) <= _MOST_NAMED else f"{len(joints)} joints"
+    reasons = [f"{counted(len(contacts), 'contact')} (policy: at most {most}), on {named}."]
     states = Counter(contact.state_text for contact in contacts if contact.state_text)
     reasons += [f"{counted(count, 'contact')}: {text}." for text, count in states.items()]
     intended = sum(contact.kind == "meant" for contact in contacts)
@@ -187,7 +191,7 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
     doubtful = sorted({f.joint for f in doubting if f.joint is not None})
     if doubtful:
         reasons.append(
-            f"Findings doubt the effort or the model of {', '.join(doubtful)}: alarms there may be errors of the model."
+            f"Alarms of {', '.join(doubtful)} may be errors of the model or of the effort: see the findings on it."
         )
     reasons += [f.text for f in doubting if f.kind.setting == "detect.gamma_nm"]
     return reasons

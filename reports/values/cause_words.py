@@ -24,7 +24,7 @@ def cause_sentence(result: AuditResult) -> str | None:
     for cause in result.causes:
         best_of.setdefault(cause.code, cause)
     other = next(iter([*best_of.values()][1:]), None)
-    beside = "" if other is None else f", next {other.code} {_share(other)}"
+    beside = "" if other is None else f", next best: {other.code}, {_share(other)}"
     return f"Cause: {first.text} (explains {_share(first)}{beside})."
 
 

@@ -47,7 +47,10 @@ def first_lines(result: AuditResult) -> tuple[str, ...]:
 def _contact_lines(result: AuditResult, most: int, brief: bool = False) -> list[str]:
     contacts = [contact_line(contact, result, brief) for contact in strongest(result, most).values()]
     left = len(result.contacts) - len(contacts)
-    return [*contacts, f"{plural(left, 'more contact')}: below."] if left else contacts
+    if not left:
+        return contacts
+    first = [f"Strongest: {contacts[0]}"] if most == 1 else contacts
+    return [*first, f"{plural(left, 'more contact')}: below."]
 
 
 def all_told(result: AuditResult) -> bool:
@@ -109,7 +112,8 @@ def _next(result: AuditResult) -> str:
         return f"state {cause.line} and run again." if cause.line.startswith("[") else f"{cause.line}."
     if result.verdict == "fail" and result.contacts:
         known = next((c.id for c in strongest(result, 1).values() if c.id), "")
-        return f"look below; to accept: collaudit accept OUT {known}." if known else "look below."
+        accept = f"; to accept the strongest: collaudit accept OUT {known}" if known else ""
+        return f"look at the contacts below{accept}."
     found = (finding.kind.remedy for reason in result.reasons for finding in result.findings if finding.text in reason)
     return next(found, "")
 

@@ -125,6 +125,7 @@ def clock_text(start: str | None, seconds: float) -> str:
     try:
         moment = datetime.fromisoformat(start)
         moment = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC) + timedelta(seconds=seconds)
+        moment += timedelta(microseconds=500)  # to the nearest millisecond
     except (ValueError, OverflowError):
         return NONE
     return f"{moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"

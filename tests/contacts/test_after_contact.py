@@ -81,7 +81,7 @@ def test_an_arm_that_goes_on_and_presses(judged: tuple[AuditResult, experiments.
     after = _contact(judged[0], 1).after
     assert after is not None and after.motion == "went on"
     assert after.stopped_s is None and after.stopping_m is None and after.slowing_s is None
-    assert after_text(after).startswith("the tool went on; pressed on (quasi-static, ")
+    assert "; pressed on (quasi-static, " in after_text(after)
     assert after.load == "quasi-static" and after.force_s == pytest.approx(0.8, abs=0.15)
 
 

@@ -138,3 +138,31 @@ def test_milliseconds_of_a_fast_arm_are_asked_about(rate_hz: float, tmp_path: Pa
 def test_seconds_and_microseconds(tmp_path: Path) -> None:
     path = write(tmp_path, "feedBack.time.sec,feedBack.time.usec", [f"17,{round(t * 1e6)}" for t in TIME_S])
     np.testing.assert_allclose(read(path)[0].time_s, TIME_S, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+@pytest.mark.parametrize("degrees", [False, True])
+def test_positions_that_move_by_their_velocities_tell_the_unit(unit: str, degrees: bool, tmp_path: Path) -> None:
+    """Coarse encoders, filtered velocities: only one unit of time lets one be the derivative of the other."""
+    log, found = read(moved(tmp_path, TIME_S * SCALES[unit], 57.3 if degrees else 1.0))
+    np.testing.assert_allclose(log.time_s, TIME_S, atol=1e-9)
+    assert found["log-guessed"] == "info"
+
+
+def test_a_counter_is_asked_about_with_its_rate(tmp_path: Path) -> None:
+    """And whole seconds, at a thousand rows each, are not taken as milliseconds."""
+    with pytest.raises(LogError, match=r"rate_hz = 500, as"):
+        read(moved(tmp_path, np.arange(ROWS), 1.0))
+    with pytest.raises(LogError, match="the stamp of the row before"):
+        read(moved(tmp_path, np.arange(ROWS) // 100, 0.5))
+
+
+def moved(folder: Path, stamps: Any, scale: float) -> Path:
+    """A joint in motion, whose encoder counts, beside its velocity, in rad times ``scale``."""
+    count = scale * 2.0 * np.pi / 65536.0
+    position = np.round(scale * Q / count) * count
+    velocity = scale * np.cos(TIME_S)
+    path = folder / "moved.csv"
+    rows = "".join(f"{t},{q:.9g},{v:.9g},1\n" for t, q, v in zip(stamps, position, velocity, strict=True))
+    path.write_text(f"t,q1,dq1,tau1\n{rows}", encoding="utf-8")
+    return path

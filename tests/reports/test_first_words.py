@@ -50,7 +50,7 @@ def test_a_fail_begins_with_its_contacts() -> None:
 
 
 def test_a_pass_begins_with_the_push_and_then_says_what_it_does_not_cover() -> None:
-    noticed = "Would have noticed a push (200 ms) of 62 N at the tool, 90 % of the time the arm moved."
+    noticed = "Would have noticed a push (200 ms) of 62 N at the tool, in 90 % of the moving time."
     reason = f"0 contacts in 60 s, within the policy. {noticed}"
     result = replace(
         samples.passed().result, sensitivity=SENSITIVITY, reasons=(reason,), exclusions=("Gaps in the log: 3 s.",)

@@ -61,8 +61,8 @@ def test_a_screen_stays_one_however_many_alarms_there_are() -> None:
     assert "Gaps in the log: 3 s." in text
     assert " 20.004" in text, "not rounded to what was asked"
     assert "Smallest torque that would have alarmed" in text
-    assert "Would have noticed a push (200 ms) of 62 N at the tool, 90 % of the time the arm moved." in text
-    assert "from 80 % of the directions, 90 % of the time the arm moved: tool 62 N" in text
+    assert "Would have noticed a push (200 ms) of 62 N at the tool, in 90 % of the moving time." in text
+    assert "from 80 % of the directions, in 90 % of the moving time: tool 62 N" in text
     assert "More: -v" in text
     whole = audit_text(result)
     assert len(whole.splitlines()) > 800

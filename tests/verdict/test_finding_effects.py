@@ -236,7 +236,7 @@ def test_only_a_finding_that_doubts_alarms_does(severity: str, doubted: bool) ->
         PolicyConfig(), Evidence((hit,), (), Coverage(10.0, 0.0, {}), Sensitivity({}), (), (level,))
     )
     assert verdict == "fail"
-    assert any("Findings doubt" in reason for reason in reasons) == doubted
+    assert any("may be errors of the model" in reason for reason in reasons) == doubted
 
 
 def test_a_collision_in_what_could_be_read_counts(clean: JointLog, friction: FrictionFile) -> None:
@@ -286,7 +286,7 @@ def test_alarms_of_glitches_are_in_doubt(clean: JointLog, friction: FrictionFile
     effort[1_000::2_000, 0] += 400.0
     found = audit(replace(clean, effort=effort), friction).result
     assert found.collisions
-    assert any("doubt the effort or the model of joint1" in reason for reason in found.reasons)
+    assert any("Alarms of joint1 may be errors" in reason for reason in found.reasons)
     assert {f.joint for f in found.findings if f.code == "effort-spikes"} == {"joint1"}
 
 

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 
-from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.time_columns import (
-    LONGEST_STEP_S,
-    SCALES,
-    is_doubtful,
-    named_unit,
-    repeats_most,
-    usual_step_s,
-)
-from collaudit.core.logs.tables.time_parts import time_parts
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.logs.tables.time_columns import named_unit
 
 #: Quantity to the units that are converted, and how column names spell them.
 UNITS = {
@@ -59,69 +48,6 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
             if unit:
                 out[quantity] = unit
     return out
-
-
-def unusable_time(
-    file: AssignedTable, unit: str, time_s: FloatArray, start_ns: int | None, settings: LogConfig
-) -> Finding | None:
-    """That the unit of time cannot be: nothing is done with such a log; None where it can.
-
-    Args:
-        file: the table with the time column.
-        unit: what it was taken as.
-        time_s: (n,) its stamps in s by that unit, from the first.
-        start_ns: absolute time of the first, ns, by that unit.
-        settings: what is stated.
-    """
-    if file.assignment.time is None or unit in ("iso", "rows"):
-        return None
-    name, where = file.reader.names[file.assignment.time], file.reader.path.name
-    known = settings.units.time != "auto" or named_unit(name) == unit
-    step_s = usual_step_s(time_s)
-    raw = step_s * SCALES[unit]
-    steps = f"The steps of the time column {name!r} are {raw:.9g}"
-    fitting = [json.dumps(one) for one, scale in SCALES.items() if raw / scale < LONGEST_STEP_S]
-    other = f"[log.units] time = {' or '.join(fitting)}" if fitting else "[log.units] time"
-    if known and step_s >= LONGEST_STEP_S:
-        text = (
-            f"{steps}, which are {step_s:.9g} s by its unit, {unit}: no motion of an arm can be judged by such steps. "
-            f"State another unit, {other}, or the column that holds the time, [log.csv] time."
-        )
-    elif repeats_most(time_s):
-        pair = _parts(file) or '["sec", "nanosec"]'
-        text = (
-            f"Most rows have the stamp of the row before in the time column {name!r}: if it holds whole seconds, and "
-            f"another column the rest of each, name both: [log.csv] time = {pair}, or their numbers."
-        )
-    elif not known and (step_s >= LONGEST_STEP_S or (unit == "s" and is_doubtful(step_s, start_ns))):
-        whole = (
-            f" Whole seconds seem to stand in a column of their own: [log.csv] time = {parts}."
-            if (parts := _parts(file))
-            else ""
-        )
-        text = (
-            f"{steps}, and its unit is stated nowhere: state it, {other}.{whole} "
-            "If the column counts rows, state [log.csv] rate_hz instead."
-        )
-    else:
-        return None
-    return Finding("log-unit-suspect", "error", text, where=where)
-
-
-def _parts(file: AssignedTable) -> str:
-    """The columns that make the time together, as the configuration states them; empty where none do."""
-    found = time_parts(file.reader, file.assignment.time)
-    return json.dumps(found, ensure_ascii=False) if found else ""
-
-
-def time_unit_findings(file: AssignedTable, unit: str, settings: LogConfig) -> list[Finding]:
-    """That the unit of time was guessed, and by what."""
-    if settings.units.time != "auto" or unit in ("iso", "rows") or file.assignment.time is None:
-        return []
-    name = file.reader.names[file.assignment.time]
-    by = f"its name {name!r}" if named_unit(name) == unit else "the size of its numbers"
-    text = f"The unit of the time column was taken as {unit}, by {by}."
-    return [Finding("log-guessed", "info", text, where=file.reader.path.name)]
 
 
 def guess_findings(file: AssignedTable) -> list[Finding]:

@@ -22,8 +22,6 @@ from collaudit.core.logs.tables.column_findings import (
     guess_findings,
     left_out_findings,
     stated_units,
-    time_unit_findings,
-    unusable_time,
 )
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
@@ -31,8 +29,9 @@ from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.other_layouts import echoed_keys, echoed_lines, widening_command
 from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.time_columns import FRACTION, guess_time, named_unit, seconds_of
+from collaudit.core.logs.tables.time_columns import FRACTION, SCALES, guess_time, named_unit, seconds_of
 from collaudit.core.logs.tables.time_parts import time_parts
+from collaudit.core.logs.tables.time_unit import settled_unit
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Two files share their time column when their stamps agree within this.
@@ -108,8 +107,11 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
         if file is files[0]:
             time_s, start_ns = own_time, start
             findings += garbage_findings(np.isinf(own_time), "row", file.reader.path.name)
-            obstacle = unusable_time(file, unit, own_time, start, settings)
-            findings += [obstacle] if obstacle is not None else time_unit_findings(file, unit, settings)
+            settled, said = settled_unit(file, unit, own_time, start, values, settings)
+            if settled != unit:
+                time_s, start_ns = own_time * (SCALES[unit] / SCALES[settled]), None
+            findings += [said] if said is not None else []
+            obstacle = said if said is not None and said.severity == "error" else None
         else:
             _check_same_time(files[0].reader.path, time_s, file, own_time)
         wrench = values.pop("wrench", wrench)

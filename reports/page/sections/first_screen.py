@@ -62,7 +62,7 @@ def _noticed(result: AuditResult) -> list[Fact]:
         text = force_text(found)
         flag = "" if asked is None else "ok" if found is not None and found <= asked.force_n else "off"
         reference = (
-            "a bound, no interval" if asked is None else f"{stated(asked.force_n)} N or less (a bound, no interval)"
+            "a bound, no interval" if asked is None else f"a bound, no interval; {stated(asked.force_n)} N asked"
         )
         made.append(
             Fact(f"Noticed at the {force.place}", f"from {text}" if found is not None else text, reference, flag)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -124,8 +125,21 @@ def worst_first(entries: Iterable[IndexEntry]) -> list[IndexEntry]:
     """Failed logs first, those with most contacts leading; then what was not judged; then what passed."""
     return sorted(
         entries,
-        key=lambda e: (_ORDER[e.verdict], e.error is None, -e.contacts, -e.collisions, -e.near_misses, e.name),
+        key=lambda e: (
+            _ORDER[e.verdict],
+            e.error is None,
+            -e.contacts,
+            -e.collisions,
+            -e.near_misses,
+            _counted_name(e.name),
+            e.name,
+        ),
     )
+
+
+def _counted_name(name: str) -> tuple[str | int, ...]:
+    """A name in its parts, numbers as such: run2 before run10."""
+    return tuple(int(part) if k % 2 else part for k, part in enumerate(re.split(r"(\d+)", name)))
 
 
 def verdict_counts(entries: Sequence[IndexEntry]) -> dict[Verdict, int]:

@@ -83,7 +83,7 @@ class LogStrip:
     """The strip.
 
     Attributes:
-        phases: of each its name, left edge and width in per cent, and words.
+        phases: of each its name, left edge and width in per cent, and words; none where all is free motion.
         contacts, near_misses: rows of marks, None where there are none.
         bars: each joint with its states over the log, None when the signals lack it, and the share that was judged.
         ticks: place in per cent and label.
@@ -102,8 +102,9 @@ def log_strip(result: AuditResult, end_s: float, figures: Sequence[JointFigures]
     contacts = [(contact.onset_s, contact.end_s) for contact in result.contacts]
     near = [(event.onset_s, event.onset_s + event.duration_s) for event in result.near_misses]
     values = ticks(0.0, end_s, 8)
+    told = any(span.phase != "free" for span in result.phases)
     return LogStrip(
-        phases=tuple(_phase(span.phase, span.start_s, span.end_s, end_s) for span in result.phases),
+        phases=tuple(_phase(span.phase, span.start_s, span.end_s, end_s) for span in result.phases) if told else (),
         contacts=_marks(contacts, end_s, "mark-alarm", f"{len(contacts)} contacts over the log"),
         near_misses=_marks(near, end_s, "mark-near", f"{len(near)} near misses over the log"),
         bars=tuple((joint, drawn.get(joint), judged) for joint, judged, *_ in judged_section(result).rows),

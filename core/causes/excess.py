@@ -16,6 +16,8 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.torque_table.block_sums import rows_of_blocks
+from collaudit.core.torque_table.thinned_log import thinned
 
 #: Causes act on motion below a few hertz: so many samples a second serve, and so many in all.
 _RATE_HZ, _MOST_SAMPLES = 25.0, 12_000
@@ -79,21 +81,12 @@ class Excess:
     @cached_property
     def count(self) -> FloatArray:
         """(b, j) samples of each block that count."""
-        return np.asarray(self.rows_of_blocks(self.known.astype(np.float64)).sum(axis=1))
-
-    def rows_of_blocks(self, rows: FloatArray) -> FloatArray:
-        """(n, ...) as (b, r, ...): the rows of each block, and zeros behind them."""
-        edges = np.searchsorted(self.block, np.arange(self.blocks + 1))
-        taken = edges[:-1, None] + np.arange(np.diff(edges).max())
-        there = taken < edges[1:, None]
-        out = rows[np.minimum(taken, len(rows) - 1)]
-        out[~there] = 0.0
-        return out
+        return np.asarray(rows_of_blocks(self.known.astype(np.float64), self.block).sum(axis=1))
 
     @cached_property
     def residual_size(self) -> FloatArray:
         """(b, j) RMS of the residual in each block over the joint's usual level; NaN where too little is known."""
-        return rms(np.square(self.rows_of_blocks(self.residual_nm / self.usual_nm)).sum(axis=1), self.count)
+        return rms(np.square(rows_of_blocks(self.residual_nm / self.usual_nm, self.block)).sum(axis=1), self.count)
 
     def beyond(self, size: FloatArray) -> FloatArray:
         """(b, j) how much of sizes is beyond the usual; 0 where nothing is known.
@@ -137,51 +130,36 @@ def excess_of(
     if not names:
         return None
     own = [judged.joint_names.index(name) for name in names]
-    step = max(1, floor(1.0 / (_RATE_HZ * series.period_s)), ceil(series.time_s.size / _MOST_SAMPLES))
-    last = series.time_s.size - 1
-    rows = np.arange(step // 2, last + 1, step)
-    motion = tuple(np.ascontiguousarray(x[rows]) for x in series.motion)
-    moving: BoolArray = np.asarray(np.isfinite(np.hstack(motion)).all(axis=1))
-    torque = residual.torque_nm[rows][:, own]
-    known = np.asarray(
-        np.equal(residual.state[rows][:, own], int(State.JUDGED)) & np.isfinite(torque) & moving[:, None]
-    )
+    columns = [series.column(name) for name in names]
+    size = max(1, floor(1.0 / (_RATE_HZ * series.period_s)), ceil(series.time_s.size / _MOST_SAMPLES))
+    told = np.where(np.equal(residual.state[:, own], int(State.JUDGED)), residual.torque_nm[:, own], np.nan)
+    explained = prepared.rigid_nm if prepared.contact_nm is None else prepared.rigid_nm + prepared.contact_nm
+    time_s, torque, explained = (thinned(x, size) for x in (series.time_s[:, None], told, explained[:, columns]))
+    q, v, a = (thinned(np.asarray(x), size) for x in series.motion)
+    known = np.isfinite(torque) & np.isfinite(q + v + a).all(axis=1, keepdims=True)
     if not known.any():
         return None
-    columns = [series.column(name) for name in names]
-    later, sooner = np.minimum(rows + 1, last), np.maximum(rows - 1, 0)
-    explained, after, before = (_explained(prepared, at)[:, columns] for at in (rows, later, sooner))
-    slope = (after - before) / (series.period_s * (later - sooner))[:, None]
-    friction = np.column_stack([laws[name].torque(motion[1][:, c]) for name, c in zip(names, columns, strict=True)])
-    followed = friction * np.column_stack([residual.levels[name].deviation[rows] for name in names])
+    slope = np.gradient(explained, size * series.period_s, axis=0)
+    friction = np.column_stack([laws[name].torque(v[:, c]) for name, c in zip(names, columns, strict=True)])
+    followed = friction * thinned(np.column_stack([residual.levels[name].deviation for name in names]), size)
     for k, name in enumerate(names):
         if name in residual.zeros:
-            followed[:, k] += residual.zeros[name].offset_nm[rows]
-    bounds = [residual.zeros[name].bound_nm if name in residual.zeros else 0.0 for name in names]
-    usual = [_usual(name, gamma_nm, fitted) for name in names]
-    time_s = series.time_s[rows]
+            followed[:, k] += thinned(residual.zeros[name].offset_nm[:, None], size)[:, 0]
     return Excess(
         tuple(names),
         columns,
-        time_s,
-        (motion[0], motion[1], motion[2]),
+        time_s[:, 0],
+        (q, v, a),
         np.where(known, np.nan_to_num(torque + followed), 0.0),
         np.where(known, torque, 0.0),
         known,
-        np.array(usual),
-        np.array(bounds),
+        np.array([_usual(name, gamma_nm, fitted) for name in names]),
+        np.array([residual.zeros[name].bound_nm if name in residual.zeros else 0.0 for name in names]),
         np.where(known, np.nan_to_num(explained + friction), 0.0),
         np.where(known, np.nan_to_num(friction), 0.0),
         np.where(known, np.nan_to_num(slope), 0.0),
-        np.floor((time_s - time_s[0]) / BLOCK_S).astype(np.int64),
+        np.floor((time_s[:, 0] - time_s[0, 0]) / BLOCK_S).astype(np.int64),
     )
-
-
-def _explained(prepared: Prepared, rows: IntArray) -> FloatArray:
-    """(m, k) model torque of all joints at some samples, that of the commanded tool force included."""
-    assert prepared.rigid_nm is not None
-    contact = prepared.contact_nm
-    return np.asarray(prepared.rigid_nm[rows] if contact is None else prepared.rigid_nm[rows] + contact[rows])
 
 
 def _usual(joint: str, gamma_nm: Mapping[str, float], fitted: FittedThresholds | None) -> float:

@@ -11,8 +11,8 @@ from collaudit.core.causes.trials import Trial
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.residual.friction_level import LARGEST
+from collaudit.core.torque_table.block_sums import Estimate, estimate, rows_of_blocks
 
-_ROUNDS = 6
 #: Standard errors by which one cause must leave less than another to be told from it.
 _CLEARLY = 3.0
 
@@ -97,7 +97,7 @@ class _Sums:
             bound.append(np.maximum(table.zero_bound_nm, 1e-9))
         columns = np.concatenate([trial.columns_nm, np.stack([*followed, table.torque_nm], axis=2)], axis=2)
         columns = columns * (table.known / table.usual_nm)[:, :, None]
-        of_block = table.rows_of_blocks(columns)
+        of_block = rows_of_blocks(columns, table.block)
         products = of_block.transpose(0, 2, 3, 1) @ of_block.transpose(0, 2, 1, 3)
         return cls(products, table.count, trial.prior_sd, np.array(bound).reshape(-1, len(table.joints)))
 
@@ -107,13 +107,22 @@ class _Sums:
         That is the RMS over the joint's usual level, NaN where too little is known.
         """
         count = self.prior_sd.size
-        value, half_width = _solve(self, blocks)
-        followed = value[count:].reshape(self.bound.shape)
+        found = self.solve(blocks)
+        half_width = STANDARD_ERRORS_95 * np.sqrt(np.maximum(np.diag(found.covariance)[:count], 0.0))
+        followed = found.value[count:].reshape(self.bound.shape)
         level = np.clip(followed, -self.bound, self.bound)
-        own = value[:count]
         if np.any(level != followed):
-            own, _ = _solve(self.with_followed(level), blocks)
-        return own, half_width[:count], self.size(own, level)
+            found = self.with_followed(level).solve(blocks)
+        own = found.value[:count]
+        return own, half_width, self.size(own, level)
+
+    def solve(self, blocks: BoolArray) -> Estimate:
+        """Parameters of some blocks: k of the cause, then f of each joint, one followed column after the other."""
+        count, (followed, joints) = self.prior_sd.size, self.bound.shape
+        own = np.tile(np.arange(count), (joints, 1))
+        place = np.hstack([own, count + np.arange(followed * joints).reshape(followed, joints).T])
+        prior = np.concatenate([self.prior_sd, self.bound.ravel()]) ** -2.0
+        return estimate(self.products[blocks], self.count[blocks], place, prior, usual=1.0)
 
     def with_followed(self, level: FloatArray) -> _Sums:
         """Without the followed columns, of which (f, j) is taken off the torque."""
@@ -129,35 +138,3 @@ class _Sums:
         """(b, j) RMS of what these parameters leave; NaN where too little is known."""
         all_of_joint = np.hstack([np.tile(own, (level.shape[1], 1)), level.T, -np.ones((level.shape[1], 1))])
         return rms(np.sum((self.products @ all_of_joint[:, :, None])[..., 0] * all_of_joint, axis=2), self.count)
-
-
-def _solve(sums: _Sums, blocks: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Parameters, k of the cause and f of each joint, of some blocks, and half of their intervals.
-
-    Minimises the sum of each block's RMS, by reweighted least squares: a contact is large in few blocks.
-    """
-    count, (followed, joints) = sums.prior_sd.size, sums.bound.shape
-    own = np.tile(np.arange(count), (joints, 1))
-    place = np.hstack([own, count + np.arange(followed * joints).reshape(followed, joints).T])  # (j, k + f)
-    prior = np.diag(1.0 / np.concatenate([sums.prior_sd, sums.bound.ravel()]) ** 2)
-    used = blocks[:, None] * np.ones(joints)
-    weight, value, precision = used, np.zeros(len(prior)), prior
-    slope = np.zeros(sums.products.shape[:-1])
-    for _ in range(_ROUNDS):
-        weighted = np.einsum("bj,bjmn->jmn", weight, sums.products)
-        precision, target = prior.copy(), np.zeros(len(prior))
-        for at, product in zip(place, weighted, strict=True):
-            precision[np.ix_(at, at)] += product[:-1, :-1]
-            target[at] += product[:-1, -1]
-        value = np.asarray(np.linalg.solve(precision, target), dtype=np.float64)
-        all_of_joint = np.hstack([value[place], -np.ones((joints, 1))])
-        slope = (sums.products @ all_of_joint[:, :, None])[..., 0]
-        square = np.maximum(np.sum(slope * all_of_joint, axis=2), 0.0)
-        weight = used / np.maximum(np.sqrt(square / np.maximum(sums.count, 1.0)), 1.0)
-    score = np.zeros((len(blocks), value.size))
-    for j, at in enumerate(place):
-        score[:, at] += weight[:, j, None] * slope[:, j, :-1]
-    told = np.count_nonzero(sums.count[blocks].any(axis=1))
-    inverse = np.linalg.inv(precision)
-    spread = inverse @ (score.T @ score) @ inverse * float(told) / max(int(told) - value.size, 1)
-    return value, STANDARD_ERRORS_95 * np.sqrt(np.maximum(np.diag(spread), 0.0))

@@ -18,15 +18,12 @@ from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.problem_terms import (
-    FRICTION_COLUMNS,
-    friction_columns,
-    generalised_inverse,
-)
+from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, friction_columns
 from collaudit.core.identification.problem.solution_errors import RANK, clustered_covariance
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.torque_table.block_sums import generalised_inverse
 
 _KEYS = ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2")
 _ROUNDS = 8

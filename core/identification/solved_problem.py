@@ -17,9 +17,9 @@ from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.identification.problem.solution_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.prepare.effort.effort_gain import slope_beside
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+from collaudit.core.torque_table.block_sums import BlockSums
 
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
@@ -162,8 +162,9 @@ def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
         use, spin = motion.moving[:, j], motion.acceleration[:, j]
         model = motion.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
         nuisance = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
-        others = np.column_stack(nuisance)
-        found = slope_beside(motion.effort[use, j], model[use], others[use], motion.cluster[use], _SEEN)
+        columns = np.column_stack([motion.effort[:, j], model, *nuisance])[use]
+        names = ("effort", "model", *map(str, range(columns.shape[1] - 2)))
+        found = BlockSums.of(motion.cluster[use], names, columns).slope(*names, sigmas=_SEEN)
         if found is not None and abs(found.value) > found.half:
             out[j] = _ALIKE[0] < gain[j] / found.value < _ALIKE[1]
     return out

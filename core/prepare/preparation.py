@@ -49,6 +49,7 @@ from collaudit.core.prepare.phases import configured, find_phases, label_phases,
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
 
 def prepare(
@@ -250,25 +251,34 @@ def _effort_checks(
     config: Config,
 ) -> _EffortChecks:
     """Gains, signs, delay and scale of a log's effort; series, robot and torques (n, j) are as calibrated."""
-    gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
+    table = TorqueTable.of(series, rigid, contact)
+    gains = tuple(g for g in effort_gains(table) if g.joint in start.judged)
     sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
     smooth = smooth_joints(series) if config.log.effort_kind == "auto" else ()
-    friction = friction_signs(series, rigid, contact) if smooth or not sensed else {}
+    friction = friction_signs(table) if smooth or not sensed else {}
     signs = {} if sensed else friction
     upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
-    gains = _gains_with_free_tool(gains, series, robot, upright, start, contact, config)
-    late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
+    gains = _gains_with_free_tool(gains, table, robot, upright, config)
     signed = _signed(config)
-    computed = computed_findings(smooth, friction, start.judged)
-    findings, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed, upright)
-    findings += computed
+    findings, delay = effort_findings(
+        series,
+        robot,
+        rigid,
+        contact,
+        gains,
+        start.judged,
+        config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None,
+        signed,
+        upright,
+    )
+    findings += computed_findings(smooth, friction, start.judged)
     if delay is not None:  # of a late effort no scale is known
         return _EffortChecks(gains, delay, upright, tuple(findings))
     described = gains
     if robot is not start.robot:  # against the arm as described, what was identified of it left open
         lacking = () if calibration.identified is None else calibration.identified.estimate
-        tool = config.robot.tool.frame
-        described = described_gains(series, start.robot, contact, start.load_nm, lacking, tool)
+        model = table.model + start.robot.torque_beyond(robot, *table.motion)
+        described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
     scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
     findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
     return _EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
@@ -296,11 +306,9 @@ def _payload_findings(
 
 def _gains_with_free_tool(
     gains: tuple[EffortGain, ...],
-    series: UniformSeries,
+    table: TorqueTable,
     robot: RobotModel,
     upright: frozenset[str],
-    start: ConditionedLog,
-    contact: FloatArray | None,
     config: Config,
 ) -> tuple[EffortGain, ...]:
     """The gains; with rotors and a tool left open those that are inverted although friction takes power.
@@ -310,8 +318,7 @@ def _gains_with_free_tool(
     doubted = {gain.joint for gain in gains if gain.inverted and gain.joint in upright}
     if not doubted:
         return gains
-    lacking, frame = ("rotor", "tool"), config.robot.tool.frame
-    described = {g.joint: g for g in described_gains(series, robot, contact, start.load_nm, lacking, frame)}
+    described = {g.joint: g for g in described_gains(table, robot, ("rotor", "tool"), config.robot.tool.frame)}
     return tuple(
         described[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in described
     )

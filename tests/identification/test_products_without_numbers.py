@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.identification.problem.problem_terms import generalised_inverse
+from collaudit.core.torque_table.block_sums import generalised_inverse
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

@@ -13,9 +13,11 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.prepare import preparation
-from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope
+from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.effort_kind import friction_sign_findings, friction_signs
 from collaudit.core.prepare.preparation import prepare
+from collaudit.core.torque_table.block_sums import Slope
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
 
 def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> Slope:
@@ -32,7 +34,7 @@ def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0
     torque -= np.where(t > t[-1] * (1.0 - led), 15.0 * np.sign(v), 0.0)
     log = make_log(t, q[:, None], v[:, None], (sign * torque + rng.normal(0, 0.5, t.size))[:, None])
     series = condition(log, ConditioningConfig())
-    return friction_signs(series, (load * np.cos(q + 0.5))[:, None])["joint1"]
+    return friction_signs(TorqueTable.of(series, (load * np.cos(q + 0.5))[:, None]))["joint1"]
 
 
 @pytest.mark.parametrize("load", [0.0, 0.01, 20.0])

@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns, generalised_inverse
+from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
+from collaudit.core.torque_table.block_sums import generalised_inverse
 
 _ITERATIONS = 12
 #: A last step is shorter than this, squared and in standard errors of what the data and the prior tell.

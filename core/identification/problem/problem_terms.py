@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.data.identification_result import DEGREE, AngleTorque, scaled_angle
-from collaudit.core.errors import NotJudgedError
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import interval_95
@@ -157,27 +156,6 @@ def nuisance_columns(
         if one_way[j]:
             out[j][:, [OFFSET, OFFSET + 1]] = 0.0
     return out, one_way
-
-
-def generalised_inverse(gram: FloatArray, rank: float = 1e-10) -> FloatArray:
-    """(k, k) generalised inverse of weighted products (k, k) of columns: those alike or zero share or have no part.
-
-    Args:
-        gram: rows and columns are scaled to a diagonal of one.
-        rank: share of the largest singular value below which one is none.
-
-    Raises:
-        NotJudgedError: products are no numbers: speeds or accelerations are beyond all arms.
-    """
-    if not np.isfinite(gram).all():
-        raise NotJudgedError(
-            "the motion cannot be identified: its speeds and accelerations are beyond any arm's",
-            hint="look at the time of the log and its unit: [log.units] time, [log.csv] rate_hz, [log] time",
-        )
-    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    size[np.diag(gram) <= 0] = 1.0
-    inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=rank, hermitian=True)
-    return np.asarray(inverse / np.outer(size, size))
 
 
 def angle_columns(position: FloatArray, moving: BoolArray) -> FloatArray:

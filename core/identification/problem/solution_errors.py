@@ -23,9 +23,10 @@ from collaudit.core.identification.problem.identification_problem import (
     weighted_joints,
     weighted_state,
 )
-from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns, generalised_inverse
+from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
+from collaudit.core.torque_table.block_sums import generalised_inverse
 
 _MOST = 0.9
 #: Share of the largest singular value below which combinations of unknowns are not told.

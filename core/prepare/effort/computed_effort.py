@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.channel_noise import bend_of, noise_of
-from collaudit.core.prepare.effort.effort_gain import Slope
+from collaudit.core.torque_table.block_sums import Slope
 
 
 def smooth_joints(series: UniformSeries) -> frozenset[str]:

@@ -19,17 +19,15 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.filters import differentiate
-from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.prepare.effort.effort_gain import EffortGain, Slope, sliding_columns, slope_beside, steady_slope
+from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.block_sums import Slope
+from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
 from collaudit.core.vendors.joint_words import TORQUE_SENSED
 
 EffortSource = Literal["motor", "joint"]
 
-_MOST_ROWS = 20_000
 #: Gravity's share is none when it is surely less than so much of the model's, and of the inertia's share, which is
 #: surely more than that.
 _NONE, _SOME = 0.3, 0.3
@@ -106,81 +104,46 @@ def _without_gravity(gravity: _Share, inertia: _Share) -> bool:
 
 
 def _shares(series: UniformSeries, robot: RobotModel) -> tuple[_Share, _Share] | None:
-    """How much of the model's gravity and inertial torque the effort holds, over all joints; None where not known.
-
-    Weighted means over the joints, by their standard errors.
-    """
+    """How much of the model's gravity and inertial torque the effort holds, over all joints; None where not known."""
     if series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
         return None
-    rows = np.flatnonzero(np.isfinite(series.effort).all(axis=1) & np.isfinite(series.velocity_rad_s).all(axis=1))
-    rows = rows[:: max(1, rows.size // _MOST_ROWS)]
-    position, velocity = series.position_rad[rows], series.velocity_rad_s[rows]
-    gravity = robot.gravity_torque(position)
-    moving = robot.inverse_dynamics(position, velocity, series.acceleration_rad_s2[rows]) - gravity
-    found = []
-    for j in range(velocity.shape[1]):
-        use = (np.abs(velocity[:, j]) > MOVING_RAD_S) & np.isfinite(moving[:, j]) & np.isfinite(gravity[:, j])
-        effort, v, second = series.effort[rows[use], j], velocity[use, j], np.floor(series.time_s[rows[use]])
-        weight, inertia = gravity[use, j], moving[use, j]
-        of_gravity = slope_beside(effort, weight, sliding_columns(v, [inertia]), second)
-        of_inertia = slope_beside(effort, inertia, sliding_columns(v, [weight]), second)
-        if of_gravity is not None and of_inertia is not None:
-            found.append(((of_gravity.value, of_inertia.value), (of_gravity.half, of_inertia.half)))
-    if not found:
-        return None
-    value, error = (np.array(part) for part in zip(*found, strict=True))
-    error = np.maximum(error / STANDARD_ERRORS_95, 1e-9)
-    weight = 1.0 / error**2
-    mean = np.sum(weight * value, axis=0) / np.sum(weight, axis=0)
-    # joints that differ by more than their errors say how well one number fits them all
-    between = np.sum(weight * (value - mean) ** 2, axis=0) / max(1, len(found) - 1)
-    half = STANDARD_ERRORS_95 * np.sqrt(np.maximum(1.0, between) / np.sum(weight, axis=0))
-    return (float(mean[0]), float(half[0])), (float(mean[1]), float(half[1]))
+    table = TorqueTable.of(series)
+    gravity = robot.gravity_torque(table.motion[0])
+    sums = table.sums(gravity=gravity, inertia=robot.inverse_dynamics(*table.motion) - gravity).values()
+    of_gravity = [one.slope("effort", "gravity", *SLIDING, "inertia") for one in sums]
+    of_inertia = [one.slope("effort", "inertia", *SLIDING, "gravity") for one in sums]
+    both = [(a, b) for a, b in zip(of_gravity, of_inertia, strict=True) if a is not None and b is not None]
+    return (_mean([a for a, _ in both]), _mean([b for _, b in both])) if both else None
 
 
-_MAX_SAMPLES = 50_000
+def _mean(slopes: Sequence[Slope]) -> _Share:
+    """Of joints, weighted by their errors; that they differ by more than those says how well one number fits them."""
+    value, half = (np.array(x) for x in zip(*((slope.value, slope.half) for slope in slopes), strict=True))
+    weight = np.maximum(half, 1e-9) ** -2.0
+    mean = float(np.sum(weight * value) / np.sum(weight))
+    apart = STANDARD_ERRORS_95**2 * float(np.sum(weight * (value - mean) ** 2)) / max(1, value.size - 1)
+    return mean, float(np.sqrt(max(1.0, apart) / np.sum(weight)))
+
+
 #: Half width of the interval in standard errors: a sign is called inverted with 99.9 % confidence.
 _SIGMAS = 3.3
 #: Each direction has this share of the motion: else friction cannot be told from an offset.
 _EACH_WAY = 0.1
 
 
-def friction_signs(
-    series: UniformSeries, model_torque: FloatArray, contact_nm: FloatArray | None = None
-) -> dict[str, Slope]:
+def friction_signs(table: TorqueTable) -> dict[str, Slope]:
     """Mean torque along the motion by joint, in the effort's unit: positive where friction takes power.
 
     Least squares of effort = offset + gain·tau + late·dtau/dt + c·sgn(v) + d·v; the level is c + d·mean|v|, which is
     the coefficient of sgn(v) beside v - sgn(v)·mean|v|. The rate of the model torque takes up a delay of the effort,
-    which would otherwise look like friction of either sign. As with gains, a third of the time tells no sign: a hand
-    may lead the arm.
-
-    Args:
-        series: the log on its uniform time base.
-        model_torque: (n, j) rigid-body torque, N·m.
-        contact_nm: (n, j) torque of the commanded tool force, which adds to it where it is known.
+    which would otherwise look like friction of either sign.
     """
-    if series.effort is None:
-        return {}
-    effort, velocity = series.effort, series.velocity_rad_s
-
-    def one(joint: str) -> Slope | None:
-        j = series.column(joint)
-        known = model_torque[:, j]
-        if contact_nm is not None:
-            known = known + np.nan_to_num(contact_nm[:, j])
-        rates = differentiate(known, series.segments, series.period_s)
-        sliding = (np.abs(velocity[:, j]) > MOVING_RAD_S) & np.isfinite(effort[:, j] + known + rates)
-        use = np.flatnonzero(sliding & ~series.edge)
-        use = use[:: max(1, use.size // _MAX_SAMPLES)]
-        v = velocity[use, j]
-        way, ahead = np.sign(v), np.count_nonzero(v > 0)
-        if min(ahead, v.size - ahead) <= _EACH_WAY * v.size:
-            return None
-        others = np.column_stack([np.ones_like(v), known[use], rates[use], v - way * float(np.mean(np.abs(v)))])
-        return steady_slope(effort[use, j], way, others, np.floor(series.time_s[use]), _SIGMAS)
-
-    return {joint: found for joint, found in by_name(one, series.joint_names).items() if found is not None}
+    both_ways = {joint: one for joint, one in table.sums().items() if abs(one.mean("way")) < 1.0 - 2.0 * _EACH_WAY}
+    slopes = {
+        joint: one.slope("effort", "way", "beyond", "one", "model", "rate", sigmas=_SIGMAS)
+        for joint, one in both_ways.items()
+    }
+    return {joint: slope for joint, slope in slopes.items() if slope is not None}
 
 
 def friction_sign_findings(

@@ -16,6 +16,7 @@ from collaudit.core.prepare.effort.channel_shift import effort_shift, moved
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import ACCURATE_GAIN, PLAUSIBLE_GAIN, EffortGain, effort_gains, overlaps
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
 #: A delay below this explains no sign, s.
 _LATE_S = 0.02
@@ -89,7 +90,7 @@ def gains_at(
     """Gains of the effort with a delay taken off."""
     assert series.effort is not None
     shifted = replace(series, effort=moved(series.effort, series, delay.seconds))
-    return effort_gains(shifted, np.asarray(expected), contact)
+    return effort_gains(TorqueTable.of(shifted, expected, contact))
 
 
 def sign_findings(

@@ -20,6 +20,7 @@ ROOMS = (
     "robot",
     "logs",
     "conditioning",
+    "torque_table",
     "arm_states",
     "prepare",
     "identification",

@@ -1,0 +1,191 @@
+"""Least squares on sums of products over blocks of time, with a weight for each block: contact is what the rest leaves.
+
+Neighbouring samples share their errors, so a block counts as one: its weight falls where it is far off, and intervals
+are those of the blocks' scores (Liang and Zeger, Biometrika 73, 1986). A part of a log is its sums less some blocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.errors import NotJudgedError
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of
+
+#: Blocks that tell a coefficient, at least.
+_FEWEST = 8
+#: A block that is off by more than so many times the median of all counts less; few do in the first rounds, which seek
+#: what most blocks agree with.
+_FAR = (1.0,) * 6 + (3.0,) * 4
+_ROUNDING = 1e-6
+#: Share of its standard deviation that a column must have of its own, beside the others. Torque by a description is
+#: good to about a fifth (masses, centres of mass): what others leave of it is that error, where they leave no more.
+_LEAST_OWN = 0.2
+#: Share of a channel's variance, after the other columns, that a column must explain for its sign to be clear.
+MIN_EXPLAINED = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """How a channel goes with one column, others beside it.
+
+    Attributes:
+        value: coefficient of the column.
+        half: half width of its interval, from the scatter between blocks of time.
+        explained: share of the channel's variance, after the others, that the column explains.
+    """
+
+    value: float
+    half: float
+    explained: float
+
+    @property
+    def negative(self) -> bool:
+        """Whether the channel clearly runs against the column."""
+        return self.value + self.half < 0 and self.explained >= MIN_EXPLAINED
+
+    @property
+    def positive(self) -> bool:
+        """Whether the channel clearly goes with the column."""
+        return self.value - self.half > 0 and self.explained >= MIN_EXPLAINED
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Coefficients (p,) with their covariance (p, p), and the products (p, p) of the weighted columns, prior included.
+
+    ``left`` is the weighted sum of squares that they leave, ``count`` that of samples.
+    """
+
+    value: FloatArray
+    covariance: FloatArray
+    products: FloatArray
+    left: float
+    count: float
+
+
+def estimate(
+    products: FloatArray, count: FloatArray, place: IntArray, prior: FloatArray, usual: float | None = None
+) -> Estimate:
+    """Coefficients by least squares with a weight for each block of each joint: 1 up to the usual RMS, less beyond.
+
+    With S the RMS of a block in units of the usual one, the sum over blocks of S² is minimised where S < 1, and of
+    1 + log S² beyond, by reweighting. The intervals are those of that sum: second derivative, and scores.
+
+    Args:
+        products: (b, j, c + 1, c + 1) of each joint's columns and, last, of its torque.
+        count: (b, j) samples.
+        place: (j, c) number of the coefficient of each column.
+        prior: (p,) precision of the coefficients about zero.
+        usual: RMS up to which a block counts whole; None for twice what half of the blocks keep to.
+    """
+    weight, value, slope = np.ones(count.shape), np.zeros(prior.size), np.zeros(products.shape[:-1])
+    for far in _FAR:
+        gram, target = np.diag(prior), np.zeros(prior.size)
+        for at, product in zip(place, np.einsum("bj,bjmn->jmn", weight, products), strict=True):
+            gram[np.ix_(at, at)] += product[:-1, :-1]
+            target[at] += product[:-1, -1]
+        value = generalised_inverse(gram, 1e-12) @ target
+        every = np.hstack([value[place], -np.ones((len(place), 1))])
+        slope = (products @ every[:, :, None])[..., 0]
+        square = np.maximum(np.sum(slope * every, axis=2), 0.0)
+        sums = float(np.sum(weight * square)), float(np.sum(weight * count))
+        size = np.sqrt(square / np.maximum(count, 1.0))
+        bound = usual or max(far * median_of(size[count > 0]), _ROUNDING * size.max(), 1e-300)
+        weight = 1.0 / np.maximum(size / bound, 1.0) ** 2
+    bread, score = gram.copy(), np.zeros((len(count), value.size))
+    for j, at in enumerate(place):
+        own = weight[:, j, None] * slope[:, j, :-1]
+        score[:, at] += own
+        off = weight[:, j] < 1.0
+        bread[np.ix_(at, at)] -= own[off].T @ (own[off] / (weight * square)[off, j, None])
+    inverse, told = generalised_inverse(bread, 1e-12), int(np.count_nonzero(count.any(axis=1)))
+    spread = inverse @ (score.T @ score) @ inverse * (told / max(told - value.size, 1))
+    return Estimate(value, spread, gram, *sums)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockSums:
+    """Products of one joint's named columns (b, c, c) over blocks of time, and (b,) of how many samples.
+
+    The first column is ``one``.
+    """
+
+    names: tuple[str, ...]
+    products: FloatArray
+    count: FloatArray
+
+    @classmethod
+    def of(cls, time: FloatArray | IntArray, names: tuple[str, ...], columns: FloatArray) -> BlockSums:
+        """Of (n, c) columns by the block (n,) of each sample, rising."""
+        _, block = np.unique(time, return_inverse=True)
+        rows = rows_of_blocks(np.column_stack([np.ones(len(columns)), columns]), block)
+        return cls(("one", *names), rows.transpose(0, 2, 1) @ rows, np.bincount(block).astype(np.float64))
+
+    def mean(self, name: str) -> float:
+        """Of a column."""
+        return float(self.products[:, 0, self.names.index(name)].sum() / self.count.sum())
+
+    def sd(self, name: str) -> float:
+        """Standard deviation of a column."""
+        k = self.names.index(name)
+        square = float(self.products[:, k, k].sum() / self.count.sum())
+        return float(np.sqrt(max(square - self.mean(name) ** 2, 0.0)))
+
+    def slope(self, channel: str, on: str, *beside: str, sigmas: float = STANDARD_ERRORS_95) -> Slope | None:
+        """A channel on one column beside others; None where too little tells it, or too little of it is its own.
+
+        Args:
+            channel, on, beside: names of columns; those alike count once.
+            sigmas: half width of the interval in standard errors.
+        """
+        if np.count_nonzero(self.count) < _FEWEST:
+            return None
+        pick = [self.names.index(name) for name in (on, *beside, channel)]
+        products, place = self.products[:, None, pick][..., pick], np.arange(len(pick) - 1)[None]
+        found = estimate(products, self.count[:, None], place, np.zeros(place.size))
+        across = found.products[0, 1:]
+        power = float(found.products[0, 0] - across @ generalised_inverse(found.products[1:, 1:]) @ across)
+        if power <= max(1e-9, (_LEAST_OWN * self.sd(on)) ** 2) * found.count:
+            return None
+        value = float(found.value[0])
+        explained = value**2 * power / max(value**2 * power + found.left, 1e-300)
+        return Slope(value, sigmas * float(np.sqrt(found.covariance[0, 0])), explained)
+
+
+def rows_of_blocks(rows: FloatArray, block: IntArray) -> FloatArray:
+    """(n, ...) as (b, r, ...): the rows of each block, and zeros behind them.
+
+    Args:
+        rows: in the order of time.
+        block: (n,) number of the block of each, from 0, rising.
+    """
+    edges = np.searchsorted(block, np.arange(int(block[-1]) + 2 if block.size else 1))
+    taken = edges[:-1, None] + np.arange(np.diff(edges).max(initial=0))
+    there = taken < edges[1:, None]
+    out = rows[np.minimum(taken, len(rows) - 1)]
+    out[~there] = 0.0
+    return out
+
+
+def generalised_inverse(gram: FloatArray, rank: float = 1e-10) -> FloatArray:
+    """(k, k) generalised inverse of weighted products (k, k) of columns: those alike or zero share or have no part.
+
+    Args:
+        gram: rows and columns are scaled to a diagonal of one.
+        rank: share of the largest singular value below which one is none.
+
+    Raises:
+        NotJudgedError: products are no numbers: speeds or accelerations are beyond all arms.
+    """
+    if not np.isfinite(gram).all():
+        raise NotJudgedError(
+            "the motion cannot be identified: its speeds and accelerations are beyond any arm's",
+            hint="look at the time of the log and its unit: [log.units] time, [log.csv] rate_hz, [log] time",
+        )
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    size[np.diag(gram) <= 0] = 1.0
+    inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=rank, hermitian=True)
+    return np.asarray(inverse / np.outer(size, size))

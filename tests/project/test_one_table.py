@@ -1,0 +1,51 @@
+"""Effort is regressed on anything in one place, the torque table; places that are left from before it are counted."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+TOP = Path(__file__).resolve().parents[2]
+#: Routines by which a regression can be made, in this program and in its libraries.
+ROUTINES = frozenset(
+    {
+        "lstsq", "pinv", "solve", "svd", "qr", "eigh", "nnls", "lsq_linear", "least_squares", "curve_fit", "polyfit",
+        "basis_of", "generalised_inverse", "robust_fit",
+    }
+)  # fmt: skip
+#: What is solved there is no effort: forces of a sensor, directions of a force, what inertials a motion tells.
+OTHERS = frozenset(
+    {
+        "contacts/external_force.py", "identification/force_sensor.py", "identification/inertial_parameters.py",
+        "prepare/commanded_force.py", "torque_table/block_sums.py",
+    }
+)  # fmt: skip
+#: Regressions of effort that still stand beside the table. One that goes is taken out here; none comes in.
+LEFT = frozenset(
+    {
+        "arm_states/payload_step.py", "arm_states/switched_effort.py",
+        "friction/gear/correction_fit.py", "friction/gear/section_ripple.py", "friction/identified_urdf.py",
+        "friction/law_candidates.py", "friction/law_comparison.py", "friction/least_squares.py", "friction/slopes.py",
+        "identification/channel_audit.py", "identification/contact_mask.py", "identification/coupled_axes.py",
+        "identification/effort_columns.py", "identification/load_pairs.py",
+        "identification/problem/identification_problem.py", "identification/problem/solution_errors.py",
+        "numeric/robust_regression.py",
+        "prepare/effort/channel_shift.py", "prepare/effort/effort_smoothing.py", "prepare/guided_stretches.py",
+    }
+)  # fmt: skip
+
+
+def regressing(path: Path) -> bool:
+    """Whether a module calls any of the routines, by its name or that of a library's part."""
+    calls = [node.func for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
+    names = {ast.unparse(function) for function in calls if isinstance(function, ast.Attribute | ast.Name)}
+    parts = ("linalg", "optimize", "polynomial")
+    dotted = {name.rpartition(".")[2] for name in names if any(f"{part}." in name for part in parts)}
+    return bool((dotted | (names - {"solve"})) & ROUTINES)
+
+
+def test_effort_is_regressed_in_the_torque_table_alone() -> None:
+    core = TOP / "core"
+    found = {path.relative_to(core).as_posix() for path in core.rglob("*.py") if regressing(path)}
+    assert found - OTHERS - LEFT == set(), "ask the torque table (core/torque_table)"
+    assert (OTHERS | LEFT) - found == set(), "take what is gone off the list"

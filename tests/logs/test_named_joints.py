@@ -131,7 +131,9 @@ def test_a_joint_beside_numbered_ones_is_the_robots(extra: list[str], form: str)
     found = recognise(["time", *columns_of], 0, robot)[0]
     assert set(found["position"].joints) == set(found["effort"].joints) == set(robot)
     without = recognise(["time", *columns_of], 0, [])[0]
-    assert without["position"].pattern != found["position"].pattern, "no robot says that the rail is a joint"
+    assert set(without["position"].joints) == set(robot), "it has an effort, as the others do"
+    other = recognise(["time", *columns_of], 0, UR)[0]
+    assert other["position"].is_numbered, "joints of another name are told by their order"
 
 
 WORDS = (
@@ -145,7 +147,8 @@ NAMES = [*UR, *TIAGO[2:5], "Rotation", "Wrist_Roll", "j1", "joint_2", "A3", "SP"
 
 
 @pytest.mark.parametrize("between", ["_", ".", "/", " ", "-"])
-def test_no_joint_of_a_known_robot_is_lost_whatever_it_is_called(between: str) -> None:
+def test_no_joint_is_lost_whatever_it_is_called(between: str) -> None:
+    """By its name where the robot is known; else as many columns as there are joints, or none."""
     rng = np.random.default_rng(62)
     for _ in range(100):
         joints = [str(name) for name in rng.choice(NAMES, int(rng.integers(2, 8)), replace=False)]
@@ -156,3 +159,13 @@ def test_no_joint_of_a_known_robot_is_lost_whatever_it_is_called(between: str) -
         assert {quantity: set(each.joints) for quantity, each in found.items()} == {
             quantity: set(joints) for quantity in MOTION
         }, names
+        unknown = recognise(["t", *names], 0)[0].values()
+        assert all(len(each.columns) == len(joints) for each in unknown), names
+
+
+def test_words_alone_are_one_joint() -> None:
+    """A bench of one joint: a column each, without number or name; a table of rows a joint has a column besides."""
+    found, _ = recognise(["time", "position", "velocity", "effort"], 0)
+    assert {key: each.columns for key, each in found.items()} == {"position": (1,), "velocity": (2,), "effort": (3,)}
+    for others in (["name", "position", "velocity", "effort"], ["position", "velocity"], ["q", "tau", "current"]):
+        assert not recognise(["time", *others], 0)[0]

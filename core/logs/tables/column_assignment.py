@@ -23,6 +23,7 @@ from collaudit.core.logs.tables.column_groups import (
 )
 from collaudit.core.logs.tables.column_patterns import (
     MOTION,
+    NOTHING,
     QUANTITIES,
     Found,
     bare,
@@ -35,6 +36,8 @@ from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT
 
 #: What stands between a joint's name and the word.
 _BETWEEN = re.compile("[_./ -]")
+#: A joint's name in brackets behind the word; what bare() leaves of a unit has none.
+_BRACKETED = re.compile(r"(?P<words>[^][]+)\[(?P<joint>[^][]*[A-Za-z][^][]*)\]")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
 _NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error", "derivative")
                          for word in ROLE_WORDS[role] if len(word) > 1),
@@ -184,9 +187,49 @@ def recognise(
         elif named is not None and not choices[quantity].open:
             found[quantity] = named
             unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
+    shared = _shared_joints(every, joints_known)
+    joints_shared = shared.get("position", NOTHING).joints
+    known_too = not robot or not {*robot}.isdisjoint(joints_shared)  # else its joints are told by their order
+    if known_too and len(joints_shared) > len(found.get("position", NOTHING).columns):
+        choices = {quantity: Choice(None, choice.passed) for quantity, choice in choices.items()}
+        found = shared
+    found = found or _single_joint(every)
     used = {column for each in found.values() for column in each.columns}
     choices = with_unknown(choices, ["" if index in used else name for index, name in enumerate(every)])
     return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
+
+
+def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> dict[str, Found]:
+    """Quantities whose columns are called alike but for the word of the quantity: what is alike are the joints.
+
+    Names that only count in part, such as ``J1`` beside ``gripper``, are seen by this alone.
+    """
+    ways = {quantity: _ways_named(names, quantity, robot) for quantity in MOTION}
+    best: dict[str, Found] = {}
+    for position in ways["position"]:
+        alike = [
+            next((one for one in ways[quantity] if {*one.joints} == {*position.joints}), None) for quantity in MOTION
+        ]
+        held = {quantity: one for quantity, one in zip(MOTION, alike, strict=True) if one is not None}
+        if "effort" in held and len(position.columns) > len(best.get("position", NOTHING).columns):
+            best = held
+    return best
+
+
+def _single_joint(names: Sequence[str]) -> dict[str, Found]:
+    """One column a quantity that is called by its word alone, such as ``position``: a test bench of one joint.
+
+    Nothing where the table holds anything else, such as the name of the joint in each row, or no effort: a position
+    alone may be that of anything.
+    """
+    found: dict[str, Found] = {}
+    for index, name in enumerate(names):
+        meaning = meaning_of(bare(name).strip().lower())
+        if name and (meaning is None or not is_measured(meaning) or meaning.quantity in found):
+            return {}
+        if meaning is not None:
+            found[meaning.quantity] = Found.numbered([index], name, meaning)
+    return found if {"position", "effort"} <= found.keys() else {}
 
 
 def _named_joints(
@@ -230,14 +273,14 @@ def _parts(text: str) -> tuple[tuple[str, str, Meaning], ...]:
 
 
 def _cut(text: str) -> Iterator[tuple[str, str, Meaning]]:
-    for cut in _BETWEEN.finditer(text):
-        for joint, words, pattern in (
-            (text[: cut.start()], text[cut.end() :], "{joint}" + text[cut.start() :]),
-            (text[cut.end() :], text[: cut.start()], text[: cut.end()] + "{joint}"),
-        ):
-            meaning = meaning_of(words)
-            if meaning is not None and is_measured(meaning) and not meaning.motor:
-                yield pattern, joint, meaning
+    ways = [(hit["joint"], hit["words"], hit["words"] + "[{joint}]")] if (hit := _BRACKETED.fullmatch(text)) else []
+    for cut in () if ways else _BETWEEN.finditer(text):
+        ways.append((text[: cut.start()], text[cut.end() :], "{joint}" + text[cut.start() :]))
+        ways.append((text[cut.end() :], text[: cut.start()], text[: cut.end()] + "{joint}"))
+    for joint, words, pattern in ways:
+        meaning = meaning_of(words)
+        if meaning is not None and is_measured(meaning) and not meaning.motor:
+            yield pattern, joint, meaning
 
 
 def _turning(names: Sequence[str]) -> list[str]:
@@ -246,8 +289,8 @@ def _turning(names: Sequence[str]) -> list[str]:
     An orientation has no efforts, and no joints beside it under the same words.
     """
     held: dict[str, set[str]] = {"position": set(), "effort": set()}
-    for name in names:
-        for _, joint, meaning in _parts(bare(name).strip()):
+    for text in {form.strip() for name in names for form in (name, bare(name))}:
+        for _, joint, meaning in _parts(text):
             held.setdefault(meaning.quantity, set()).add(joint)
     alike = held["position"] & held["effort"]
     words = {joint: words_of(joint) for joint in alike}
@@ -257,22 +300,20 @@ def _turning(names: Sequence[str]) -> list[str]:
 
 def _guess_named(names: Sequence[str], quantity: str, robot: Sequence[str]) -> Found | None:
     """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
+    return max(_ways_named(names, quantity, robot), key=lambda found: len(found.columns), default=None)
+
+
+def _ways_named(names: Sequence[str], quantity: str, robot: Sequence[str]) -> list[Found]:
+    """Columns of joints by each pattern that fits, the usual words of the quantity first."""
     known: dict[str, Meaning] = {}
-    holders = set()
     for text in {form.strip().lower() for name in names for form in (name, bare(name))}:
         for pattern, _, meaning in _parts(text):
             if meaning.quantity == quantity:
                 known[pattern] = meaning
-                holders.add(text)
-    best: Found | None = None
-    for pattern, meaning in sorted(known.items(), key=lambda each: (preference(each[1]), len(each[0]), each[0])):
-        if best is not None and len(best.columns) >= len(holders):
-            break  # no other pattern finds more
-        matched = match_pattern(names, pattern)
-        found = None if matched is None else _of_joints(replace(matched, meaning=meaning), robot)
-        if found is not None and (best is None or len(found.columns) > len(best.columns)):
-            best = found
-    return best
+    ranked = sorted(known.items(), key=lambda each: (preference(each[1]), len(each[0]), each[0]))
+    matched = ((match_pattern(names, pattern), meaning) for pattern, meaning in ranked)
+    ways = (_of_joints(replace(found, meaning=meaning), robot) for found, meaning in matched if found is not None)
+    return [found for found in ways if found is not None]
 
 
 def _of_joints(found: Found, robot: Sequence[str]) -> Found | None:

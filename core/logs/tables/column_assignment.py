@@ -36,6 +36,8 @@ from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT
 
 #: What stands between a joint's name and the word.
 _BETWEEN = re.compile("[_./ -]")
+#: A set point, or a shoulder's pitch: a joint where all quantities have it beside a joint's name.
+_MAYBE_JOINT = frozenset({"sp", "SP", "Sp"})
 #: A joint's name in brackets behind the word; what bare() leaves of a unit has none.
 _BRACKETED = re.compile(r"(?P<words>[^][]+)\[(?P<joint>[^][]*[A-Za-z][^][]*)\]")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
@@ -204,6 +206,11 @@ def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> dict[str, Foun
 
     Names that only count in part, such as ``J1`` beside ``gripper``, are seen by this alone.
     """
+    held = {quantity: {joint for name in names for _, joint, meaning in _parts(bare(name).strip())
+                       if meaning.quantity == quantity} for quantity in MOTION}  # fmt: skip
+    shared = set.intersection(*held.values())
+    if any(_NO_JOINT.isdisjoint(words_of(joint)) for joint in shared - _MAYBE_JOINT):
+        robot = (*robot, *(shared & _MAYBE_JOINT))
     ways = {quantity: _ways_named(names, quantity, robot) for quantity in MOTION}
     best: dict[str, Found] = {}
     for position in ways["position"]:

@@ -8,18 +8,18 @@ comes and goes has to stand out further, since any scatter falls into two levels
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, robust_sd, varies
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.block_sums import estimate, products_of
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
-_BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
+_BLOCK_S, _MOST_BLOCKS = 1.0, 400
 #: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.
 _LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
 #: Spreads that a weight which comes and goes exceeds: of logs without one the two levels lie up to 6.4 apart, of a UR10
@@ -29,8 +29,6 @@ _AGAIN_SPREADS, _AGAIN, _OFTEN = 8.0, 4, 0.5
 _ROUNDS = 4
 #: A joint tells a weight that has this share of what the best one tells; changes are alike within this factor.
 _TELLS, _ALIKE = 0.1, 2.0
-#: Speed at which Coulomb friction is at its full size, rad/s.
-_SLIDING_RAD_S = 0.01
 #: A joint that moves for less than this share of a log counts at rest, too.
 _MOSTLY = 0.3
 
@@ -42,18 +40,15 @@ _MOSTLY = 0.3
 _Step = tuple[float, float, float, int]
 
 
-def payload_findings(
-    series: UniformSeries, robot: RobotModel, commanded_nm: FloatArray | None, joints: Collection[str]
-) -> tuple[Finding, ...]:
+def payload_findings(table: TorqueTable, robot: RobotModel, joints: Collection[str]) -> tuple[Finding, ...]:
     """A finding where the tool's weight changes, for good or again and again.
 
     Args:
-        series: all joints of the log, effort in N·m.
+        table: the log, effort in N·m, its model torque that of ``robot`` and of the tool's commanded force.
         robot: the model as described: inertials that were identified on such motion hold a part of its weight.
-        commanded_nm: (n, j) torque of the tool's commanded force, or None.
         joints: names of those that are to tell it: judged, with an effort that goes with the model's torque.
     """
-    step = _found(series, robot, commanded_nm, joints)
+    step = _found(table, robot, joints)
     if step is None:
         return ()
     at_s, mass_kg, half_kg, times = step
@@ -73,73 +68,45 @@ def payload_findings(
     return (Finding("payload-changed", "error", text, start_s=at_s),)
 
 
-def _found(
-    series: UniformSeries, robot: RobotModel, commanded_nm: FloatArray | None, joints: Collection[str]
-) -> _Step | None:
+def _found(table: TorqueTable, robot: RobotModel, joints: Collection[str]) -> _Step | None:
     """The step that explains most of these joints; None where none stands out."""
-    frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
-    if frame is None or series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
+    frame = robot.tool.frame if robot.tool is not None else robot.link_of(table.joints[-1])
+    if frame is None or not robot.has_inertials:
         return None
-    rows, block = _rows(series)
-    if rows.size == 0 or block[-1] + 1 < 2 * _LEAST_BLOCKS:
-        return None
-    position = series.position_rad[rows]
-    force = np.zeros((rows.size, 6))
+    position, speed, rest = table.motion[0], table.motion[1], table.effort - table.model
+    force = np.zeros((len(position), 6))
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
-    residual = series.effort[rows] - robot.inverse_dynamics(*(x[rows] for x in series.motion))
-    if commanded_nm is not None:
-        residual -= commanded_nm[rows]
-    changes = varies(series.effort[rows])  # beside an effort that never does stands the whole model's torque
-    telling = [j for j in sorted(map(series.column, joints)) if changes[j]]
-    residual, per_kg = residual[:, telling], per_kg[:, telling]
-    known = np.isfinite(residual).all(axis=1) & np.isfinite(per_kg).all(axis=1)
-    if np.count_nonzero(known) < 0.5 * known.size:
+    changes = varies(table.effort)  # beside an effort that never does stands the whole model's torque
+    telling = np.flatnonzero(changes & [joint in joints for joint in table.joints])
+    recorded = np.isfinite(per_kg).all(axis=1)
+    rows = np.flatnonzero(recorded & np.isfinite(rest[:, telling]).all(axis=1))
+    if rows.size <= 0.5 * np.count_nonzero(recorded):
         return None
-    velocity = series.velocity_rad_s[rows][known][:, telling]
-    sliding = _sliding(velocity)
-    return _step(
-        np.where(sliding, residual[known], 0.0),
-        np.where(sliding, per_kg[known], 0.0),
-        np.where(sliding, velocity, 0.0),
-        block[known],
-        series.time_s[rows][known],
-    )
-
-
-def _sliding(velocity: FloatArray) -> BoolArray:
-    """(n, j) samples that tell a weight: of joints that move enough those in motion, as friction at rest is unknown."""
-    moves = np.abs(velocity) > _SLIDING_RAD_S
-    return np.asarray(moves | (np.mean(moves, axis=0) < _MOSTLY))
-
-
-def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
-    """Samples that are enough, and the block of each, blocks without samples left out."""
-    recorded = covered(series.segments, series.time_s.size) & ~series.edge
-    length = max(_BLOCK_S, float(series.time_s[-1] - series.time_s[0]) / _MOST_BLOCKS)
-    every = max(1, round(length / _PER_BLOCK / series.period_s))
-    rows = np.flatnonzero(recorded)[::every]
-    _, block = np.unique(((series.time_s[rows] - series.time_s[0]) / length).astype(np.int64), return_inverse=True)
-    return rows, block.astype(np.int64)
-
-
-def _step(
-    residual: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, time_s: FloatArray
-) -> _Step | None:
-    count = int(block[-1]) + 1
-    joints = (np.std(residual, axis=0) > 0) & (np.max(np.abs(per_kg), axis=0) > 1e-3)
-    if not joints.any() or count < 2 * _LEAST_BLOCKS:  # the effort is unknown at the end
+    length = max(_BLOCK_S, float(table.time_s[-1] - table.time_s[0]) / _MOST_BLOCKS)
+    time_s, way = table.time_s[rows], table.way[np.ix_(rows, telling)]
+    _, block = np.unique(((time_s - table.time_s[0]) / length).astype(np.int64), return_inverse=True)
+    slides = np.abs(way) == 1.0  # friction at rest is unknown, and little where a joint hardly moves at all
+    parts = (way, *(x[np.ix_(rows, telling)] for x in (speed, np.ones_like(rest), per_kg, rest)))
+    columns = np.stack(parts, axis=2) * (slides | (slides.mean(axis=0) < _MOSTLY))[:, :, None]
+    tells = (columns[:, :, 4].std(axis=0) > 0) & (np.abs(columns[:, :, 3]).max(axis=0) > 1e-3)
+    if not tells.any() or block[-1] + 1 < 2 * _LEAST_BLOCKS:
         return None
-    residual, per_kg = residual[:, joints], per_kg[:, joints]
-    friction = [_friction_shapes(v) for v in velocity[:, joints].T]
-    levels = _levels_of_blocks(residual, per_kg, friction, block)
+    columns[:, :, 3:] /= np.maximum(columns[:, :, 4:].std(axis=0), 1e-12)
+    return _step(columns[:, tells], block, time_s)
+
+
+def _step(columns: FloatArray, block: IntArray, time_s: FloatArray) -> _Step | None:
+    """Of (n, j, 5) columns: three of friction, torque of a kilogram and beside the model's, in units of the last."""
+    products = products_of(columns, block)
+    levels = _levels_of_blocks(products, columns, block)
     if levels is None:
         return None
     usable, heavy, change, spread, filled = levels
     cut, gains, wrong = _best_cut(heavy[usable])
     stays = wrong <= (1.0 - _ON_SIDE) * usable.size
     if stays:
-        first, after, times, spreads = usable[cut], np.arange(count) >= usable[cut], 1, _SPREADS
+        first, after, times, spreads = usable[cut], np.arange(len(heavy)) >= usable[cut], 1, _SPREADS
         change = change if gains else -change
     else:
         changes = np.flatnonzero(np.diff(heavy[usable]))
@@ -147,36 +114,50 @@ def _step(
     again = filled and _AGAIN <= times <= _OFTEN * usable.size
     if abs(change) < max(_LEAST_KG, spreads * spread) or not (stays or again):
         return None
-    if not _joints_agree(residual, per_kg, friction, after[block].astype(float), change):
+    if not _joints_agree(products, after, change):
         return None
     return float(time_s[int(np.argmax(block >= first))]), change, _SPREADS * spread, times
 
 
 def _levels_of_blocks(
-    residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], block: IntArray
+    products: FloatArray, columns: FloatArray, block: IntArray
 ) -> tuple[IntArray, BoolArray, float, float, bool] | None:
     """Blocks that tell a weight, those (b,) of the higher of two levels, how far these lie apart and scatter, kg.
 
     Last, whether each level holds for most of its blocks' time: a load does, and a push of a part of a second does not.
     """
-    mass = np.zeros(int(block[-1]) + 1)
+    weight = products[:, :, 3, 3].sum(axis=1)
+    told = weight > 0.05 * median_of(weight)
+    usable, heavy = np.flatnonzero(told), np.zeros(len(weight), dtype=np.bool_)
+    if usable.size < 2 * _LEAST_BLOCKS:
+        return None
     for _ in range(_ROUNDS):
-        top, bottom = _each_sample(residual, per_kg, mass[block], friction)
-        each, usable = _each_block(top, bottom, block)
-        if np.count_nonzero(usable) < 2 * _LEAST_BLOCKS:
-            return None
+        value = _two_levels(products, heavy)
+        rubs = np.insert(-value[:-2].reshape(-1, 3), 3, [[0.0], [1.0]], axis=1)
+        each = np.einsum("bjn,jn->b", products[:, :, 3], rubs) / np.maximum(weight, 1e-12)
         heavy = each > _between(np.sort(each[usable]))
         if heavy[usable].all() or not heavy[usable].any():
             return None
-        high, low = median_of(each[usable & heavy]), median_of(each[usable & ~heavy])
-        mass = np.where(heavy, high, low)
+    high, low = median_of(each[told & heavy]), median_of(each[told & ~heavy])
+    top, bottom = np.einsum("nj,njk,jk->n", columns[:, :, 3], columns, rubs), np.sum(columns[:, :, 3] ** 2, axis=1)
     above = top > 0.5 * (high + low) * bottom
-    parts = [usable[block] & (heavy[block] == level) for level in (True, False)]
+    parts = [told[block] & (heavy[block] == level) for level in (True, False)]
     filled = all(
         bottom[part & (above == level)].sum() > 0.5 * bottom[part].sum()
         for part, level in zip(parts, (True, False), strict=True)
     )
-    return np.flatnonzero(usable), heavy, high - low, robust_sd((each - mass)[usable]), filled
+    return usable, heavy, high - low, robust_sd((each - np.where(heavy, high, low))[told]), filled
+
+
+def _two_levels(products: FloatArray, heavy: BoolArray) -> FloatArray:
+    """(3 j + 2,) friction of each joint, and the weight, kg, in some blocks (b,) and in the others."""
+    joints, pick = products.shape[1], [0, 1, 2, 3, 3, 4]
+    side = np.ones((len(heavy), 6))
+    side[:, 3], side[:, 4] = heavy, ~heavy
+    split = products[:, :, pick][..., pick] * (side[:, :, None] * side[:, None, :])[:, None]
+    own = np.arange(3 * joints).reshape(joints, 3)
+    place = np.hstack([own, np.tile([3 * joints, 3 * joints + 1], (joints, 1))])
+    return estimate(split, products[:, :, 2, 2], place, np.zeros(3 * joints + 2)).value
 
 
 def _between(known: FloatArray) -> float:
@@ -198,45 +179,9 @@ def _best_cut(heavy: BoolArray) -> tuple[int, bool, int]:
     return int(cuts[np.argmin(wrong)]), gains, int(wrong.min())
 
 
-def _friction_shapes(velocity: FloatArray) -> FloatArray:
-    """(n, 3) of Coulomb and viscous friction, and an offset."""
-    return np.stack([np.tanh(velocity / _SLIDING_RAD_S), velocity, np.ones_like(velocity)], axis=1)
-
-
-def _each_sample(
-    residual: FloatArray, per_kg: FloatArray, mass_kg: FloatArray, friction: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """(n,) weighted sums over the joints, whose ratio is the mass that they tell, kg.
-
-    Args:
-        residual, per_kg: (n, j) torque beside the model, and of a kilogram.
-        mass_kg: (n,) as known so far: friction is what is left beside it.
-        friction: of each joint (n, 3) shapes of its friction.
-    """
-    top, bottom = np.zeros(len(residual)), np.zeros(len(residual))
-    for own, torque, columns in zip(residual.T, per_kg.T, friction, strict=True):
-        scale = float(np.std(own)) ** 2
-        rubs = columns @ np.linalg.lstsq(columns, own - mass_kg * torque, rcond=None)[0]
-        top += torque * (own - rubs) / scale
-        bottom += torque**2 / scale
-    return top, bottom
-
-
-def _each_block(top: FloatArray, bottom: FloatArray, block: IntArray) -> tuple[FloatArray, BoolArray]:
-    """(b,) mass that each block of samples (n,) alone tells, kg, and whether it tells one."""
-    told, weight = (np.bincount(block, weights=x).astype(np.float64) for x in (top, bottom))
-    return told / np.maximum(weight, 1e-12), weight > 0.05 * median_of(weight)
-
-
-def _joints_agree(
-    residual: FloatArray, per_kg: FloatArray, friction: Sequence[FloatArray], after: FloatArray, change: float
-) -> bool:
+def _joints_agree(products: FloatArray, after: BoolArray, change: float) -> bool:
     """Whether each joint that tells a weight on both sides tells this change: an error of its model is its own."""
-    changes, tells = [], []
-    for own, torque, columns in zip(residual.T, per_kg.T, friction, strict=True):
-        sides = np.stack([torque * (1.0 - after), torque * after], axis=1)
-        low, high = np.linalg.lstsq(np.concatenate([columns, sides], axis=1), own, rcond=None)[0][-2:]
-        changes.append(high - low)
-        tells.append(float(np.min(np.sum(sides * sides, axis=0))) / float(np.var(own)))
-    ratio = np.array(changes)[np.array(tells) >= _TELLS * max(tells)] / change
-    return bool(ratio.size >= min(2, len(changes)) and ((ratio > 1.0 / _ALIKE) & (ratio < _ALIKE)).all())
+    values = [_two_levels(products[:, [j]], after)[-2:] for j in range(products.shape[1])]
+    told = np.minimum(products[after, :, 3, 3].sum(axis=0), products[~after, :, 3, 3].sum(axis=0))
+    ratio = np.array([high - low for high, low in values])[told >= _TELLS * told.max()] / change
+    return bool(ratio.size >= min(2, len(values)) and ((ratio > 1.0 / _ALIKE) & (ratio < _ALIKE)).all())

@@ -10,16 +10,17 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import NOISE_OF_BENDS, median_of
+from collaudit.core.torque_table.block_sums import products_of, solutions
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
-#: Samples that are enough to see it.
-_MOST_SAMPLES = 4000
-#: Ways to cut that are looked at first; speed at which Coulomb friction is at its full size, rad/s.
-_COARSE, _SLIDING_RAD_S = 150, 0.01
+#: Cuts that are looked at: between blocks of so long, and so many at most.
+_BLOCK_S, _MOST_BLOCKS = 0.5, 600
+#: Speed at which Coulomb friction is at its full size, rad/s.
+_SLIDING_RAD_S = 0.01
 #: Either part is at least this long, s, and at least this share of the log.
 _LEAST_S, _LEAST_SHARE = 2.0, 0.05
 #: Load of either part, root mean square, as a share of the whole log's: less tells no gain.
@@ -45,20 +46,18 @@ _SLIDES_RAD_S = 0.02
 _LEAST_MOVING = 50
 
 
-def switched_efforts(
-    series: UniformSeries, model_nm: FloatArray | None, judged: Collection[str]
-) -> tuple[Finding, ...]:
+def switched_efforts(series: UniformSeries, table: TorqueTable | None, judged: Collection[str]) -> tuple[Finding, ...]:
     """A finding for each judged joint whose effort changes its unit or sign.
 
     Args:
         series: all joints of the log.
-        model_nm: (n, j) model torque, the tool's commanded force included.
+        table: the same, with the model torque; None without effort or model.
         judged: names of the joints to judge.
     """
-    if series.effort is None or model_nm is None:
+    if series.effort is None or table is None:
         return ()
     columns = [series.column(joint) for joint in judged]
-    scaled = _rescaled(series, series.effort, model_nm, columns)
+    scaled = _rescaled(table, columns)
     if scaled is not None:  # a unit is one for all joints, also for those that move too little to tell it
         at, times = scaled
         listed = ", ".join(f"{joint} {share:.3g} times" for joint, share in zip(judged, times, strict=True) if share)
@@ -67,39 +66,31 @@ def switched_efforts(
             "their unit was switched while recording. Nothing can be judged."
         )
         return (Finding("effort-switched", "error", text, start_s=at),)
-    effort, findings = series.effort, []
-
-    def turn(j: int) -> tuple[float, float, float] | None:
-        return _turn(series.time_s, effort[:, j], model_nm[:, j], series.velocity_rad_s[:, j])
-
-    for joint, found in zip(judged, ordered_map(turn, columns), strict=True):
-        if found is None:
+    findings = []
+    for joint, j in zip(judged, columns, strict=True):
+        found = _turn(table, j)
+        moment = found and _moment(series.time_s, series.effort[:, j], series.velocity_rad_s[:, j], found[0])
+        if found is None or moment is None:
             continue
-        at, before, after = found
         text = (
-            f"The sign of the effort of joint '{joint}' turns at {at:.4g} s (gain against the model's torque "
-            f"{before:.3g}, then {after:.3g}): nothing of this joint can be judged."
+            f"The sign of the effort of joint '{joint}' turns at {moment:.4g} s (gain against the model's torque "
+            f"{found[1]:.3g}, then {found[2]:.3g}): nothing of this joint can be judged."
         )
-        findings.append(Finding("effort-switched", "error", text, joint=joint, start_s=at))
+        findings.append(Finding("effort-switched", "error", text, joint=joint, start_s=moment))
     return tuple(findings)
 
 
-def _rescaled(
-    series: UniformSeries, effort: FloatArray, model: FloatArray, columns: list[int]
-) -> tuple[float, list[float]] | None:
+def _rescaled(table: TorqueTable, columns: list[int]) -> tuple[float, list[float]] | None:
     """Time from which the moving joints' efforts all are larger, or smaller, by like factors; None without one.
 
     With the factors; 0 of joints that do not move enough before or after.
     """
-    some = np.zeros(effort.shape[0], dtype=np.bool_)
-    for j in columns:
-        some |= np.isfinite(effort[:, j]) & (effort[:, j] != 0.0)
-    rows = np.flatnonzero(some)
-    rows = rows[:: max(1, rows.size // _MOST_SAMPLES)]
-    if rows.size < 50:
+    effort = table.effort[:, columns]
+    rows = np.flatnonzero((np.isfinite(effort) & (effort != 0.0)).any(axis=1))
+    if rows.size < _LEAST_MOVING:
         return None
-    effort, model, velocity = (x[rows][:, columns] for x in (effort, model, series.velocity_rad_s))
-    t, moving = series.time_s[rows], (np.abs(velocity) >= MOVING_RAD_S) & np.isfinite(effort)
+    effort, model, way = effort[rows], table.model[rows][:, columns], table.way[rows][:, columns]
+    t, moving = table.time_s[rows], (np.abs(way) == 1.0) & np.isfinite(effort)
     length = max(_LEAST_S, _LEAST_SHARE * float(t[-1] - t[0]))
     cuts = np.flatnonzero((t - t[0] >= length) & (t[-1] - t >= length))
     parts = (moving.astype(float), np.where(moving, effort**2, 0.0), np.where(moving, model**2, 0.0))
@@ -123,40 +114,36 @@ def _rescaled(
     return float(t[cuts[best]]), [float(x) for x in np.nan_to_num(times[best])]
 
 
-def _turn(
-    time_s: FloatArray, effort: FloatArray, model: FloatArray, velocity: FloatArray
-) -> tuple[float, float, float] | None:
-    """Time at which the sign turns and the gains before and after it; None where it does not."""
-    known = np.flatnonzero(np.isfinite(effort) & np.isfinite(model) & np.isfinite(velocity))
-    known = known[:: max(1, known.size // _MOST_SAMPLES)]
+def _turn(table: TorqueTable, j: int) -> tuple[float, float, float] | None:
+    """Time about which a joint's effort turns its sign, and the gains before and after; None where it does not."""
+    speed = table.motion[1][:, j]
+    every = np.stack([table.model[:, j], np.tanh(speed / _SLIDING_RAD_S), speed, table.effort[:, j]], axis=1)
+    known = np.flatnonzero(np.isfinite(every).all(axis=1))
     if known.size < 50:
         return None
-    t, v = time_s[known], velocity[known]
-    columns = np.stack([model[known], np.tanh(v / _SLIDING_RAD_S), v, effort[known]], axis=1)
-    sums = np.cumsum(columns[:, :, None] * columns[:, None, :], axis=0)
-    length = max(_LEAST_S, _LEAST_SHARE * float(t[-1] - t[0]))
-    inside = np.flatnonzero((t - t[0] >= length) & (t[-1] - t >= length))
+    t = table.time_s[known]
+    length = max(_BLOCK_S, float(t[-1] - t[0]) / _MOST_BLOCKS)
+    _, block = np.unique(np.floor((t - t[0]) / length), return_inverse=True)
+    sums = np.cumsum(products_of(every[known][:, None], block)[:, 0], axis=0)
+    last = np.searchsorted(block, np.arange(len(sums)), side="right") - 1
+    least = max(_LEAST_S, _LEAST_SHARE * float(t[-1] - t[0]))
+    inside = np.flatnonzero((t[last] - t[0] >= least) & (t[-1] - t[last] >= least))
     if inside.size == 0 or sums[-1, 0, 0] <= 0 or sums[-1, 3, 3] <= 0:
         return None
-    coarse = inside[:: max(1, inside.size // _COARSE)]
-    best = _best_cut(sums, coarse)
-    if best is None:
-        return None
-    step = max(1, inside.size // _COARSE)
-    fine = np.arange(max(int(inside[0]), best[0] - step), min(int(inside[-1]), best[0] + step) + 1)
-    at, before, after = _best_cut(sums, fine) or best
-    return (float(t[at]), before, after) if _turns_at_once(time_s, effort, velocity, float(t[at])) else None
+    best = _best_cut(sums, inside, np.asarray(last + 1.0, dtype=np.float64))
+    return None if best is None else (float(t[last[best[0]]]), best[1], best[2])
 
 
-def _turns_at_once(time_s: FloatArray, effort: FloatArray, velocity: FloatArray, at_s: float) -> bool:
-    """Whether the effort turns from one sample to the next near a time, while its joint does not; or a gap hides it.
+def _moment(time_s: FloatArray, effort: FloatArray, velocity: FloatArray, cut_s: float) -> float | None:
+    """When, near a time, the effort turns from one sample to the next while its joint does not; None where it does not.
 
-    Two gains also fit where the model lacks a load: then the effort passes through zero, or turns with the motion.
+    The time itself where a gap hides it. Two gains also fit where the model lacks a load: then the effort passes
+    through zero, or turns with the motion.
     """
-    near = np.flatnonzero(np.abs(time_s - at_s) <= _NEAR_S)
+    near = np.flatnonzero(np.abs(time_s - cut_s) <= max(_NEAR_S, float(time_s[-1] - time_s[0]) / _MOST_BLOCKS))
     x, v, steps = effort[near], velocity[near], np.diff(time_s[near])
     if near.size < 4 * _MEAN or steps.max() > _GAP * median_of(steps) or not np.isfinite(x.sum()):
-        return True
+        return cut_s
     total = np.concatenate(([0.0], np.cumsum(x)))
     mean = (total[_MEAN:] - total[:-_MEAN]) / _MEAN
     before, after = mean[:-_MEAN], mean[_MEAN:]
@@ -169,19 +156,25 @@ def _turns_at_once(time_s: FloatArray, effort: FloatArray, velocity: FloatArray,
     moves = np.concatenate(([0], np.cumsum(np.abs(v) >= _STANDING_RAD_S)))
     row, margin = np.arange(turns.size), ceil(_SETTLED_S / (time_s[near[1]] - time_s[near[0]]))
     around = moves[np.minimum(row + 2 * _MEAN + margin, v.size)] - moves[np.maximum(row - margin, 0)]
-    return bool((turns & (goes_on | (around == 0))).any())
+    size = np.where(turns & (goes_on | (around == 0)), np.abs(after - before), 0.0)
+    return float(time_s[near[int(np.argmax(size)) + _MEAN]]) if size.any() else None
 
 
-def _best_cut(sums: FloatArray, cuts: IntArray) -> tuple[int, float, float] | None:
-    """The likeliest of the cuts at which the sign turns, and the gains before and after; None where it does not."""
+def _best_cut(sums: FloatArray, cuts: IntArray, count: FloatArray) -> tuple[int, float, float] | None:
+    """The likeliest of the cuts at which the sign turns, and the gains before and after; None where it does not.
+
+    Args:
+        sums: (b, 4, 4) of the blocks up to each; count: (b,) of their samples.
+        cuts: blocks after which it may be.
+    """
     left, right, whole = _part(sums[cuts]), _part(sums[-1] - sums[cuts]), _part(sums[-1:])[2][0]
-    first = np.asarray(cuts + 1.0, dtype=np.float64)
-    second = sums.shape[0] - first
+    first = count[cuts]
+    second = count[-1] - first
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = right[0] / np.where(left[0] == 0, np.nan, left[0])
         turned = (ratio < -1.0 / _ALIKE) & (ratio > -_ALIKE) & (left[2] + right[2] < _LEFT * whole)
         load = np.minimum(sums[cuts, 0, 0] / first, (sums[-1, 0, 0] - sums[cuts, 0, 0]) / second)
-        loaded = load > _LOADED**2 * sums[-1, 0, 0] / sums.shape[0]
+        loaded = load > _LOADED**2 * sums[-1, 0, 0] / count[-1]
         good = loaded & turned & (left[1] > _EXPLAINED) & (right[1] > _EXPLAINED)
         good &= ~((left[3] * right[3] > 0) & (np.minimum(left[4], right[4]) > _FRICTION))
         good &= (left[4] > _FRICTION) | _beyond_friction(sums[cuts], first, right)
@@ -206,21 +199,10 @@ def _part(sums: FloatArray) -> tuple[FloatArray, ...]:
     The share is the smaller one of two: of the whole effort's squares, and, times two, of what friction alone leaves.
     Of friction: its power, whose sign turns with the effort's, the share of what the model alone leaves, and its size.
     """
-    found, left = _fitted(sums, (0, 1, 2))
-    without = _fitted(sums, (1, 2))[1]
+    found, left = solutions(sums, (0, 1, 2))
+    without = solutions(sums, (1, 2))[1]
     whole = np.maximum(sums[:, 3, 3], 1e-30)
     explained = 1.0 - left / np.maximum(without, 1e-30)
     power = found[:, 1] * sums[:, 1, 2] + found[:, 2] * sums[:, 2, 2]
-    rubs = 1.0 - left / np.maximum(_fitted(sums, (0,))[1], 1e-30)
+    rubs = 1.0 - left / np.maximum(solutions(sums, (0,))[1], 1e-30)
     return found[:, 0], np.minimum(1.0 - left / whole, 2.0 * explained), left, power, rubs, np.abs(found[:, 1])
-
-
-def _fitted(sums: FloatArray, columns: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-    """(k, c) coefficients of the effort in these columns, and (k,) squares left."""
-    pick = list(columns)
-    size = np.sqrt(np.maximum(np.einsum("kii->ki", sums)[:, pick], 1e-30))
-    gram = sums[:, pick][:, :, pick] / (size[:, :, None] * size[:, None, :]) + 1e-9 * np.eye(len(pick))
-    right = sums[:, pick, 3] / size
-    found = np.linalg.solve(gram, right[:, :, None])[:, :, 0]
-    whole = np.maximum(sums[:, 3, 3], 0.0)
-    return found / size, np.clip(whole - np.sum(found * right, axis=1), 0.0, whole)

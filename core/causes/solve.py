@@ -11,7 +11,7 @@ from collaudit.core.causes.trials import Trial
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.residual.friction_level import LARGEST
-from collaudit.core.torque_table.block_sums import Estimate, estimate, rows_of_blocks
+from collaudit.core.torque_table.block_sums import Estimate, estimate, products_of
 
 #: Standard errors by which one cause must leave less than another to be told from it.
 _CLEARLY = 3.0
@@ -97,9 +97,12 @@ class _Sums:
             bound.append(np.maximum(table.zero_bound_nm, 1e-9))
         columns = np.concatenate([trial.columns_nm, np.stack([*followed, table.torque_nm], axis=2)], axis=2)
         columns = columns * (table.known / table.usual_nm)[:, :, None]
-        of_block = rows_of_blocks(columns, table.block)
-        products = of_block.transpose(0, 2, 3, 1) @ of_block.transpose(0, 2, 1, 3)
-        return cls(products, table.count, trial.prior_sd, np.array(bound).reshape(-1, len(table.joints)))
+        return cls(
+            products_of(columns, table.block),
+            table.count,
+            trial.prior_sd,
+            np.array(bound).reshape(-1, len(table.joints)),
+        )
 
     def explained(self, blocks: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(k,) parameters of the cause by some of the blocks, half of their intervals, and (b, j) what all blocks keep.

@@ -167,8 +167,8 @@ def modelled(
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else rigid + contact
-    switched = switched_efforts(series, explained, start.judged)
+    table = None if rigid is None or series.effort is None else TorqueTable.of(series, rigid, contact)
+    switched = switched_efforts(series, table, start.judged)
     not_driven, about_states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, not_driven)
     findings += [*switched, *about_states, *raw_effort_findings(series)]
@@ -176,13 +176,13 @@ def modelled(
     scale += weightless_findings(start.robot, calibration.identified, start.judged)
     checks = _EffortChecks()
     if rigid is not None and series.effort is not None:
-        signless = magnitude_findings(series)
+        table, signless = TorqueTable.of(series, rigid, contact), magnitude_findings(series)
         if signless:
             checks = _EffortChecks(findings=signless)
         else:
-            checks = _effort_checks(start, series, robot, rigid, contact, calibration, config)
+            checks = _effort_checks(start, series, robot, rigid, contact, table, calibration, config)
         if not switched and not signless:
-            findings += _payload_findings(start, series, robot, contact, calibration, checks.gains)
+            findings += _payload_findings(start, series, robot, table, calibration, checks.gains)
     scale += checks.scale
     findings += [*checks.findings, *scale, *about, *spring_findings(start.series, calibration.identified)]
     return Prepared(
@@ -247,11 +247,11 @@ def _effort_checks(
     robot: RobotModel,
     rigid: FloatArray,
     contact: FloatArray | None,
+    table: TorqueTable,
     calibration: Calibration,
     config: Config,
 ) -> _EffortChecks:
     """Gains, signs, delay and scale of a log's effort; series, robot and torques (n, j) are as calibrated."""
-    table = TorqueTable.of(series, rigid, contact)
     gains = tuple(g for g in effort_gains(table) if g.joint in start.judged)
     sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
     smooth = smooth_joints(series) if config.log.effort_kind == "auto" else ()
@@ -288,7 +288,7 @@ def _payload_findings(
     start: ConditionedLog,
     series: UniformSeries,
     robot: RobotModel,
-    contact: FloatArray | None,
+    table: TorqueTable,
     calibration: Calibration,
     gains: Sequence[EffortGain],
 ) -> tuple[Finding, ...]:
@@ -297,11 +297,15 @@ def _payload_findings(
     Inertials that were identified hold a part of such weights: where the effort is a torque without their calibration,
     the arm as described tells them.
     """
+    if series.effort_unit != "Nm":
+        return ()
     inverted = {gain.joint for gain in gains if gain.inverted}
     telling = [joint for joint in start.judged if joint not in inverted]
     if calibration.identified is not None and start.series.effort_unit == "Nm":
-        series, robot = without_states(start.series, series.not_driven), start.robot
-    return payload_findings(series, robot, contact, telling)
+        model = table.model + start.robot.torque_beyond(robot, *table.motion)
+        logged = TorqueTable.of(without_states(start.series, series.not_driven))
+        table, robot = replace(logged, model=model), start.robot
+    return payload_findings(table, robot, telling)
 
 
 def _gains_with_free_tool(

@@ -121,8 +121,8 @@ class BlockSums:
     def of(cls, time: FloatArray | IntArray, names: tuple[str, ...], columns: FloatArray) -> BlockSums:
         """Of (n, c) columns by the block (n,) of each sample, rising."""
         _, block = np.unique(time, return_inverse=True)
-        rows = rows_of_blocks(np.column_stack([np.ones(len(columns)), columns]), block)
-        return cls(("one", *names), rows.transpose(0, 2, 1) @ rows, np.bincount(block).astype(np.float64))
+        products = products_of(np.column_stack([np.ones(len(columns)), columns])[:, None], block)[:, 0]
+        return cls(("one", *names), products, np.bincount(block).astype(np.float64))
 
     def mean(self, name: str) -> float:
         """Of a column."""
@@ -153,6 +153,23 @@ class BlockSums:
         value = float(found.value[0])
         explained = value**2 * power / max(value**2 * power + found.left, 1e-300)
         return Slope(value, sigmas * float(np.sqrt(found.covariance[0, 0])), explained)
+
+
+def solutions(sums: FloatArray, columns: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """(k, p) coefficients of the last column in these, of each of (k, c, c) sums, and (k,) squares that are left."""
+    pick = list(columns)
+    size = np.sqrt(np.maximum(np.einsum("kii->ki", sums)[:, pick], 1e-30))
+    gram = sums[:, pick][:, :, pick] / (size[:, :, None] * size[:, None, :]) + 1e-9 * np.eye(len(pick))
+    right = sums[:, pick, -1] / size
+    found = np.linalg.solve(gram, right[:, :, None])[:, :, 0]
+    whole = np.maximum(sums[:, -1, -1], 0.0)
+    return found / size, np.clip(whole - np.sum(found * right, axis=1), 0.0, whole)
+
+
+def products_of(columns: FloatArray, block: IntArray) -> FloatArray:
+    """(b, j, c, c) sums over blocks, numbered (n,) from 0, of products of columns (n, j, c)."""
+    rows = rows_of_blocks(columns, block)
+    return np.asarray(rows.transpose(0, 2, 3, 1) @ rows.transpose(0, 2, 1, 3))
 
 
 def rows_of_blocks(rows: FloatArray, block: IntArray) -> FloatArray:

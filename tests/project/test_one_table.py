@@ -23,7 +23,6 @@ OTHERS = frozenset(
 #: Regressions of effort that still stand beside the table. One that goes is taken out here; none comes in.
 LEFT = frozenset(
     {
-        "arm_states/payload_step.py", "arm_states/switched_effort.py",
         "friction/gear/correction_fit.py", "friction/gear/section_ripple.py", "friction/identified_urdf.py",
         "friction/law_candidates.py", "friction/law_comparison.py", "friction/least_squares.py", "friction/slopes.py",
         "identification/channel_audit.py", "identification/contact_mask.py", "identification/coupled_axes.py",

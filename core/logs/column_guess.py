@@ -19,6 +19,7 @@ from collaudit.core.logs.tables.file_quantities import (
     as_stated,
     assign_columns,
     holds_time_alone,
+    of_one_joint,
     parts_of,
     quantity_of_file,
     time_as_stated,
@@ -151,6 +152,8 @@ class TablePart:
         self.recording = axis[1] if axis is not None else None
         if axis is not None:  # traces hold the same quantities, each of its own axis
             self.quantities = {f"{quantity} of axis {axis[2]}" for quantity in self.quantities}
+        if of_one_joint(table) and "position" in self.quantities:  # a file a joint
+            self.quantities = {f"{quantity} of {table.reader.path.name}" for quantity in self.quantities}
         time = None if alone else table.assignment.time
         self.stamps = () if time is None else table.reader.first_cells(time)
         self.timeless = _timeless_name(table) if time is None else None

@@ -13,6 +13,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.arms_in_log import arms_of
 from collaudit.core.logs.column_guess import guess_csv_columns
+from collaudit.core.logs.inputs import group_inputs
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.signals.joint_naming import map_names
@@ -169,3 +170,17 @@ def test_words_alone_are_one_joint() -> None:
     assert {key: each.columns for key, each in found.items()} == {"position": (1,), "velocity": (2,), "effort": (3,)}
     for others in (["name", "position", "velocity", "effort"], ["position", "velocity"], ["q", "tau", "current"]):
         assert not recognise(["time", *others], 0)[0]
+
+
+@pytest.mark.parametrize(("name", "joints"), [("joint_{}", 3), ("axis{}", 3), ("run{}", 1)])
+def test_a_file_a_joint_is_one_log_and_runs_of_a_joint_are_several(name: str, joints: int, tmp_path: Path) -> None:
+    rows = np.arange(20.0)[:, None] * 0.01 + np.arange(4)
+    paths = [tmp_path / f"{name.format(k)}.csv" for k in (1, 2, 3)]
+    for k, path in enumerate(paths):
+        pd.DataFrame(rows + [0, k, k, k], columns=["time", "position", "velocity", "effort"]).to_csv(path, index=False)
+    settings = LogConfig.of(SETTINGS)
+    groups = group_inputs(paths, settings)
+    assert [len(group) for group in groups] == [joints] * (3 // joints)
+    log = read_log(groups[0], settings, robot_joints=None)
+    assert log.joint_names == tuple(f"joint{k}" for k in range(1, joints + 1))
+    assert log.position_rad[0].tolist() == [1.0 + k for k in range(joints)]

@@ -25,6 +25,8 @@ from collaudit.core.logs.tables.column_patterns import (
 )
 from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
 
+#: Words in the name of a file that is one joint's; runs of one joint lie beside one another, too.
+_JOINTS = frozenset({"joint", "axis", "motor", "drive"})
 #: Names of files that hold the time of the others.
 _TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps"})
 #: Shorter words stand in too many names for a pattern of file names.
@@ -57,7 +59,31 @@ def assign_columns(
         except LogError as error:
             error.where = str(reader.path)
             raise
-    return out
+    return _joint_a_file(out)
+
+
+def of_one_joint(table: AssignedTable) -> bool:
+    """Whether a table is one joint's by its file's name, such as ``axis_3.txt``, and its columns do not say whose."""
+    found = [*table.assignment.quantities.values()]
+    alone = bool(found) and all(len(one.columns) == 1 and one.is_numbered for one in found)
+    return alone and not _JOINTS.isdisjoint(re.findall(r"[a-z]+", table.reader.path.stem.lower()))
+
+
+def _joint_a_file(tables: list[AssignedTable]) -> list[AssignedTable]:
+    """Tables of one joint each under the names of their files; by their numbers where these count."""
+    if len(tables) < 2 or not all(of_one_joint(table) for table in tables):
+        return tables
+    if len({frozenset(table.assignment.quantities) for table in tables}) > 1:
+        return tables  # a file a quantity
+    stems = [table.reader.path.stem for table in tables]
+    counted = next((family for family in families(stems) if family.counts and len(family.places) == len(stems)), None)
+    names = [f"joint{counted.places.index(k) + 1}" if counted else stem for k, stem in enumerate(stems)]
+    return [
+        replace(table, assignment=replace(table.assignment, quantities={
+            key: replace(found, joints=(name,)) for key, found in table.assignment.quantities.items()
+        }))
+        for table, name in zip(tables, names, strict=True)
+    ]  # fmt: skip
 
 
 def parts_of(files: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:

@@ -177,7 +177,9 @@ def test_a_file_a_joint_is_one_log_and_runs_of_a_joint_are_several(name: str, jo
     rows = np.arange(20.0)[:, None] * 0.01 + np.arange(4)
     paths = [tmp_path / f"{name.format(k)}.csv" for k in (1, 2, 3)]
     for k, path in enumerate(paths):
-        pd.DataFrame(rows + [0, k, k, k], columns=["time", "position", "velocity", "effort"]).to_csv(path, index=False)
+        pd.DataFrame(rows + np.array([0, k, k, k]), columns=["time", "position", "velocity", "effort"]).to_csv(
+            path, index=False
+        )
     settings = LogConfig.of(SETTINGS)
     groups = group_inputs(paths, settings)
     assert [len(group) for group in groups] == [joints] * (3 // joints)

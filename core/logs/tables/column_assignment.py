@@ -217,9 +217,9 @@ def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> dict[str, Foun
         alike = [
             next((one for one in ways[quantity] if {*one.joints} == {*position.joints}), None) for quantity in MOTION
         ]
-        held = {quantity: one for quantity, one in zip(MOTION, alike, strict=True) if one is not None}
-        if "effort" in held and len(position.columns) > len(best.get("position", NOTHING).columns):
-            best = held
+        those = {quantity: one for quantity, one in zip(MOTION, alike, strict=True) if one is not None}
+        if "effort" in those and len(position.columns) > len(best.get("position", NOTHING).columns):
+            best = those
     return best
 
 

@@ -141,6 +141,8 @@ def _restless(joint: str, jumps: int, steps: int) -> Finding:
 
 #: A position goes too far where it bends on both sides of a step by so many times what it does in 99 of 100 steps.
 _BEYOND, _USUAL = 10.0, 0.99
+#: An encoder that stands between two counts shows one and the other: no step over more counts.
+_COUNTS = 1.5
 #: Rounding of positions, rad.
 _ROUNDING = 1e-9
 #: The speed of a joint that stands on both sides of a step is not known; it was at most the one of its fast motion.
@@ -208,7 +210,9 @@ def _leaps(log: JointLog, q: FloatArray, j: int, order: IntArray, period: float)
     speed = np.abs(neighbours).max(axis=0)
     fast = quantile_of(np.abs(step), _FAST) / period
     speed = np.where(speed > MOVING_RAD_S, speed, max(fast, MOVING_RAD_S))
-    keep = np.abs(excess) > limit
+    moved = np.abs(step)
+    count = float(np.min(moved, where=moved > _ROUNDING, initial=np.inf))
+    keep = (np.abs(excess) > limit) & (moved[at] > _COUNTS * count)
     if log.velocity_rad_s is not None:
         stated = 0.5 * (log.velocity_rad_s[rows[at], j] + log.velocity_rad_s[rows[at + 1], j]) * dt[at]
         keep &= ~(np.abs(step[at] - stated) <= limit)

@@ -65,3 +65,17 @@ def test_what_joints_do_is_no_cut() -> None:
         assert found(replace(whole, position_rad=q, velocity_rad_s=None)) == []
     late = t + np.random.default_rng(0).exponential(0.3 * PERIOD, t.size)
     assert found(replace(whole, time_s=np.maximum.accumulate(late))) == []
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_an_encoder_between_two_counts_loses_no_rows(velocity: bool) -> None:
+    """A joint of 4,096 counts a turn that stands for most of the log shows the next count now and then."""
+    t, count = PERIOD * np.arange(6000), 2.0 * np.pi / 4096.0
+    rate = np.outer(np.where((t > 2) & (t < 2.6), 0.05, 0.0), [1.0, -1.0])
+    q = count * np.round((0.3 * count + PERIOD * np.cumsum(rate, axis=0)) / count)
+    q[[200, 900, 2500, 2501, 4000], 0] += count
+    log = make_log(t, q, rate, np.zeros((6000, 2)), ["a", "b"])
+    assert found(log if velocity else replace(log, velocity_rad_s=None)) == []
+    twice = q.copy()
+    twice[3000:] += 20 * count
+    assert found(replace(log, position_rad=twice, velocity_rad_s=rate if velocity else None)) == [3000]

@@ -14,6 +14,7 @@ from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.signals import Signals
 from collaudit.core.errors import ConfigError
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
@@ -62,6 +63,7 @@ def audit_files(
     truth: Path | None = None,
     on_signals: Callable[[Signals, str], None] | None = None,
     known: Precedents | None = None,
+    earlier: Sequence[CycleReference] = (),
 ) -> tuple[Audit, FrictionFile | None]:
     """Audit one log with the settings' friction, or with friction fitted on the log itself.
 
@@ -72,6 +74,7 @@ def audit_files(
         truth: file of known events to score the detection against.
         on_signals: takes the signals and the log's hash while the rest is still judged.
         known: what is known of the robot's contacts beforehand.
+        earlier: what passed nights say of the program's cycles.
 
     Returns:
         The audit, and the friction file it was judged with (None: fitted on the log).
@@ -95,6 +98,7 @@ def audit_files(
         progress=progress,
         on_signals=on_signals,
         known=known,
+        earlier=earlier,
     )
     return audit, friction
 

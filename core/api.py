@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from collaudit.core.contacts.contact_states import Precedents
+    from collaudit.core.data.cycles_result import CycleReference
     from collaudit.core.logs.log_summary import LogSummary
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
@@ -237,6 +238,7 @@ def audit(
     progress: Progress | None = None,
     on_signals: Callable[[Signals, str], None] | None = None,
     known: Precedents | None = None,
+    earlier: Sequence[CycleReference] = (),
 ) -> Audit:
     """Judge one log.
 
@@ -250,6 +252,7 @@ def audit(
         progress: of reading and judging.
         on_signals: called with the signals and the log's hash while the rest is still judged, to write them meanwhile.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
+        earlier: what passed nights of a store say of the program's cycles, in their order.
 
     Returns:
         The result as it stands in audit.json, and the signals (n, j) behind it.
@@ -272,7 +275,7 @@ def audit(
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)
-    return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals, known)
+    return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals, known, earlier)
 
 
 def audits(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from hashlib import sha256
 
 from collaudit.core.causes.causes import find_causes
 from collaudit.core.config.schema import Config
@@ -13,6 +15,7 @@ from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import controller_alarms
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, FrictionFile, PolicyLimits, Provenance
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.judgement import OnSignals, judge
@@ -48,6 +51,7 @@ def audit_log(
     progress: Progress | None = None,
     on_signals: OnSignals | None = None,
     known: Precedents | None = None,
+    earlier: Sequence[CycleReference] = (),
 ) -> Audit:
     """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict.
 
@@ -60,6 +64,7 @@ def audit_log(
         progress: called with steps done and in all.
         on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
+        earlier: what passed nights say of the program's cycles, in their order.
 
     Raises:
         LogError: the known events cannot be understood.
@@ -74,6 +79,7 @@ def audit_log(
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
     step(2, 10)
+    version = _version(prepared, provenance, config)
     judged = judge(
         prepared,
         applied,
@@ -82,6 +88,7 @@ def audit_log(
         on_signals,
         stage(progress, 0.2, 0.6),
         parts,
+        _comparable(earlier, version, prepared),
     )
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
@@ -161,8 +168,22 @@ def audit_log(
         causes=find_causes(prepared, run, applied.laws, inputs.rule.gamma_nm, judged.thresholds, config)
         if verdict != "pass" and (contacts or any(finding.doubts_alarms for finding in findings))
         else (),
+        cycles=None if run.cycles is None else run.cycles.facts,
     )
-    return Audit(result, judged.signals)
+    reference = None if run.cycles is None else run.cycles.reference
+    return Audit(result, judged.signals, None if reference is None else replace(reference, version=version))
+
+
+def _version(prepared: Prepared, provenance: Provenance, config: Config) -> str:
+    """Of a program: residuals of nights are comparable where joints, model, friction and detector are the same."""
+    parts = (*prepared.judged, prepared.robot.sha256, provenance.friction_sha256 or "", config.detect.detector)
+    return sha256("\n".join(map(str, parts)).encode()).hexdigest()
+
+
+def _comparable(earlier: Sequence[CycleReference], version: str, prepared: Prepared) -> tuple[CycleReference, ...]:
+    """Those of the same residual, but of another log than this."""
+    its = [one for one in earlier if one.version == version]
+    return tuple(one for one in its if not prepared.series.source.sha256.startswith(one.log))
 
 
 def _by_parts(

@@ -26,6 +26,7 @@ from collaudit.core.logs.opening import also_files
 from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.cycle_file import CYCLES_NAME, reference_bytes
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import open_run, write_run
 from collaudit.reports.page.html import write_html
@@ -37,7 +38,7 @@ FINISHED = "finished.json"
 _SCHEMA = "collaudit/finished/1"
 #: A file of that name is no longer than this.
 _MOST_BYTES = 1 << 16
-_RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html", "overlay.html")
+_RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", CYCLES_NAME, "report.html", "overlay.html")
 
 
 def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
@@ -81,10 +82,12 @@ def _written(
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
-    audit, _ = audit_files(files, job.loaded, progress, known=job.known)
+    audit, _ = audit_files(files, job.loaded, progress, known=job.known, earlier=job.earlier)
     audit = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=job.name)))
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, None)  # its friction file stands once in the audit's folder
+    if audit.reference is not None:
+        atomic_write(run / CYCLES_NAME, reference_bytes(audit.reference))
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
     note_finished(run, files, audit.result.log.sha256, job, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
@@ -167,6 +170,7 @@ def rests_on(files: LogFiles, log_sha256: str, job: LogJob) -> dict[str, object]
         "log": log_sha256,
         "settings": loaded.sha256,
         "known": _digest(job.known),
+        "cycles": [(one.version, one.night) for one in job.earlier],
         "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in other_files],
         "versions": {"collaudit": version("collaudit"), **versions()},
     }

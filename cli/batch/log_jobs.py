@@ -13,6 +13,7 @@ from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.night_row import NightFrom, NightRow, rows_of_result
 from collaudit.core.logs.log_hashing import sha256_of
@@ -90,6 +91,7 @@ class LogJob(NamedTuple):
         wanted: what is to be recorded of it for a store, if anything.
         url: where a remote log is fetched from.
         known: what is known of its robot's contacts beforehand.
+        earlier: what passed nights of the store say of its program's cycles, in their order.
     """
 
     files: LogFiles
@@ -101,6 +103,7 @@ class LogJob(NamedTuple):
     wanted: RecordWanted | None = None
     url: str | None = None
     known: Precedents | None = None
+    earlier: tuple[CycleReference, ...] = ()
 
     @property
     def owner(self) -> str | None:

@@ -100,6 +100,12 @@ if TYPE_CHECKING:
     "same.",
 )
 @click.option(
+    "--against",
+    type=click.Path(path_type=Path, exists=True),
+    metavar="DIR|RUN|LOG",
+    help="Say what changed in each log's program since an earlier audit, run or log: path, speed, load, friction.",
+)
+@click.option(
     "--as-of", type=_DAY, metavar="YYYY-MM-DD", help="Day on which acceptances are looked at; today (UTC) when absent."
 )
 @click.option(
@@ -145,6 +151,7 @@ def command(
     memory_limit: float | None,
     resume: bool,
     baseline: str | None,
+    against: Path | None,
     as_of: datetime | None,
     log_json: Path | None,
     keep_going: bool,
@@ -180,9 +187,17 @@ def command(
     from collaudit.cli.batch.log_jobs import Limits, night_rows, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.batch.overlays import write_overlays
+    from collaudit.cli.batch.program_changes import changes_since
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.log_inputs import night_of
-    from collaudit.cli.fleet.precedents import is_store, read_accepted, read_history, with_precedents
+    from collaudit.cli.fleet.precedents import (
+        is_store,
+        keep_references,
+        read_accepted,
+        read_history,
+        with_precedents,
+        with_references,
+    )
     from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
     from collaudit.core.history.joint_nights import joint_nights
@@ -209,6 +224,7 @@ def command(
     history = [one for place in dict.fromkeys([baseline, nights]) if place is not None for one in read_history(place)]
     today = (as_of or datetime.now(UTC)).date()
     work = with_precedents(jobs_of_night, history, accepted, today)
+    work = work if nights is None else with_references(work, nights)
     kept = finished_outcomes(work, output) if resume else {}
     folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
     if resume:
@@ -238,10 +254,13 @@ def command(
         folder = None if baseline is None or is_store(baseline) else Path(baseline)
         overlays = {} if folder is None else write_overlays(output, work, outcomes, folder)
         night = replace(night, sentence=sentence, groups=groups, reports=reports, link=link, overlays=overlays)
+        if against is not None:
+            night = replace(night, changes=changes_since(output, work, outcomes, against))
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
         write_checksums(output, own_files(), [FRICTION_FOLDER, *folders], others)
         if store is not None:
             ResultStore(store).append([row for rows in tonight.values() for row in rows])
+            keep_references(store, output, work, outcomes, tonight)
             note(f"{len(tonight)} logs added to the store {store}")
         code = exit_code([night.verdict(entries)])
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
@@ -251,6 +270,7 @@ def command(
         say_json(json_text(summarise(entries, night)))
     else:
         _say(entries, results, night, detail)
+        _say_changes(night)
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
     return code
@@ -330,6 +350,15 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: N
     say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
     for text in night.breaches:
         say_result(f"FAIL  {visible(text)}\n")
+
+
+def _say_changes(night: NightFacts) -> None:
+    """Say what changed in the programs of logs, where they were held against earlier ones."""
+    from collaudit.reports.terminal.text_table import section_text
+    from collaudit.reports.values.night_words import change_section
+
+    if night.changes:
+        say_result(f"\n{section_text(change_section(night.changes), terminal_width())}")
 
 
 def _say_left_out(others: Sequence[LeftOut]) -> None:

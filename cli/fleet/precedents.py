@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, date, datetime
+from functools import cache
 from pathlib import Path
 
-from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.core.api import LogFiles, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
@@ -15,7 +16,9 @@ from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, P
 from collaudit.core.contacts.name_patterns import program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
+from collaudit.core.history.night_row import NightRow
 from collaudit.core.small_files import read_object
+from collaudit.reports.files.cycle_file import CYCLES_NAME
 from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME
 
@@ -75,6 +78,51 @@ def with_precedents(
     return made
 
 
+def with_references(jobs: Sequence[LogJob], store: str) -> list[LogJob]:
+    """The jobs, told what passed nights of a store say of each program's cycles.
+
+    Args:
+        jobs: the logs of a night.
+        store: folder or URL.
+
+    Raises:
+        CollauditError: a file of it cannot be read.
+    """
+    from collaudit.reports.store.result_store import ResultStore
+
+    known = cache(ResultStore(store).references)
+    return [job if job.owner is None else job._replace(earlier=known(job.owner, program_of(job.name))) for job in jobs]
+
+
+def keep_references(
+    store: str,
+    out: Path,
+    jobs: Sequence[LogJob],
+    outcomes: Sequence[Outcome],
+    rows: Mapping[str, Sequence[NightRow]],
+) -> None:
+    """Keep the cycles of logs that passed without contact.
+
+    Args:
+        store: folder or URL.
+        out: folder of the audit.
+        jobs, outcomes: of the audit, in one order.
+        rows: of each log, by name, which tell its night.
+
+    Raises:
+        CollauditError: the store cannot be written.
+    """
+    from collaudit.reports.store.result_store import ResultStore
+
+    for job, outcome in zip(jobs, outcomes, strict=True):
+        file, result = out / job.folder / CYCLES_NAME, outcome.result
+        if job.owner is None or result is None or result.verdict != "pass" or result.contacts or not file.is_file():
+            continue
+        night = rows[outcome.entry.name][0].night
+        content = file.read_bytes()
+        ResultStore(store).keep_reference(job.owner, program_of(job.name), night, result.log.sha256, content)
+
+
 def is_store(place: str) -> bool:
     """Whether a place is a store of nights: a URL, or a folder that says so."""
     return "://" in place or (Path(place) / STORE_NAME).is_file()
@@ -108,7 +156,7 @@ def audited_results(path: Path) -> list[tuple[AuditResult, str | None]]:
     Raises:
         CollauditError: a file is damaged.
     """
-    return [(read_result(file, AuditResult, AUDIT_SCHEMA), robot) for file, robot in _files(path)]
+    return [(read_result(file, AuditResult, AUDIT_SCHEMA), robot) for file, robot in audits_in(path)]
 
 
 def robots_in(out: Path) -> dict[str, str | None]:
@@ -134,7 +182,7 @@ def _of_store(place: str) -> Iterator[EarlierLog]:
             yield EarlierLog(first.robot, first.night, program, tuple(contacts))
 
 
-def _files(path: Path) -> Iterator[tuple[Path, str | None]]:
+def audits_in(path: Path) -> Iterator[tuple[Path, str | None]]:
     """Every ``audit.json``, and whose log it is about; run folders of the audit's summary, else all there are."""
     if path.is_file():
         yield path, None

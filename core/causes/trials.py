@@ -5,7 +5,7 @@ With the residual r = effort - model of eq. (5), a cause with parameters b expla
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -109,11 +109,20 @@ def _load(table: Excess, robot: RobotModel) -> FloatArray:
 
     Its inertia about its own centre is left out: it hardly shows beside what a load weighs.
     """
+    return load_torques(robot, table.motion)[:, table.columns] * table.known[:, :, None]
+
+
+def load_torques(robot: RobotModel, motion: Sequence[FloatArray]) -> FloatArray:
+    """(n, j, 4) torque of a kg at the origin of the tool's frame, and of kg·m along its axes; 0 where NaN is known.
+
+    Args:
+        robot: with inertials.
+        motion: position, velocity, acceleration, (n, j) each.
+    """
     turn, place, body = robot.in_joint(None)
-    moving = np.isfinite(np.hstack(table.motion)).all(axis=1)
-    regressor = robot.torque_regressor(*(np.ascontiguousarray(x[moving]) for x in table.motion))
+    moving = np.isfinite(np.hstack(motion)).all(axis=1)
+    regressor = robot.torque_regressor(*(np.ascontiguousarray(x[moving]) for x in motion))
     mass, first = regressor[:, :, 10 * body], regressor[:, :, 10 * body + 1 : 10 * body + 4]
-    some = np.concatenate([(mass + first @ place)[:, :, None], first @ turn], axis=2)[:, table.columns]
-    out = np.zeros((moving.size, *some.shape[1:]))
-    out[moving] = some
-    return out * table.known[:, :, None]
+    out = np.zeros((moving.size, regressor.shape[1], 4))
+    out[moving] = np.concatenate([(mass + first @ place)[:, :, None], first @ turn], axis=2)
+    return out

@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, Vec3, Vec6, about
-from collaudit.core.config.schema_detect import DetectConfig, NearMissConfig, PhasesConfig
+from collaudit.core.config.schema_detect import CyclesConfig, DetectConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
 from collaudit.core.config.schema_policy import FleetConfig, FleetRobot, PolicyConfig
 from collaudit.core.friction_laws.law_registry import LAWS, LawChoice
@@ -17,6 +17,7 @@ __all__ = [
     "ConditioningConfig",
     "Config",
     "CsvConfig",
+    "CyclesConfig",
     "DetectConfig",
     "DhRow",
     "FieldsConfig",
@@ -249,6 +250,7 @@ class Config(ConfigTable, frozen=True, kw_only=True):
     detect: Annotated[DetectConfig, about("The rule: a residual above γ for n samples in a row is an alarm.")] = (
         DetectConfig()
     )
+    cycles: Annotated[CyclesConfig, about("Programs that repeat: which stretches are cycles.")] = CyclesConfig()
     near_miss: Annotated[NearMissConfig, about("What counts as a near miss.")] = NearMissConfig()
     phases: Annotated[PhasesConfig, about("When the tool was meant to do what.")] = PhasesConfig()
     policy: Annotated[PolicyConfig, about("What makes an audit fail.")] = PolicyConfig()

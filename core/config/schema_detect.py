@@ -1,4 +1,4 @@
-"""[detect], [near_miss] and [phases]: the rule, and when it applies."""
+"""[detect], [cycles], [near_miss] and [phases]: the rule, and when it applies."""
 
 from typing import Annotated, Literal
 
@@ -87,6 +87,27 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     def asked_persistence_ms(self) -> float:
         """Persistence where it is not stated in samples, ms: as stated, or what stands for it."""
         return self.persistence_ms or (CAUSAL_PERSISTENCE_MS if self.short_persistence else DEFAULT_PERSISTENCE_MS)
+
+
+class CyclesConfig(ConfigTable, frozen=True, kw_only=True):
+    """Programs repeat: each cycle is judged against the same place of others, too."""
+
+    find: Annotated[
+        Literal["auto", "off"],
+        about("auto: cycles are those that are stated, else found by the measured path; off: none are compared."),
+    ] = "auto"
+    label: Annotated[
+        str | None, about("Label or phase of the log (by name, topic or column) whose stretches are the cycles.")
+    ] = None
+    spans_s: Annotated[list[Interval], about("Start and end of each cycle, s from the log's first sample.")] = []
+    least: Annotated[
+        int, Meta(ge=3), about("Other cycles, or passed nights of a store, that a reference needs at each place.")
+    ] = 4
+
+    def __post_init__(self) -> None:
+        for start, end in self.spans_s:
+            if not start < end:
+                raise KeyedError("spans_s", f"interval [{start:g}, {end:g}] does not run forward")
 
 
 class NearMissConfig(ConfigTable, frozen=True, kw_only=True):

@@ -70,6 +70,8 @@ def _describe(
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
     link, note, force, least = _locate(prepared, run, known, at, names, peak)
     kind, evidence = classify(prepared, run, group, force, config, phases_known=at.phases_known)
+    if all(alarm.spoke == "cycle" for alarm in group):
+        evidence = (*evidence, "Only the same place of other cycles tells it: by the model alone it stays below γ.")
     return Contact(
         onset_s=onset,
         detected_s=min(c.detected_s for c in group),
@@ -118,9 +120,8 @@ def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
     a, b = (int(k) for k in np.searchsorted(series.time_s, [onset, end]))
     part = slice(a, max(b, a + 1))
-    columns = [series.column(c.joint) for c in group]
-    ratio = np.abs(run.residual.torque_nm[part][:, columns]) / run.gamma_nm[part][:, columns]
-    together = np.nan_to_num(ratio).sum(axis=1)
+    ratio = np.stack([run.strongest(series.column(c.joint), part)[1] for c in group], axis=1)
+    together = np.nan_to_num(np.abs(ratio)).sum(axis=1)
     near = together >= _NEARLY * together.max()
     judged = np.where(near, np.count_nonzero(run.detected.state[part] == State.JUDGED, axis=1), -1)
     return a + int(np.argmax(np.where(judged == judged.max(), together, -1.0)))

@@ -70,8 +70,11 @@ class Unsmoothed:
 
 
 def _residual_of(prepared: Prepared, run: DetectorRun, j: int) -> FloatArray:
-    """(n,) residual of a judged joint without the kernel; friction, which changes slowly, is as it was taken off."""
-    smoothed, total = run.residual.torque_nm[:, j], run.residual.balance.total_nm
+    """(n,) residual of a judged joint without the kernel; friction, which changes slowly, is as it was taken off.
+
+    Where the same place of other cycles tells more, what those leave is taken off as well.
+    """
+    (smoothed, _), total = run.strongest(j), run.residual.balance.total_nm
     if prepared.rigid_nm is None or prepared.series.effort is None or total is None:
         return smoothed
     own = prepared.columns()[j]

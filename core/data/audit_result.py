@@ -11,6 +11,7 @@ from typing import Literal
 from collaudit.core.data import shown
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.cause import Cause
+from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import (
@@ -30,6 +31,7 @@ from collaudit.core.findings import Finding
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
 NearMissKind = Literal["amplitude", "persistence"]
+Spoke = Literal["model", "cycle", "both"]
 FRICTION_SCHEMA = "collaudit/friction/1"
 AUDIT_SCHEMA = "collaudit/audit/1"
 
@@ -179,6 +181,8 @@ class Collision:
         peak_nm: largest residual, with its sign.
         gamma_nm: the threshold in force at the peak.
         phase: phase at onset.
+        spoke: which residual is above its threshold: what the model leaves, what the same place of other cycles leaves
+            (``peak_nm`` and ``gamma_nm`` are then of that), or both (of the model's).
     """
 
     joint: str
@@ -188,6 +192,7 @@ class Collision:
     peak_nm: float
     gamma_nm: float
     phase: Phase
+    spoke: Spoke = "model"
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +204,8 @@ class NearMiss:
 
     ``ratio``: for amplitude the largest share of the threshold in force that n samples in a row kept, below 1; for
     persistence samples above gamma / n.
+
+    ``spoke``: as of :class:`Collision`.
     """
 
     joint: str
@@ -209,6 +216,7 @@ class NearMiss:
     ratio: float
     kind: NearMissKind
     phase: Phase
+    spoke: Spoke = "model"
 
 
 @dataclass(frozen=True, slots=True)
@@ -340,6 +348,7 @@ class AuditResult(shown.Showing):
         limits: what values were held against; None in files of earlier versions.
         arm: its kinematics for drawings; None without a description, and in files of earlier versions.
         causes: what would explain a residual that is off, the best first; none where nothing does.
+        cycles: of a program that repeats; None where nothing does.
     """
 
     schema: str
@@ -367,6 +376,7 @@ class AuditResult(shown.Showing):
     limits: PolicyLimits | None = None
     arm: ArmGeometry | None = None
     causes: tuple[Cause, ...] = ()
+    cycles: CycleFacts | None = None
 
     def outline(self) -> shown.Shown:
         """Verdict, reasons, what it does not cover, counts of events, the rule, what was judged."""
@@ -389,10 +399,14 @@ class AuditResult(shown.Showing):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Audit(shown.Showing):
-    """One audited log: the result, and the sample-by-sample evidence behind it."""
+    """One audited log: the result, and the sample-by-sample evidence behind it.
+
+    ``reference`` is what later nights may know of its cycles; None where there are too few.
+    """
 
     result: AuditResult
     signals: Signals
+    reference: CycleReference | None = None
 
     def outline(self) -> shown.Shown:
         """As its result."""

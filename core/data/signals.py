@@ -73,6 +73,23 @@ def reason_text(code: str) -> str:
     return code if state is None else state.text
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CycleSignals:
+    """What a log is beside the same place of other cycles.
+
+    Attributes:
+        number: (n,) of the cycle, from 0 on; -1 outside of cycles.
+        place: (n,) on the path, from 0 to 1; NaN outside of cycles, at rest and off the path.
+        torque_nm: (n, j) residual less that of the same place; NaN where there is no reference.
+        gamma_nm: (n, j) float32 threshold of that in force, NaN where there is none.
+    """
+
+    number: NDArray[np.int32]
+    place: NDArray[np.float32]
+    torque_nm: FloatArray
+    gamma_nm: NDArray[np.float32]
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Signals(shown.Showing):
     """Time series of one audit, on the uniform time base.
@@ -91,6 +108,7 @@ class Signals(shown.Showing):
         least_nm, most_nm: (n, j) float32 range of the residual that friction within its interval allows, NaN outside
             state FRICTION_INTERVAL; None where the detector does not tell.
         wrench: (n, 6) force in N and torque in N·m as the wrist sensor reads them; None where there is none.
+        cycles: the comparison of cycles; None where nothing repeats.
     """
 
     time_s: FloatArray
@@ -106,6 +124,17 @@ class Signals(shown.Showing):
     least_nm: NDArray[np.floating] | None = None
     most_nm: NDArray[np.floating] | None = None
     wrench: FloatArray | None = None
+    cycles: CycleSignals | None = None
+
+    @property
+    def period_s(self) -> float:
+        """Mean distance of two samples, s."""
+        return float(self.time_s[-1] - self.time_s[0]) / max(self.time_s.size - 1, 1)
+
+    def quantity(self, name: str) -> NDArray[np.generic]:
+        """(n, j) one of the fields, or ``cycle_nm`` and ``cycle_gamma_nm`` of the comparison of cycles."""
+        owner = self.cycles if name.startswith("cycle_") else self
+        return np.asarray(getattr(owner, {"cycle_nm": "torque_nm", "cycle_gamma_nm": "gamma_nm"}.get(name, name)))
 
     def inside(self, times: Sequence[tuple[float, float]]) -> BoolArray:
         """(n,) samples inside any of these stretches of time, s."""

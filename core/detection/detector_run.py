@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
+from collaudit.core.cycles.cycle_reference import CycleResidual, cycle_residual
 from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.detection_result import (
     DelayFacts,
     LevelFacts,
@@ -24,7 +26,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, JudgedLog, detect_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.detection.threshold import gamma_in_force
-from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import lasting
@@ -37,20 +39,39 @@ from collaudit.core.residual.residual import Residual, ResidualInputs
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectorRun:
-    """What one detector made of a log; ``gamma_nm`` (n, j) is the threshold in force, NaN of a joint without one."""
+    """What one detector made of a log; ``gamma_nm`` (n, j) is the threshold in force, NaN of a joint without one.
+
+    ``cycles`` is the second residual, of the same place in other cycles; None where nothing repeats.
+    """
 
     detector: Detector
     residual: Residual
     gamma_nm: NDArray[np.float32]
     detected: DetectedEvents
+    cycles: CycleResidual | None = None
+
+    def strongest(self, j: int, rows: slice = slice(None)) -> tuple[FloatArray, FloatArray]:
+        """(m,) of one joint the residual that stands further above its threshold, and over that threshold."""
+        torque = self.residual.torque_nm[rows, j]
+        ratio = torque / self.gamma_nm[rows, j]
+        if self.cycles is None:
+            return torque, ratio
+        its = self.cycles.signals.torque_nm[rows, j]
+        beside = its / self.cycles.signals.gamma_nm[rows, j]
+        more = np.abs(beside) > np.abs(ratio)
+        return np.where(more, its, torque), np.where(more, beside, ratio)
 
 
 @dataclass(frozen=True, slots=True)
 class DetectionInputs(ResidualInputs):
-    """What every detector shares: beside friction laws and joints not to be judged the rule and the watched joints."""
+    """What every detector shares: beside friction laws and joints not to be judged the rule and the watched joints.
+
+    ``earlier`` is what passed nights say of the program's cycles.
+    """
 
     rule: RuleFacts
     watch: Mapping[str, Watch]
+    earlier: tuple[CycleReference, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,8 +117,12 @@ def run_detector(
         residual = detector.residual(prepared, inputs, config.detect)
     series, rule = prepared.judged_series, inputs.rule
     gamma = gamma_in_force(series, residual, rule)
-    detected = detect_events(JudgedLog(series, residual, gamma, rule, prepared.phases), inputs.watch)
-    return DetectorRun(detector, residual, gamma, detected)
+    cycles = None
+    if residual.isolation.isolates and not config.detect.causal:
+        cycles = cycle_residual(series, residual, rule, config, inputs, inputs.earlier)
+    signals = None if cycles is None else cycles.signals
+    detected = detect_events(JudgedLog(series, residual, gamma, rule, prepared.phases, signals), inputs.watch)
+    return DetectorRun(detector, residual, gamma, detected, cycles)
 
 
 def _raise_thresholds(residual: Residual, own: RuleFacts, common: RuleFacts, joints: Sequence[str]) -> None:
@@ -158,6 +183,7 @@ def judged_signals(series: UniformSeries, run: DetectorRun, rule: RuleFacts) -> 
         least_nm=least,
         most_nm=most,
         wrench=series.wrench,
+        cycles=None if run.cycles is None else run.cycles.signals,
     )
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, RuleFacts
-from collaudit.core.data.signals import State
+from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, RuleFacts, Spoke
+from collaudit.core.data.signals import CycleSignals, State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import MERGE_S, Event, rule_events
+from collaudit.core.detection.rule import MERGE_S, Event, Kinds, cycle_events, of_both, rule_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import each, ordered_map
@@ -39,6 +39,7 @@ class JudgedLog:
         gamma_nm: (n, j) threshold in force.
         rule: as applied.
         phases: (n,) labels.
+        cycles: the second residual, by cycles; None where nothing repeats.
     """
 
     series: UniformSeries
@@ -46,6 +47,7 @@ class JudgedLog:
     gamma_nm: NDArray[np.float32]
     rule: RuleFacts
     phases: NDArray[np.int8]
+    cycles: CycleSignals | None = None
 
 
 def detect_events(log: JudgedLog, watch: Mapping[str, Watch]) -> DetectedEvents:
@@ -78,25 +80,32 @@ def _events(log: JudgedLog, j: int, state: NDArray[np.int8]) -> tuple[list[Colli
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
     x, gamma = np.ascontiguousarray(log.residual.torque_nm[:, j]), np.ascontiguousarray(log.gamma_nm[:, j])
     near = gamma - np.float32(rule.below_gamma_nm(joint))
-    merge = round(MERGE_S / series.period_s)
-    fired, low, brief = rule_events(x, evidence, gamma, rule.n, near, rule.near_miss_persistence, merge)
+    merge, n, share = round(MERGE_S / series.period_s), rule.n, rule.near_miss_persistence
+    kinds = rule_events(x, evidence, gamma, n, near, share, merge)
+    of_cycle: Kinds = ([], [], [])
+    levels = {"model": (x, gamma)}
+    if log.cycles is not None:
+        levels["cycle"] = log.cycles.torque_nm[:, j], log.cycles.gamma_nm[:, j]
+        of_cycle = cycle_events(log.cycles.torque_nm[:, j], evidence, log.cycles.gamma_nm[:, j], n, share, merge)
+    fired, low, brief = of_both(kinds, of_cycle, x.size, merge)
 
-    def hit(event: Event) -> Collision:
+    def hit(event: Event, spoke: Spoke) -> Collision:
         return Collision(
             joint=log.residual.isolation.joint_of(j, event.span.start),
             onset_s=float(series.time_s[event.span.start]),
             detected_s=float(series.time_s[event.detected]),
             duration_s=len(event.span) * series.period_s,
             peak_nm=event.peak,
-            gamma_nm=float(gamma[event.peak_at]),
+            gamma_nm=float(levels["cycle" if spoke == "cycle" else "model"][1][event.peak_at]),
             phase=PHASES[int(log.phases[event.span.start])],
+            spoke=spoke,
         )
 
-    nearly: list[tuple[NearMissKind, Event, float]] = [
-        ("amplitude", e, _kept_share(x, evidence, gamma, e, rule.n)) for e in low
+    nearly: list[tuple[NearMissKind, Event, Spoke, float]] = [
+        ("amplitude", e, spoke, _kept_share(levels[spoke][0], evidence, levels[spoke][1], e, n)) for e, spoke in low
     ]
-    nearly += [("persistence", e, e.longest / rule.n) for e in brief]
-    return [hit(e) for e in fired], [_near_miss(hit(e), kind, ratio) for kind, e, ratio in nearly]
+    nearly += [("persistence", e, spoke, e.longest / n) for e, spoke in brief]
+    return [hit(*told) for told in fired], [_near_miss(hit(e, spoke), kind, ratio) for kind, e, spoke, ratio in nearly]
 
 
 def _kept_share(x: FloatArray, evidence: BoolArray, gamma: NDArray[np.float32], event: Event, n: int) -> float:
@@ -138,4 +147,5 @@ def _near_miss(event: Collision, kind: NearMissKind, ratio: float) -> NearMiss:
         ratio=ratio,
         kind=kind,
         phase=event.phase,
+        spoke=event.spoke,
     )

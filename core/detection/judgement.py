@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.detection_result import DetectionFacts
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.signals import Signals, State
@@ -127,6 +128,7 @@ def judge(
     on_signals: OnSignals | None,
     step: Progress,
     parts: Sequence[HeldOutPart] = (),
+    earlier: tuple[CycleReference, ...] = (),
 ) -> Judged:
     """Rule, residual and alarms of one log, and what the checks say of it.
 
@@ -141,6 +143,7 @@ def judge(
         on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         step: called with steps done and in all.
         parts: of the log, where each is judged by a fit of its own; the fit of all of it is then only shown.
+        earlier: what passed nights say of the program's cycles.
 
     Raises:
         NotJudgedError: the persistence is longer than the log.
@@ -149,6 +152,7 @@ def judge(
     apart = [settled(part.prepared, part.applied, config, part.thresholds) for part in parts]
     common = with_common_rule(settled(prepared, applied, config, thresholds), apart)
     prepared, config, choices, inputs = common.prepared, common.config, common.choices, common.inputs
+    inputs = replace(inputs, earlier=earlier)
     series, rule, forbidden = prepared.judged_series, inputs.rule, inputs.not_judged
     held_out = [JudgedPart(part.rows, own.prepared, own.inputs) for part, own in zip(parts, apart, strict=True)]
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.data.audit_result import Spoke
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.runs import lasting, run_bounds
 
@@ -41,6 +43,10 @@ class Event:
     peak_at: int
 
 
+#: Alarms, and near misses by amplitude and by persistence.
+Kinds = tuple[list[Event], list[Event], list[Event]]
+
+
 def persistence_samples(persistence_s: float, period_s: float) -> int:
     """Persistence in whole samples, rounded up: 25 ms at 2 ms is 13.
 
@@ -57,7 +63,7 @@ def rule_events(
     near: Level,
     persistence: float,
     merge_samples: int = 0,
-) -> tuple[list[Event], list[Event], list[Event]]:
+) -> Kinds:
     """Rule (6) for one joint: runs of at least n samples above gamma; and what nearly was one, apart from those.
 
     Args:
@@ -83,6 +89,60 @@ def rule_events(
     events = [_describe(residual, above, span, n) for span in close]
     low, held = ([e for e, its in zip(events, short, strict=True) if its is kind] for kind in (False, True))
     return hits, low, held
+
+
+def cycle_events(
+    torque: FloatArray, evidence: BoolArray, gamma: Level, n: int, persistence: float, merge_samples: int
+) -> Kinds:
+    """Rule (6) on the second residual, whose threshold is what motion does: nearly an alarm is what is too brief.
+
+    Args:
+        torque: (n,) difference to other cycles, N·m, NaN where there is none.
+        evidence, gamma, n, persistence, merge_samples: as of :func:`rule_events`.
+    """
+    return rule_events(torque, evidence & np.isfinite(torque), gamma, n, gamma, persistence, merge_samples)
+
+
+#: Events with which residual told them.
+Told = list[tuple[Event, Spoke]]
+
+
+def of_both(model: Kinds, cycle: Kinds, size: int, merge_samples: int) -> tuple[Told, Told, Told]:
+    """The events of two residuals of one joint as those of one rule.
+
+    An alarm that both have is the model's; what is nearly an alarm counts where no alarm is, and once.
+
+    Args:
+        model, cycle: alarms and the two kinds of near misses, as :func:`rule_events` gives them.
+        size: samples of the log.
+        merge_samples: events closer than this are the same.
+
+    Returns:
+        Alarms and the two kinds of near misses, each with the residual that spoke.
+    """
+    taken = {"model": _taken(model[0], size, merge_samples), "cycle": _taken(cycle[0], size, merge_samples)}
+
+    def meets(event: Event, spoke: str) -> bool:
+        return bool(taken[spoke][event.span.slice].any())
+
+    alarms: Told = [(event, "both" if meets(event, "cycle") else "model") for event in model[0]]
+    alarms += _told([event for event in cycle[0] if not meets(event, "model")], "cycle")
+    low, brief = (_told([event for event in its if not meets(event, "cycle")], "model") for its in model[1:])
+    near = _taken([*model[0], *model[1], *model[2]], size, merge_samples)
+    low += _told([event for event in cycle[1] if not near[event.span.slice].any()], "cycle")
+    brief += _told([event for event in cycle[2] if not near[event.span.slice].any()], "cycle")
+    return alarms, low, brief
+
+
+def _told(events: Iterable[Event], spoke: Spoke) -> Told:
+    return [(event, spoke) for event in events]
+
+
+def _taken(events: Sequence[Event], size: int, merge: int) -> BoolArray:
+    out = np.zeros(size, dtype=np.bool_)
+    for event in events:
+        out[max(0, event.span.start - merge) : event.span.stop + merge] = True
+    return out
 
 
 def _events(mask: BoolArray, merge: int) -> list[Span]:

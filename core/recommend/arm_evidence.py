@@ -8,12 +8,12 @@ from typing import Literal
 
 import numpy as np
 
+from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMiss, PhaseSpan, RuleFacts
 from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.recommend.null_level import NullEvidence
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks
 
 #: Start and end of stretches of time, s.

@@ -8,6 +8,7 @@ from math import inf
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.cycles.null_level import NullEvidence, motion_levels, rest_level
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.recommendation_result import (
     FittedThresholds,
@@ -24,7 +25,6 @@ from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual
-from collaudit.core.recommend.null_level import NullEvidence, motion_levels, rest_level
 from collaudit.core.robot.alarming_force import alarming_forces
 from collaudit.core.robot.arm_places import Place, arm_places, exerted_force
 

@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 from scipy.special import gammaincinv as gamma_quantile
 
+from collaudit.core.cycles.null_level import motion_levels
 from collaudit.core.data.audit_result import RecommendedRule, RuleFacts
 from collaudit.core.data.recommendation_result import ArmRate, SetRule, ThresholdLevel
 from collaudit.core.data.sensitivity_result import Sensitivity
@@ -18,7 +19,6 @@ from collaudit.core.numeric.null_tail import ARM_PER_HOUR
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
-from collaudit.core.recommend.null_level import motion_levels
 from collaudit.core.recommend.sustained_levels import SustainedPeaks
 
 #: False alarms of the arm an hour that are asked for where nothing is said.

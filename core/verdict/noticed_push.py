@@ -89,7 +89,8 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
     A push of height h shows as h·g(t). It alarms where, for ``n`` samples in a row, that and the log's own residual r
     exceed the threshold, and besides the range of friction where it is known only as a range, since the torque may act
     against it: h·g > γ + hidden - r, and with +r for the other sign. The larger of the two counts. Infinite where no
-    push would alarm: too short for filter and persistence, or not judged.
+    push would alarm: too short for filter and persistence, or not judged. The difference to other cycles
+    counts where it notices less, and only where its reference rests on nights that passed.
 
     Args:
         run: residual, threshold, states.
@@ -106,8 +107,19 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
             level += run.residual.hidden_nm[rows, j]
         own = np.where(state == State.JUDGED, residual[rows], 0.0)
         unknown = (state > State.FRICTION_INTERVAL) | np.isnan(level)
-        out[part] = np.maximum(*(_height(np.where(unknown, np.inf, level - r), push) for r in (own, -own)))
+        out[part] = _both_signs(np.where(unknown, np.inf, level), own, push)
+        if run.cycles is not None and run.cycles.proven.any():
+            its = run.cycles.signals
+            known = run.cycles.proven[rows] & (state == State.JUDGED) & np.isfinite(its.torque_nm[rows, j])
+            level = np.where(known, its.gamma_nm[rows, j], np.inf)
+            beside = _both_signs(level, np.where(known, its.torque_nm[rows, j], 0.0), push)
+            out[part] = np.minimum(out[part], beside)
     return out
+
+
+def _both_signs(level_nm: FloatArray, own_nm: FloatArray, push: Push) -> FloatArray:
+    """(k,) smallest height of a push of either sign on top of what is there (k, w)."""
+    return np.maximum(_height(level_nm - own_nm, push), _height(level_nm + own_nm, push))
 
 
 def _height(needed_nm: FloatArray, push: Push) -> FloatArray:

@@ -4,6 +4,9 @@ One row a sample, ``time_s`` first, as float64, then for each joint ``QUANTITY:J
 (``wrench:fx`` …). The range of the residual where friction is an interval (``least_nm``, ``most_nm``) and the
 wrench are absent where there are none. ``gamma_nm`` is the threshold in force, NaN of a joint without one: rule (6)
 applied to ``residual_nm`` and it, where ``state`` says that a sample counts, gives every alarm again (docs/python.md).
+Of a log whose motion repeats ``cycle`` numbers its cycles from 0 (-1 outside), ``cycle_place`` is the place on the path
+from 0 to 1, ``cycle_nm`` the residual less that of the same place of other cycles, ``cycle_gamma_nm`` its threshold:
+the same rule, on the same samples; NaN where there is no reference.
 Numbers are multiples of steps (:mod:`joint_trace`), which the metadata state: a torque's is below a thousandth of gamma
 and a sixteenth of the residual's own spread, and no residual is rounded across gamma. They are there to be looked at
 and cross-checked; to differentiate or to audit again, take the log itself.
@@ -20,7 +23,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from collaudit.core.data.signals import Signals, State
+from collaudit.core.data.signals import CycleSignals, Signals, State
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.plots.joint_trace import (
@@ -49,6 +52,8 @@ _WIDE = {
     "state": pa.int8(),
 }
 _RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
+_CYCLE = {"cycle_nm": pa.float32(), "cycle_gamma_nm": pa.float32()}
+_OF_CYCLES = {"cycle": pa.int32(), "cycle_place": pa.float32()}
 _WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
 Values = np.ndarray[Any, Any]
 
@@ -63,9 +68,13 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
     """
     joints = range(len(signals.joint_names))
     steps = [torque_step_nm(signals.residual_nm[:, k], signals.gamma_nm[:, k]) for k in joints]
+    if (its := signals.cycles) is not None:
+        steps = [
+            min(step, torque_step_nm(its.torque_nm[:, k], its.gamma_nm[:, k]) or step) for k, step in enumerate(steps)
+        ]
     schema = _schema(signals, steps, log_sha256)
-    floats = [name for name in schema.names if not name.startswith("state:")]
-    states = [name for name in schema.names if name.startswith("state:")]
+    states = [name for name in schema.names if name.startswith("state:") or name == "cycle"]
+    floats = [name for name in schema.names if name not in states]
     with (
         path.open("wb") as file,  # Arrow opens no name that is not UTF-8
         pq.ParquetWriter(
@@ -104,6 +113,9 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
         least_nm=least,
         most_nm=most,
         wrench=np.stack([file.read(name) for name in _WRENCH], axis=1).astype(np.float64) if file.wrenches else None,
+        cycles=None
+        if (own := file.cycle) is None
+        else CycleSignals(*own, file.of_joints("cycle_nm").astype(np.float64), file.of_joints("cycle_gamma_nm")),
         **wide,
     )
 
@@ -112,6 +124,7 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
     columns = [pa.field("time_s", pa.float64())]
     for joint in signals.joint_names:
         columns += [pa.field(f"{name}:{joint}", kind) for name, kind in _kinds(signals).items()]
+    columns += [pa.field(name, kind) for name, kind in _OF_CYCLES.items() if signals.cycles is not None]
     columns += [pa.field(name, pa.float32()) for name in _WRENCH if signals.wrench is not None]
     meta = {
         "schema": SIGNALS_SCHEMA,
@@ -131,7 +144,9 @@ def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) 
     columns: list[Values] = [signals.time_s[rows]]
     for k, step in enumerate(steps):
         for name in _kinds(signals):
-            columns.append(stored(name, getattr(signals, name)[rows, k], step, limits_nm(signals, k, rows)))
+            columns.append(stored(name, signals.quantity(name)[rows, k], step, limits_nm(signals, k, rows, name)))
+    if signals.cycles is not None:
+        columns += [signals.cycles.number[rows], signals.cycles.place[rows]]
     if signals.wrench is not None:
         finest = (FORCE_STEP_N,) * 3 + (MOMENT_STEP_NM,) * 3
         columns += [in_steps(x, step) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]
@@ -140,7 +155,8 @@ def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) 
 
 def _kinds(signals: Signals) -> dict[str, pa.DataType]:
     """The quantities of each joint that there are."""
-    return _WIDE if signals.least_nm is None else {**_WIDE, **_RANGE}
+    range_of = {} if signals.least_nm is None else _RANGE
+    return {**_WIDE, **range_of, **({} if signals.cycles is None else _CYCLE)}
 
 
 def column_of(values: Values) -> pa.Array:
@@ -229,6 +245,11 @@ class StoredSignals:
         """(n, j) one quantity of every joint."""
         return np.stack([self.read(f"{name}:{joint}") for joint in self.joint_names], axis=1)
 
+    @property
+    def cycle(self) -> tuple[Values, Values] | None:
+        """Number of the cycle and place on its path of each sample; None where nothing repeats."""
+        return (self.read("cycle"), self.read("cycle_place")) if self.has("cycle") else None
+
     def trace(self, column: int) -> JointTrace:
         """One joint's signals."""
         joint = self.joint_names[column]
@@ -239,6 +260,7 @@ class StoredSignals:
             state=self.states(joint),
             near_below_nm=self.near_below_nm(column),
             residual_nm=self.read(f"residual_nm:{joint}").astype(np.float64),
+            cycle=self.cycle,
             **{name: cast(Any, read.get(name)) for name in _TRACED},
         )
 

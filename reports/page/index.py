@@ -10,6 +10,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Verdict
+from collaudit.core.data.cycles_result import ProgramComparison
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.history.night_groups import NightGroup
 from collaudit.core.policy.acceptance_use import AcceptanceUse
@@ -26,7 +27,7 @@ from collaudit.reports.values.entries import (
     worst_first,
 )
 from collaudit.reports.values.night import QUIET, NightFacts
-from collaudit.reports.values.night_words import group_section
+from collaudit.reports.values.night_words import change_section, group_section
 
 SUMMARY_SCHEMA = "collaudit/summary/1"
 #: Width of a night's bar, height of each verdict's, pixels; and so many nights make a history.
@@ -45,6 +46,7 @@ class Summary:
         left_out: files of the night's folders that were not judged; those that count have a line in ``logs``.
         accepted: what became of each entry of accepted.toml.
         groups: what fails, by cause and place.
+        changes: what changed in the programs of logs since the audit that they were held against.
     """
 
     schema: str
@@ -59,6 +61,7 @@ class Summary:
     left_out: tuple[LeftOut, ...] = ()
     accepted: tuple[AcceptanceUse, ...] = ()
     groups: tuple[NightGroup, ...] = ()
+    changes: tuple[ProgramComparison, ...] = ()
 
 
 def write_index(
@@ -99,6 +102,7 @@ def summarise(entries: Sequence[IndexEntry], night: NightFacts = QUIET) -> Summa
         left_out=night.left_out,
         accepted=night.accepted,
         groups=night.groups,
+        changes=night.changes,
     )
 
 
@@ -116,6 +120,7 @@ def _page(summary: Summary, night: NightFacts, before: Mapping[str, Sequence[Ver
             night=night,
             sentence=night.sentence or night_sentence(summary.logs),
             groups=group_section(night.groups),
+            changes=change_section(night.changes),
             dates=night_dates(summary.logs),
             overlays={name: _link(page) for name, page in night.overlays.items()},
             lines=lines,

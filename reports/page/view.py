@@ -27,6 +27,7 @@ from collaudit.reports.sections.fit_sections import friction_sections
 from collaudit.reports.sections.identified_sections import identified_sections
 from collaudit.reports.sections.judged_sections import (
     coverage_section,
+    cycle_section,
     force_section,
     judged_section,
     residual_section,
@@ -93,6 +94,7 @@ class AuditView:
     residual: Section
     figures: tuple[JointFigures, ...]
     detection: tuple[Section, ...]
+    cycles: Section
     findings: tuple[Section, ...]
     identified: tuple[Section, ...]
 
@@ -138,6 +140,7 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         residual=residual_section(result).only(*_RESIDUAL),
         figures=figures,
         detection=detection_sections(result),
+        cycles=cycle_section(result),
         findings=_findings(result),
         identified=() if result.identification is None else identified_sections(result.identification),
     )

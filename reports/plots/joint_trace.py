@@ -30,6 +30,7 @@ class JointTrace:
         gamma_nm: threshold in force, NaN where there is none.
         near_below_nm: how far below it a near miss begins.
         least_nm, most_nm: range of the residual where friction is an interval; None where that is not told.
+        cycle: number of the cycle and place on its path; None where nothing repeats.
     """
 
     joint: str
@@ -43,6 +44,7 @@ class JointTrace:
     near_below_nm: float
     least_nm: Series | None = None
     most_nm: Series | None = None
+    cycle: tuple[NDArray[np.int32], Series] | None = None
 
     @property
     def judged(self) -> BoolArray:
@@ -97,6 +99,7 @@ class TracesInMemory:
             float(s.near_below_nm[column]),
             None if s.least_nm is None else kept("least_nm"),
             None if s.most_nm is None else kept("most_nm"),
+            None if s.cycles is None else (s.cycles.number, s.cycles.place),
         )
 
     def force_n(self) -> tuple[FloatArray, FloatArray] | None:
@@ -149,8 +152,12 @@ def in_steps(x: FloatArray, step: float) -> np.ndarray[tuple[int], np.dtype[np.f
     return out.astype(np.float32)
 
 
-def limits_nm(signals: Signals, column: int, rows: slice = slice(None)) -> tuple[NDArray[np.float32], ...]:
-    """(n,) the levels of one joint that no residual may be rounded across: of an alarm and of a near miss."""
+def limits_nm(
+    signals: Signals, column: int, rows: slice = slice(None), name: str = "residual_nm"
+) -> tuple[NDArray[np.float32], ...]:
+    """(n,) the levels of one joint that no residual of that name may be rounded across: of alarm and near miss."""
+    if name == "cycle_nm" and signals.cycles is not None:
+        return (signals.cycles.gamma_nm[rows, column],)
     gamma = signals.gamma_nm[rows, column]
     return gamma, gamma - np.float32(signals.near_below_nm[column])
 
@@ -183,8 +190,8 @@ def stored(
         step: of the joint's torques, N·m.
         limits: of :func:`limits_nm`, of these samples.
     """
-    if name in ("state", "gamma_nm"):
+    if name in ("state", "gamma_nm", "cycle_gamma_nm"):
         return values
-    if name == "residual_nm":
+    if name in ("residual_nm", "cycle_nm"):
         return in_steps_within(values, step, limits)
     return in_steps(values, {"position_rad": POSITION_STEP, "velocity_rad_s": VELOCITY_STEP}.get(name, step))

@@ -12,7 +12,7 @@ from collaudit.core.data.audit_result import Collision, NearMiss
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import equal_runs, run_bounds
-from collaudit.reports.plots.downsample import column_edges, column_extremes, column_shares
+from collaudit.reports.plots.downsample import column_edges, column_extremes, column_shares, thin
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
@@ -114,6 +114,7 @@ _LEAST_IN_COLUMN = 5  # samples a column's spread is read from
 _MOST_AGAINST = 50_000
 _SHARES = (0.0, 0.05, 0.5, 0.95, 1.0)
 _AGAINST_WIDTH, _AGAINST_HEIGHT = 780, 150
+_CYCLE_COLUMNS, _CYCLE_POINTS = 120, 400
 
 
 def draw_against(trace: JointTrace, unit: str, prismatic: bool, name: str, label: str) -> Markup | None:
@@ -156,12 +157,51 @@ def draw_against(trace: JointTrace, unit: str, prismatic: bool, name: str, label
     return drawing(_AGAINST_WIDTH, _AGAINST_HEIGHT, label, panels, name)
 
 
-def _columns(panel: Panel, x: FloatArray, residual: FloatArray) -> None:
+def draw_cycles(trace: JointTrace, alarms: Sequence[Collision], unit: str, name: str, label: str) -> Markup | None:
+    """The residual of all cycles over their path as a band, over it the one with the strongest alarm; places of alarms.
+
+    Args:
+        trace: of the joint.
+        alarms: of this joint.
+        unit: of its torque.
+        name: id of the drawing, unique in the page.
+        label: text for those who cannot see it.
+
+    Returns:
+        The drawing; None where nothing repeats, or nothing was judged.
+    """
+    if trace.cycle is None:
+        return None
+    number, place = trace.cycle
+    rows = np.flatnonzero(np.isfinite(place) & trace.judged & np.isfinite(trace.residual_nm))
+    if rows.size < 10 * _LEAST_IN_COLUMN:
+        return None
+    some = rows[:: max(1, rows.size // (2 * _MOST_AGAINST))]
+    residual = trace.residual_nm[some]
+    found = np.searchsorted(trace.time_s, [alarm.onset_s + 0.5 * alarm.duration_s for alarm in alarms])
+    own = rows[:0]
+    if alarms:
+        worst = int(np.argmax([abs(alarm.peak_nm) / alarm.gamma_nm for alarm in alarms]))
+        own = rows[number[rows] == number[found[worst]]] if number[found[worst]] >= 0 else own
+    seen = np.concatenate([residual, trace.residual_nm[own]])
+    limit = (min(0.0, 1.05 * float(seen.min())), max(0.0, 1.05 * float(seen.max())))
+    panel = Panel((46, 18, _AGAINST_WIDTH - 54, _AGAINST_HEIGHT - 52), (0.0, 1.0), limit)
+    panel.y_axis(f"residual, {unit}")
+    panel.x_axis("share of the path")
+    panel.level(0.0, "zero")
+    _columns(panel, place[some].astype(np.float64), residual, _CYCLE_COLUMNS)
+    order = own[np.argsort(place[own], kind="stable")]
+    panel.line(*thin(place[order].astype(np.float64), trace.residual_nm[order], _CYCLE_POINTS), "curve")
+    panel.moments(place[found][np.isfinite(place[found])].tolist(), "mark-alarm")
+    return drawing(_AGAINST_WIDTH, _AGAINST_HEIGHT, label, [panel], name)
+
+
+def _columns(panel: Panel, x: FloatArray, residual: FloatArray, columns: int = _AGAINST_COLUMNS) -> None:
     """Extremes, 5 to 95 % and the median; nothing is drawn across what was never visited."""
-    edges = np.linspace(float(x.min()), float(x.max()) + 1e-12, _AGAINST_COLUMNS + 1)
-    column = np.minimum(np.searchsorted(edges, x, side="right") - 1, _AGAINST_COLUMNS - 1)
-    part = np.full((_AGAINST_COLUMNS, 5), np.nan)
-    for k in range(_AGAINST_COLUMNS):
+    edges = np.linspace(float(x.min()), float(x.max()) + 1e-12, columns + 1)
+    column = np.minimum(np.searchsorted(edges, x, side="right") - 1, columns - 1)
+    part = np.full((columns, 5), np.nan)
+    for k in range(columns):
         inside = residual[column == k]
         if inside.size:
             part[k] = np.quantile(inside, _SHARES, method="nearest")

@@ -54,6 +54,10 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
     return Section("Contacts in order of time", head, rows, (note,) if rows else (), windows=windows)
 
 
+#: Which residual an alarm is of.
+_SPOKE = {"model": "the model", "cycle": "other cycles", "both": "both"}
+
+
 def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequence[Collision]) -> dict[str, str]:
     worst = max(alarms, key=height, default=None)
     others = len(contact.joints) - 1
@@ -110,10 +114,13 @@ def alarm_section(result: AuditResult) -> Section:
             _lasted(alarm.duration_s, result),
             *_peak_and_gamma(alarm, result),
             alarm.phase,
+            _SPOKE[alarm.spoke],
         )
         for alarm in in_time(result.collisions)
     )
-    return Section("Alarms of single joints", ("joint", "onset", "detected", "above γ", "peak", "γ", "phase"), rows)
+    return Section(
+        "Alarms of single joints", ("joint", "onset", "detected", "above γ", "peak", "γ", "phase", "told by"), rows
+    )
 
 
 def near_miss_section(result: AuditResult) -> Section:

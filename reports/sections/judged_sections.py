@@ -1,4 +1,4 @@
-"""What was judged of each joint, what would have been noticed, the level of the residual, supported thresholds."""
+"""What was judged of each joint and cycle, what would have been noticed, the residual, supported thresholds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collaudit.core.verdict.noticed_words import force_text, time_text
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, duration, fixed, percent, significant, stated, time_decimals
-from collaudit.reports.values.words import NONE, counted, torque_unit
+from collaudit.reports.values.words import NONE, counted, torque_unit, with_unit
 
 #: Shares of the time that tables show.
 SHOWN = (0.5, 0.95)
@@ -199,3 +199,29 @@ def _threshold_row(joint: str, rule: RecommendedRule, result: AuditResult) -> tu
         duration(3600 * rule.clean_hours),
         NONE if upper is None else f"≤ {significant(upper)} /h",
     )
+
+
+def cycle_section(result: AuditResult) -> Section:
+    """The comparison of cycles: its thresholds, what it leaves of the spread, and what it cannot see."""
+    facts = result.cycles
+    if facts is None:
+        return Section("Cycles", (), ())
+    rows = tuple(
+        (
+            joint,
+            with_unit(significant(gamma), joint, result.log.units),
+            with_unit(significant(result.rule.gamma_nm[joint]), joint, result.log.units),
+            f"{100 * facts.spread_share[joint]:.0f} %",
+            duration(facts.judged_s[joint]),
+        )
+        for joint, gamma in facts.gamma_nm.items()
+    )
+    low, middle, high = facts.duration_s
+    rests = f"{facts.nights} earlier nights" if facts.nights else "the other cycles of this log"
+    said = (
+        f"{len(facts.starts_s)} cycles, {'as stated' if facts.stated else 'found by the measured path'}, of "
+        f"{middle:.3g} s ({low:.3g} to {high:.3g} s) and {facts.path_rad:.3g} rad over all joints; {facts.compared} "
+        f"compared with {rests}."
+    )
+    head = ("joint", "γ to other cycles", "γ", "spread left", "compared")
+    return Section(f"Cycles ({len(facts.starts_s)})", head, rows, (said, *facts.unseen))

@@ -7,6 +7,7 @@ once, is decided on reading: the latest batch.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import re
@@ -21,10 +22,12 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.night_row import STORE_SCHEMA, NightRow
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.cycle_file import read_reference
 from collaudit.reports.files.json_files import json_text, plain
 
 _FOLDER = f"v{STORE_SCHEMA}"
@@ -52,6 +55,15 @@ SCHEMA = pa.schema(
         *[(name, _TEXT) for name in ("config_sha256", "friction_sha256", "collaudit")],
     ]
 )
+
+
+#: Nights of a program whose cycles are kept: enough for a median, some ten kB each.
+_NIGHTS_KEPT = 20
+
+
+def _of_program(robot: str, program: str) -> str:
+    key = "\n".join((robot, program)).encode("utf-8", "surrogateescape")
+    return f"{_FOLDER}/cycles/{hashlib.sha256(key).hexdigest()[:16]}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +148,40 @@ class ResultStore:
         part = pq.ParquetFile(io.BytesIO(self._read_if_there(batch) or b"")).read()
         stays = [_row_of(value).identity not in identities for value in part.select(SCHEMA.names).to_pylist()]
         self._write_rows(batch, part.filter(pa.array(stays, pa.bool_())))
+
+    def keep_reference(self, robot: str, program: str, night: str, log_sha256: str, content: bytes) -> None:
+        """Keep what a passed night says of a program's cycles; only the latest nights stay.
+
+        Args:
+            robot, program: whose it is.
+            night: ISO date.
+            log_sha256: of its log; the same log replaces what was kept of it.
+            content: of :func:`collaudit.reports.files.cycle_file.reference_bytes`.
+
+        Raises:
+            CollauditError: the store cannot be written.
+        """
+        folder = _of_program(robot, program)
+        self._write(f"{folder}/{night}-{log_sha256[:16]}.npz", content)
+        for name in self._references(folder)[:-_NIGHTS_KEPT]:
+            if self.is_remote:
+                fs, root = self._remote()
+                fs.rm_file(f"{root}/{name}")
+            else:
+                (Path(self.place) / name).unlink(missing_ok=True)
+
+    def references(self, robot: str, program: str) -> tuple[CycleReference, ...]:
+        """What passed nights say of a program's cycles, in their order.
+
+        Raises:
+            CollauditError: the store, or a file of it, cannot be read.
+        """
+        names = self._references(_of_program(robot, program))
+        contents = ((name.rpartition("/")[2], self._read_if_there(name)) for name in names)
+        return tuple(read_reference(x, name[:10], name[11:-4]) for name, x in contents if x is not None)
+
+    def _references(self, folder: str) -> list[str]:
+        return sorted(name for name in self._files() if name.startswith(f"{folder}/") and name.endswith(".npz"))
 
     def rows(self) -> list[NightRow]:
         """The rows that count: those of the latest batch with the log, in the order of robot, night and log."""

@@ -17,7 +17,7 @@ from collaudit.reports.sections.event_sections import (
     shortest_push_text,
 )
 from collaudit.reports.sections.finding_sections import finding_lines, worst_first
-from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
+from collaudit.reports.sections.judged_sections import cycle_section, force_line, judged_section, residual_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
 from collaudit.reports.values.cause_words import cause_lines, follows
@@ -91,6 +91,7 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
     """
     sections = (
         residual_section(result).only(*_RESIDUAL),
+        cycle_section(result),
         _noticed(result),
         alarm_section(result),
         near_miss_section(result).only("#", *_NEAR_MISS, "kind", "phase"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from urllib.parse import quote
 
 from collaudit.core.data.audit_result import Verdict
+from collaudit.core.data.cycles_result import ProgramComparison
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.night_groups import NightGroup
@@ -27,6 +28,7 @@ class NightFacts:
         groups: what fails, by cause and place.
         reports: links to reports, relative to the audit's folder, by name of log.
         link: what these links begin with: where the folder will be found.
+        changes: what changed in the programs of logs since an earlier audit.
         overlays: links to pages that lay a log over the same log of the baseline, by its name.
     """
 
@@ -39,6 +41,7 @@ class NightFacts:
     reports: Mapping[str, str] = field(default_factory=dict)
     link: str = ""
     overlays: Mapping[str, str] = field(default_factory=dict)
+    changes: tuple[ProgramComparison, ...] = ()
 
     @property
     def named(self) -> list[LeftOut]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from collaudit.core.data.cycles_result import LEAST_CHANGE, ProgramComparison
 from collaudit.core.history.night_groups import Moment, NightGroup
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, night_sentence
@@ -102,6 +103,25 @@ def group_section(groups: Sequence[NightGroup]) -> Section:
         "shown it."
     )
     return Section("What fails, by cause and place", head, rows, (note,) if rows else ()).only(*head)
+
+
+def change_section(compared: Sequence[ProgramComparison]) -> Section:
+    """A row a log: what changed in its program since an earlier log, and within what the rest is equal."""
+    rows = tuple(
+        (
+            one.log,
+            one.against or NONE,
+            one.reason or "; ".join(change.text for change in one.changes if change.changed) or "nothing shown",
+            "; ".join(change.text for change in one.changes if not change.changed) or NONE,
+        )
+        for one in compared
+    )
+    least = {name: 100.0 * x if name in ("speed", "friction", "residual") else x for name, x in LEAST_CHANGE.items()}
+    note = (
+        "The same place of the path in both logs; 95 % intervals over cycles. Worth a word from {path:g} mm (tool), "
+        "{speed:g} % of speed, {load:g} kg at the tool's frame, {friction:g} % of friction, {residual:g} % of γ on."
+    ).format(**least)
+    return Section("What changed in the programs", ("log", "since", "changed", "equal"), rows, (note,) if rows else ())
 
 
 def _place(group: NightGroup) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from origins import NOBODY
+from repeated_program import GAMMA, Push, judged, program
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
@@ -98,3 +99,14 @@ def test_a_residual_that_was_wiped_out_is_no_report(
     write_run(tmp_path, replace(audit, signals=wiped), friction)
     with pytest.raises(CollauditError, match=r"contradicts signals\.parquet"):
         check_events(tmp_path, audit.result, open_run(tmp_path).signals)
+
+
+def test_alarms_that_only_other_cycles_tell_follow_from_the_files_too(tmp_path: Path) -> None:
+    heights = ((0.6, 6), (3.0, 9), (0.5, 11))
+    audit = judged(program(16, pushes=[Push(cycle, 0.1, share * GAMMA["joint2"]) for share, cycle in heights])[0])
+    write_run(tmp_path, audit, None)
+    alarms, near_misses, _ = of_the_page()(tmp_path)
+    assert [alarm.spoke for alarm in audit.result.collisions] == ["cycle", "both", "cycle"]
+    ours = sorted((c.onset_s, c.joint) for c in audit.result.collisions)
+    assert [(onset, joint) for onset, _, joint in sorted(alarms.itertuples(index=False, name=None))] == ours
+    assert sorted(near_misses) == sorted((m.onset_s, m.joint) for m in audit.result.near_misses)

@@ -45,6 +45,9 @@ class Arm:
         speed_rad_s: (j,) fastest moves.
         coulomb_nm, viscous_nm_s, extra_nm, stribeck_rad_s, travel_rad: (j,) of its friction.
         noise_nm: (j,) of its torque sensors.
+        unmodelled: RMS of torque that no rigid body has (cables, geometry), a function of the pose, over that of the
+            rigid bodies in the motion.
+        friction: (j,) times the friction stated above.
     """
 
     name: str
@@ -58,6 +61,8 @@ class Arm:
     stribeck_rad_s: FloatArray
     travel_rad: FloatArray
     noise_nm: FloatArray
+    unmodelled: float = 0.0
+    friction: FloatArray | float = 1.0
 
 
 #: Joints of the arms of the description files, the middle of their motion, and the frame of the tool.
@@ -118,23 +123,52 @@ class Push:
     lasts_s: float = 0.2
 
 
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A motion that comes back.
+
+    Attributes:
+        cycle_s: of a cycle at full speed.
+        seed: of its places; None: those of the day.
+        overrides: share of full speed, drawn for each cycle.
+        wait_s: longest wait after a move, drawn for each.
+        aside_rad: how far its second place lies beside the program's, on every joint.
+    """
+
+    cycle_s: float
+    seed: int | None = None
+    overrides: tuple[float, ...] = (1.0,)
+    wait_s: float = 0.0
+    aside_rad: float = 0.0
+
+
 def day(
-    arm: Arm, seed: int, seconds: float, pushes: Sequence[Push] = (), *, first: bool = False, cycle_s: float = 0.0
+    arm: Arm,
+    seed: int,
+    seconds: float,
+    pushes: Sequence[Push] = (),
+    *,
+    first: bool = False,
+    cycle_s: float = 0.0,
+    program: Program | None = None,
 ) -> JointLog:
     """A log of one day; without pushes nothing touches the arm. The first day's friction is as the arm has it.
 
-    With ``cycle_s`` its motion comes back after so many seconds.
+    With ``cycle_s``, or a program, its motion comes back.
     """
     rng = np.random.default_rng([seed, 60])
     time_s = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
-    q, v, a, settled = _motion(arm, rng, time_s, cycle_s)
+    q, v, a, settled = _motion(arm, rng, time_s, program or (Program(cycle_s) if cycle_s else None))
     curve = arm.coulomb_nm + arm.extra_nm * np.exp(-((np.abs(v) / arm.stribeck_rad_s) ** 2))
     share = 0.0 if first else DAY_SHARE
     level = rng.uniform(1.0 - share, 1.0 + share, len(arm.speed_rad_s))
     level = level * (1.0 - WARM_SHARE * (1.0 - np.exp(-time_s[:, None] / WARM_S)))
     size, period, phase = (rng.uniform(*x, len(arm.speed_rad_s)) for x in ((0.0, DRIFT_NM), DRIFT_S, (0.0, 2 * np.pi)))
     zero = size * np.sin(2.0 * np.pi * time_s[:, None] / period + phase)
-    effort = arm.robot.inverse_dynamics(q, v, a) + level * (settled * curve + arm.viscous_nm_s * v) + zero
+    rigid = arm.robot.inverse_dynamics(q, v, a)
+    effort = rigid + arm.friction * level * (settled * curve + arm.viscous_nm_s * v) + zero
+    size = arm.unmodelled * np.sqrt(2.0) * np.std(rigid, axis=0)
+    effort += size * np.sin(2.0 * q + np.roll(q, 1, axis=1) + np.arange(q.shape[1]))
     effort += 0.5 * arm.noise_nm * np.sin(100.0 * q) + rng.normal(0.0, arm.noise_nm, q.shape)
     frame = arm.robot.outer_frame(arm.robot.joint_names[-1])
     for push in pushes:
@@ -147,20 +181,26 @@ def day(
 
 
 def _motion(
-    arm: Arm, rng: np.random.Generator, time_s: FloatArray, cycle_s: float = 0.0
+    arm: Arm, rng: np.random.Generator, time_s: FloatArray, program: Program | None
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Position, velocity, acceleration, and how far friction has turned to the motion's side, -1 to 1; (n, j) each."""
     j, at = len(arm.speed_rad_s), 0
     out = np.zeros((4, time_s.size, j))
     place, side = arm.middle_rad + rng.uniform(-0.5, 0.5, j), np.zeros(j)
-    goals = arm.middle_rad + rng.uniform(-1.0, 1.0, (_MOVES, j)) if cycle_s else None
+    goals, moves, override = None, 0, 1.0
+    if program is not None:
+        places = rng if program.seed is None else np.random.default_rng([program.seed, 61])
+        goals = arm.middle_rad + places.uniform(-1.0, 1.0, (_MOVES, j))
+        goals[1] += program.aside_rad
     while at < time_s.size:
         goal = arm.middle_rad + rng.uniform(-1.0, 1.0, j) if goals is None else goals[0]
         way = goal - place
         lasts = max(0.5, float(np.max(1.875 * np.abs(way) / (rng.uniform(0.15, 1.0) * arm.speed_rad_s))))
         rests = rng.uniform(0.0, 0.6) if rng.random() < 0.3 else 0.0
-        if goals is not None:
-            goals, lasts, rests = np.roll(goals, -1, axis=0), cycle_s / _MOVES, 0.0
+        if goals is not None and program is not None:
+            override = float(rng.choice(program.overrides)) if moves % _MOVES == 0 else override
+            goals, moves = np.roll(goals, -1, axis=0), moves + 1
+            lasts, rests = program.cycle_s / _MOVES / override, float(rng.uniform(0.0, program.wait_s))
         s = np.arange(round((lasts + rests) * RATE_HZ)) / RATE_HZ
         x = np.minimum(s / lasts, 1.0)[:, None]
         q = place + way * x**3 * (10.0 - 15.0 * x + 6.0 * x**2)

@@ -9,6 +9,7 @@ import numpy as np
 from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.external_force import Unsmoothed
 from collaudit.core.data.signals import State
+from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 
@@ -40,7 +41,7 @@ def test_residuals_before_the_kernel_and_their_noise_are_those_of_all_samples_at
     series = SimpleNamespace(time_s=0.002 * np.arange(n), period_s=0.002, effort=effort)
     log = SimpleNamespace(series=series, rigid_nm=rigid, contact_nm=contact, columns=lambda: order)
     residual = SimpleNamespace(torque_nm=smoothed, balance=SimpleNamespace(total_nm=total))
-    run = SimpleNamespace(residual=residual, detected=SimpleNamespace(state=state))
+    run = DetectorRun(None, residual, np.full((n, 2), 3.0, np.float32), SimpleNamespace(state=state))  # type: ignore[arg-type]
     samples = [3, 9_002, n - 1]
     known = Unsmoothed.of(log, run, samples)  # type: ignore[arg-type]
     plain = (effort - rigid - contact)[:, order] + smoothed - total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from arms import dh_robot, dh_row
@@ -18,8 +19,8 @@ COULOMB, VISCOUS = np.array([6.0, 5.0, 3.0]), np.array([8.0, 6.0, 4.0])
 ARMATURE = np.array([0.8, 0.8, 0.4])
 
 
-def settings(scale: float = 1.0, **extra: object) -> Config:
-    """A three-joint arm; ``scale`` is how far its description is off, in masses and centres."""
+def tables(scale: float = 1.0, **extra: object) -> dict[str, Any]:
+    """The settings of :func:`settings` as they stand in a file."""
     rows = [
         dh_row(6.0, (0, 0.02, 0), (0.05, 0.05, 0.05), d=0.3, a=0.05, alpha=-np.pi / 2),
         dh_row(5.0 * scale, (-0.15 * scale, 0, 0.02), (0.02, 0.06, 0.06), a=0.35),
@@ -30,7 +31,12 @@ def settings(scale: float = 1.0, **extra: object) -> Config:
     if tool:
         robot["tool"] = tool
     fit = {"max_samples": 2500, **extra.pop("fit", {})}  # type: ignore[dict-item]
-    return Config.of({"robot": robot, "fit": fit, **extra})
+    return {"robot": robot, "fit": fit, **extra}
+
+
+def settings(scale: float = 1.0, **extra: object) -> Config:
+    """A three-joint arm; ``scale`` is how far its description is off, in masses and centres."""
+    return Config.of(tables(scale, **extra))
 
 
 def arm(config: Config) -> RobotModel:

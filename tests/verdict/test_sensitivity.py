@@ -349,6 +349,6 @@ def test_a_residual_above_the_threshold_in_motion_too_fast_to_judge_is_no_pass(
     monkeypatch.undo()
     judged = audit(log_of(q, external=push), friction)
     assert "too-fast" not in judged.coverage.joints["joint1"].not_judged_s, "a raised threshold judges it"
-    assert bool(judged.collisions) == (seconds > 0.1)
+    assert any(alarm.spoke != "cycle" for alarm in judged.collisions) == (seconds > 0.1)
     assert not audit(log_of(q), friction).collisions
     assert not any("a contact may have been missed" in reason for reason in clean.reasons)

@@ -20,6 +20,7 @@ from collaudit.reports.plots.plot_residual import (
     coverage_bar,
     draw_against,
     draw_autocorrelation,
+    draw_cycles,
     draw_histogram,
     draw_overview,
     draw_trend,
@@ -53,6 +54,7 @@ class JointFigures:
     Attributes:
         anchor: its id in the page.
         bar: its states over the log.
+        cycles: its residual over the path of the program; None where nothing repeats.
         overview, caption: its residual over the log, and words; None where no residual could be computed.
         small: histogram, autocorrelation and trend of its residual, in this order.
         data: its curves for the page's own plots, None where there are none.
@@ -67,6 +69,7 @@ class JointFigures:
     caption: str
     small: tuple[Markup | None, ...]
     against: Markup | None
+    cycles: Markup | None
     data: Mapping[str, object] | None
     windows: Mapping[int, ContactWindow]
     pose: tuple[IntArray, FloatArray] | None
@@ -134,6 +137,13 @@ def _of_joint(
             draw_trend(trace, f"{name}-t", f"RMS of the residual {said} over the log"),
         ),
         against=_against(trace, result, name, unit),
+        cycles=draw_cycles(
+            trace,
+            [alarm for alarm in result.collisions if alarm.joint == joint],
+            unit,
+            f"{name}-c",
+            visible(f"Residual of {joint} over the path of the program, {unit}"),
+        ),
         data=data,
         windows={number: window for number, window in windows.items() if window is not None},
         pose=None if result.arm is None else _pose(trace, result, detail),

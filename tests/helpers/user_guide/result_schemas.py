@@ -15,6 +15,7 @@ from docstring_parser import DocstringStyle, parse
 from collaudit.core.config.describe import choices_of_laws
 from collaudit.core.data import (
     arm_geometry,
+    cycles_result,
     detection_result,
     friction_result,
     identification_result,
@@ -75,6 +76,7 @@ def _dataclass(name: str) -> type:
     elsewhere = {one.__name__: one for one in (Finding, IndexEntry, LeftOut, AcceptanceUse, NightGroup, Moment)}
     homes = (
         arm_geometry,
+        cycles_result,
         result_types,
         detection_result,
         friction_result,

@@ -26,6 +26,7 @@ ROOMS = (
     "identification",
     "friction",
     "residual",
+    "cycles",
     "detection",
     "contacts",
     "scoring",

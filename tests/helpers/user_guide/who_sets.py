@@ -15,6 +15,7 @@ WHO_SETS = {
     "friction": "whoever fits friction, or judges with it.",
     "fit": "whoever identifies an arm.",
     "detect": "whoever signs the rule.",
+    "cycles": "whoever knows where the cycles of a program begin, or wants none compared.",
     "near_miss": "whoever counts near misses differently from the defaults.",
     "phases": "whoever recorded a task in which the tool was meant to touch something.",
     "policy": "whoever decides what fails a night, and what must have been noticed for a pass.",

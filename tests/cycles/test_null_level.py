@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from collaudit.core.cycles.null_level import NullEvidence, motion_levels, rest_level
 from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM
-from collaudit.core.recommend.null_level import NullEvidence, motion_levels, rest_level
 
 PERIOD = 0.002
 N = 13

@@ -93,9 +93,38 @@ def _automatic(job: _Job) -> FrictionFit:
         chosen = reference if reference is not None and _eligible(reference) else line
         why = "taken by the F test against Coulomb + viscous; too few speeds to leave any out"
         rows = [replace(r, chosen=True, note=why) if r.model == chosen.law.name else r for r in rows]
-    is_line = chosen.law is LINE
-    fit = _line(job, line, _why_a_line(job, reference), reference) if is_line else _law_fit(job, chosen)
+    if chosen.law is LINE:
+        fit = _line(job, _with_shape(line, fitted, rows, job.data), _why_a_line(job, reference), reference)
+    else:
+        fit = _law_fit(job, chosen)
     return replace(fit, comparison=(*rows, *refused))
+
+
+def _with_shape(
+    line: Candidate, fitted: Sequence[Candidate], rows: Sequence[ModelComparison], data: ls.Points
+) -> Candidate:
+    """The straight line, its errors as large as what sets it apart from the laws that the points do not exclude.
+
+    Each law counts by its Akaike weight (unconditional variance: Burnham and Anderson, Model Selection, 2002, 4.3).
+    """
+    known = [(c, row.aicc) for c, row in zip(fitted, rows, strict=True) if row.aicc is not None and not c.refusal]
+    if line.covariance is None or not known:
+        return line
+    least = min(aicc for _, aicc in known)
+    weight = np.array([np.exp(0.5 * (least - aicc)) for _, aicc in known])
+    apart = weight @ [np.mean((c.predicted - line.predicted) ** 2) for c, _ in known] / weight.sum()
+    columns = np.column_stack([np.ones(data.n), data.speed])
+    own = np.mean(np.sum((columns @ line.covariance) * columns, axis=1))
+    wider = float(np.sqrt(1.0 + apart / own)) if own > 0.0 else 1.0
+
+    def widened(value: float, end: float | None) -> float | None:
+        return None if end is None else value + wider * (end - value)
+
+    ci95 = {
+        symbol: None if ends is None else (widened(value, ends[0]), widened(value, ends[1]))
+        for (symbol, ends), value in zip(line.ci95.items(), line.values.values(), strict=True)
+    }
+    return replace(line, ci95=ci95, covariance=wider**2 * line.covariance)
 
 
 def _eligible(candidate: Candidate) -> bool:
@@ -173,7 +202,7 @@ def _empty(points: Sequence[FrictionPoint], units: FrictionUnits) -> FrictionFit
 def _too_little(points: Sequence[FrictionPoint], units: FrictionUnits) -> str | None:
     """Why these points cannot carry even Coulomb-viscous friction, or None."""
     if not points:
-        return "no constant-velocity section of this joint gave a friction point"
+        return "it moves too little: no stretch of constant velocity, nor any other motion, gave a friction point"
     speeds = sorted(p.speed_rad_s for p in points)
     if len(points) < 3 or speeds[-1] < _MIN_SPEED_RATIO * speeds[0]:
         mean = float(np.mean([p.friction_nm for p in points]))

@@ -23,7 +23,7 @@ _MIN_BLOCKS = 3
 #: Effort and position may be up to half a sample apart in time: a drive that holds its torque until the next sample is
 #: half of one early in all that it logs, one that averages or waits as much late. Standard deviation in samples, early,
 #: on time and late being equally likely. What gravity changes in that time has the sign of the motion, as friction has.
-_SIMULTANEOUS = 6.0**-0.5
+SIMULTANEOUS = 6.0**-0.5
 #: Fewer pairs do not show a law; one or two among points of the model's would count as precise ones among rough.
 _ENOUGH = 5
 _PLACES = 400  # at which the mean of ripple over a stroke is taken
@@ -187,7 +187,7 @@ def _pair_point(
         source="pair",
         direction=0,
         others_moving=bool(pair.plus.others_moving or pair.minus.others_moving),
-        timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
+        timing_nm=slope * speed * SIMULTANEOUS * series.period_s,
         seconds=min(len(pair.plus.span), len(pair.minus.span)) * series.period_s,
     )
 
@@ -248,7 +248,7 @@ def _model_point(
         source="model",
         direction=sign,
         others_moving=bool(section.others_moving),
-        timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
+        timing_nm=slope * speed * SIMULTANEOUS * series.period_s,
         seconds=friction.size * series.period_s,
     )
 

@@ -15,7 +15,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.law_candidates import FrictionUnits
-from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
+from collaudit.core.friction.motion_points import any_motion_tells_more, motion_points, moving_speeds
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
@@ -131,7 +131,7 @@ def _fit_joint(
     )
     fit = None if any_first else _fitted(points, units, config)
     if config.fit.motion != "sections" and (fit is None or fit.model is None):
-        other = _fitted([*loose, *beyond(loose, points)], units, config)
+        other = _fitted(loose, units, config)
         if other.model is not None:
             fit = replace(other, motion="sensors" if direct else "any")
     if fit is None:
@@ -155,7 +155,7 @@ def _loose_points(joint: str, prepared: Sequence[Prepared], config: Config) -> l
     """Points of arbitrary motion, where they may be asked for."""
     if config.fit.motion == "sections":
         return []
-    return [point for log in _in_torque_units(prepared, joint) for point in motion_points(log, joint)]
+    return list(motion_points(_in_torque_units(prepared, joint), joint))
 
 
 def _in_torque_units(prepared: Sequence[Prepared], joint: str) -> list[Prepared]:

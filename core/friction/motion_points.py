@@ -11,16 +11,21 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.friction.friction_points import SIMULTANEOUS
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.reversal_travel import settled
 
-_BINS = 14
-_MIN_STRETCHES = 4
+#: Bins of speeds of either direction, each with so many pieces of strokes at least; a piece is no longer than this, s.
+_BINS, _LEAST_PIECES, _PIECE_S = 14, 3, 1.0
 _SETTLED_S = 0.1
-_STRETCH_S = 1.0
+#: The variance of a bin that has few pieces is drawn towards that of the others, which counts as so many pieces.
+_PRIOR_PIECES = 8
+#: Share by which an offset of a log is held at 0: it decides what a single direction of motion leaves open.
+_OFFSET_HELD = 1e-6
 #: Speeds closer than this ratio are one speed.
 _DISTINCT = 1.1
 #: As many distinct speeds show how friction goes with speed; with fewer, any other source that has more is better.
@@ -32,48 +37,148 @@ _GAP = 3.0
 _MARGIN = 1.05  # friction is used a little beyond the speeds it was measured at
 
 
-def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
-    """Points (speed, friction) of one joint from all its settled motion, each direction by itself.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Motion:
+    """Settled motion of a joint in one log, (m,) each.
 
-    Friction is the effort less the torque that reaches the link. The standard error is from the scatter between
-    stretches of one second, since neighbouring samples err alike.
+    Attributes:
+        velocity: of the joint.
+        torque: effort less the torque that reaches the link.
+        late: what the torque gains if effort is stamped one standard deviation late.
+        piece: number of the piece of a stroke that a sample is of.
+    """
+
+    velocity: FloatArray
+    torque: FloatArray
+    late: FloatArray
+    piece: IntArray
+
+
+def motion_points(logs: Sequence[Prepared], joint: str) -> tuple[FrictionPoint, ...]:
+    """Points (speed, friction) of one joint from all settled motion of some logs: one regression over all of it.
+
+    Friction is the effort less the torque that reaches the link. It is regressed on bins of speed, each direction by
+    itself, beside an offset of each log. Errors are those of pieces of strokes, since neighbouring samples err alike.
 
     Args:
-        prepared: a log with effort in torque units, and a model torque or a joint torque sensor; none give no points.
+        logs: with effort in torque units, and a model torque or a joint torque sensor; others give nothing.
         joint: its name.
     """
-    series = prepared.series
-    known = prepared.gear_torque(joint)
-    if known is None or series.effort is None:
+    parts = [part for log in logs if (part := _motion(log, joint)) is not None]
+    if not parts:
         return ()
+    first = np.cumsum([0, *(1 + int(part.piece[-1]) for part in parts)])
+    piece = np.concatenate([part.piece + start for part, start in zip(parts, first, strict=False)])
+    velocity = np.concatenate([part.velocity for part in parts])
+    speed, sign = np.abs(velocity), np.sign(velocity)
+    slowest, fastest = max(MOVING_RAD_S, quantile_of(speed, 0.02)), 1.0001 * float(speed.max())
+    number = np.searchsorted(np.geomspace(slowest, fastest, _BINS + 1), speed, side="right") - 1
+    used = number >= 0
+    cell = (piece * 2 * _BINS + number + _BINS * (velocity < 0))[used]
+
+    def cells(values: FloatArray) -> FloatArray:
+        """(g, 2 bins) sums over the samples that each piece has in each bin, forward ones first."""
+        sums = np.bincount(cell, values[used], int(first[-1]) * 2 * _BINS)
+        return np.asarray(sums.reshape(-1, 2 * _BINS), dtype=np.float64)
+
+    fine = cells(np.ones(speed.size))
+    wide = _wide_enough(fine > 0)
+    if wide.shape[1] == 0:
+        return ()
+    samples = fine @ wide
+    way = np.sign(cells(sign).sum(axis=1))
+    offsets = np.repeat(np.eye(len(parts)), np.diff(first), axis=0) * (way * samples.any(axis=1))[:, None]
+    offsets = offsets[:, offsets.any(axis=0)]
+    torque, late = (np.concatenate([getattr(part, name) for part in parts]) for name in ("torque", "late"))
+    mean_speed = (cells(speed) @ wide).sum(axis=0) / samples.sum(axis=0)
+    direction = np.sign(way @ samples)
+    line = np.column_stack([np.ones_like(mean_speed), mean_speed, direction])
+    friction, error = _regressed(cells(sign * torque) @ wide, samples, offsets, line)
+    timing, _ = _regressed(cells(sign * late) @ wide, samples, offsets, line)
+    pieces = np.count_nonzero(samples, axis=0)
+    return tuple(
+        FrictionPoint(
+            speed_rad_s=float(mean_speed[k]),
+            friction_nm=float(friction[k]),
+            sd_nm=float(error[k] * np.sqrt(pieces[k])),
+            se_nm=float(error[k]),
+            source="model",
+            direction=int(direction[k]),
+            others_moving=True,
+            timing_nm=float(timing[k]),
+        )
+        for k in range(wide.shape[1])
+    )
+
+
+def _motion(log: Prepared, joint: str) -> _Motion | None:
+    """The settled motion of a joint; None without any."""
+    series, known = log.series, log.gear_torque(joint)
+    if known is None or series.effort is None:
+        return None
     j = series.column(joint)
-    if prepared.sensed(joint):  # as noisy as the effort
+    if log.sensed(joint):  # as noisy as the effort
         known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
-    unexplained = np.subtract(effort, known, out=effort)
-    rows = _settled_rows(series, j, unexplained)
+    rows = _settled_rows(series, j, effort, known)
     if rows.size == 0:
-        return ()
-    velocity = series.velocity_rad_s[:, j][rows]
-    _, second = np.unique(np.floor(series.time_s[rows] / _STRETCH_S), return_inverse=True)
-    return _points(velocity, np.sign(velocity) * unexplained[rows], second)
+        return None
+    rate = np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows])
+    new = (np.diff(rows) > 1) | (np.diff(np.floor(series.time_s[rows] / _PIECE_S)) > 0)
+    return _Motion(
+        velocity=series.velocity_rad_s[:, j][rows],
+        torque=(effort - known)[rows],
+        late=SIMULTANEOUS * series.period_s * rate,
+        piece=np.concatenate([[0], np.cumsum(new)]),
+    )
 
 
-def _points(velocity: FloatArray, friction: FloatArray, second: IntArray) -> tuple[FrictionPoint, ...]:
-    """Points of (m,) samples, forward ones first: one a bin of speeds that enough seconds have."""
-    speed = np.abs(velocity)
-    edges = np.geomspace(max(MOVING_RAD_S, quantile_of(speed, 0.02)), float(speed.max()) * 1.0001, _BINS + 1)
-    bins = np.searchsorted(edges, speed, side="right")
-    points = []
-    for direction in (1, -1):
-        way = np.sign(velocity) == direction
-        for number in range(1, _BINS + 1):
-            inside = np.flatnonzero(way & (bins == number))
-            count = np.bincount(second[inside])
-            total = np.asarray(np.bincount(second[inside], friction[inside]), dtype=np.float64)
-            if np.count_nonzero(count) >= _MIN_STRETCHES:
-                points.append(_point(speed[inside], friction[inside], count[count > 0], total[count > 0], direction))
-    return tuple(points)
+def _wide_enough(present: BoolArray) -> FloatArray:
+    """(2 bins, b) which bins are taken together, from slow to fast, so that each has enough pieces.
+
+    Args:
+        present: (g, 2 bins) which piece has samples in which bin.
+    """
+    wide: list[FloatArray] = []
+    for way in (range(_BINS), range(_BINS, 2 * _BINS)):
+        own, waiting = list[FloatArray](), np.zeros(2 * _BINS)
+        for k in way:
+            waiting[k] = 1.0
+            if np.count_nonzero(present[:, waiting > 0].any(axis=1)) >= _LEAST_PIECES:
+                own, waiting = [*own, waiting], np.zeros(2 * _BINS)
+        if own:
+            own[-1] += waiting
+        wide += own
+    return np.reshape(wide, (len(wide), 2 * _BINS)).T
+
+
+def _regressed(
+    sums: FloatArray, samples: FloatArray, offsets: FloatArray, columns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(b,) means of the bins beside an offset of each log, and their standard errors.
+
+    Errors are cluster-robust over the pieces (Liang and Zeger, Biometrika 73, 1986), those of rare bins moderated
+    (Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004). Bins that a piece passes one after the other err alike: all errors
+    are as much larger as those of a straight line through the bins are (design effect: Kish, Survey Sampling, 1965).
+
+    Args:
+        sums, samples: (g, b) of each piece in each bin.
+        offsets: (g, l) column of each log's offset.
+        columns: (b, k) of a straight line.
+    """
+    bins, shared = sums.shape[1], samples.T @ offsets
+    held = offsets.T @ (samples.sum(axis=1)[:, None] * offsets) * (1.0 + _OFFSET_HELD)
+    inverse = np.linalg.inv(np.block([[np.diag(samples.sum(axis=0)), shared], [shared.T, held]]))
+    value = inverse @ np.concatenate([sums.sum(axis=0), offsets.T @ sums.sum(axis=1)])
+    left = sums - samples * (value[:bins] + (offsets @ value[bins:])[:, None])
+    score = np.hstack([left, left.sum(axis=1)[:, None] * offsets]) @ inverse[:, :bins]
+    told, pieces = np.count_nonzero(samples.any(axis=1)), np.count_nonzero(samples, axis=0)
+    own = pieces * np.sum(score**2, axis=0) * told / max(told - len(inverse), 1)
+    moderated = (_PRIOR_PIECES * np.median(own) + (pieces - 1) * own) / (_PRIOR_PIECES + pieces - 1)
+    error = np.sqrt(moderated / pieces)
+    line = np.linalg.pinv(columns / error[:, None]) / error  # (k, b) of a straight line through the bins
+    together = np.sum((score @ line.T) ** 2, axis=0) / ((line**2) @ np.sum(score**2, axis=0))
+    return value[:bins], error * np.sqrt(max(1.0, float(together.max())))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,35 +244,13 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
         j: the joint's column.
         needed: (n,) each.
     """
-    rows = steady(series.velocity_rad_s[:, j], MOVING_RAD_S, round(_SETTLED_S / series.period_s))
+    velocity = series.velocity_rad_s[:, j]
+    rows = steady(velocity, MOVING_RAD_S, round(_SETTLED_S / series.period_s))
+    rows &= settled(series.segments, series.position_rad[:, j], velocity, MOVING_RAD_S)[0]
     rows &= ~(series.edge | series.saturated[:, j])
     for column in needed:
         rows &= np.isfinite(column)
     return np.flatnonzero(rows)
-
-
-def clustered_error(mean: float, count: IntArray, total: FloatArray) -> float:
-    """Standard error of a mean whose errors within a cluster are alike (cluster-robust, G/(G - 1) clusters).
-
-    Args:
-        mean: of all values.
-        count, total: (g,) number and sum of the values of each cluster; two clusters at least.
-    """
-    score = total - mean * count  # ratio estimator of a mean over clusters of unequal size
-    return float(np.sqrt(count.size / (count.size - 1) * np.sum(score**2))) / int(count.sum())
-
-
-def _point(speed: FloatArray, friction: FloatArray, count: IntArray, total: FloatArray, sign: int) -> FrictionPoint:
-    mean = float(friction.mean())
-    return FrictionPoint(
-        speed_rad_s=float(speed.mean()),
-        friction_nm=mean,
-        sd_nm=float(np.std(friction, ddof=1)),
-        se_nm=clustered_error(mean, count, total),
-        source="model",
-        direction=sign,
-        others_moving=True,
-    )
 
 
 def distinct_speeds(points: Sequence[FrictionPoint]) -> int:
@@ -218,12 +301,3 @@ def any_motion_tells_more(
         return there > here
     paired = sum(p.source == "pair" for p in sections) >= _ENOUGH
     return covered(motion, speeds) - covered(sections, speeds) > (_GAIN_OVER_PAIRS if paired else _GAIN)
-
-
-def beyond(motion: Sequence[FrictionPoint], sections: Sequence[FrictionPoint]) -> list[FrictionPoint]:
-    """Sections slower or faster than what arbitrary motion shows: rare speeds that no bin of it holds."""
-    if not motion:
-        return []
-    speeds = [p.speed_rad_s for p in motion]
-    low, high = min(speeds) / _DISTINCT, max(speeds) * _DISTINCT
-    return [p for p in sections if not low <= p.speed_rad_s <= high]

@@ -65,15 +65,17 @@ def _joints(friction: FrictionFile, detail: bool) -> Section:
         speeds = "" if fit.speed_range_rad_s is None else " to ".join(f"{x:.3g}" for x in fit.speed_range_rad_s)
         parameters = (_parameters(fit),) if detail else ()
         quality = _quality(fit) if detail else _number(fit.rmse_nm)
-        rows.append((name, fit.model or "not fitted", gamma.get(name, NONE), quality, speeds, *parameters))
+        rows.append(
+            (name, fit.model or "not fitted", _evidence(fit), gamma.get(name, NONE), quality, speeds, *parameters)
+        )
         said += [(name, fit.reason)] if fit.reason else []
         if detail:
             said += [(name, text) for text in fit.not_identifiable]
             needed = () if fit.identifiability is None else fit.identifiability.motion_needed
-            said += [(name, f"to determine it: {'; '.join(needed)}")] if needed else []
+            said += [(name, f"what would tell that, and nothing else needs: {'; '.join(needed)}")] if needed else []
     units = {fit.effort_unit for fit in friction.joints.values()}
     rmse = "RMSE (of rated)" if detail else f"RMSE, {' or '.join(sorted(units))}"
-    head: tuple[str, ...] = ("joint", "model", "auto γ, N·m", rmse, "speeds, rad/s")
+    head: tuple[str, ...] = ("joint", "model", "from", "auto γ, N·m", rmse, "speeds, rad/s")
     notes = joint_lines(said, len(friction.joints), brief=True)
     if detail:
         head = (*head, "parameters [95 % interval]")
@@ -83,6 +85,15 @@ def _joints(friction: FrictionFile, detail: bool) -> Section:
         left_open = f", and what is not determined ({named})" if undetermined else ""
         notes = [*notes, f"Parameters with 95 % intervals{left_open}: -v, and friction.json."]
     return Section("", head, tuple(rows), tuple(notes))
+
+
+def _evidence(fit: FrictionFit) -> str:
+    """What the law of a joint was told by."""
+    if fit.model is None:
+        return NONE
+    if fit.motion == "sections":
+        return f"{fit.n_pairs} pairs" if fit.n_pairs else f"{fit.section_count} sections"
+    return "any motion" if fit.motion == "any" else fit.motion
 
 
 def _parameters(fit: FrictionFit) -> str:

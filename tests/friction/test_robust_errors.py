@@ -7,25 +7,12 @@ import pytest
 from scipy.stats import t as student
 from statsmodels.regression.linear_model import OLS
 
-from collaudit.core.friction.motion_points import clustered_error
 from collaudit.core.friction.slopes import friction_slope
 
 
 def wander(rng: np.random.Generator, n: int, alike: int) -> np.ndarray:
     """Noise whose neighbours err alike."""
     return np.repeat(rng.standard_normal(n // alike + 1), alike)[:n] + 0.3 * rng.standard_normal(n)
-
-
-def test_the_error_of_a_mean_over_stretches_is_cluster_robust() -> None:
-    rng = np.random.default_rng(0)
-    cluster = np.sort(rng.integers(0, 9, 400)) * 3  # of unequal size, numbers with gaps
-    values = 7.0 + wander(rng, 400, 40)
-    _, label = np.unique(cluster, return_inverse=True)
-    mean = float(values.mean())
-    error = clustered_error(mean, np.bincount(label), np.bincount(label, values))
-    other = OLS(values, np.ones(400)).fit(cov_type="cluster", cov_kwds={"groups": cluster})
-    assert mean == pytest.approx(other.params[0], rel=1e-12)
-    assert error == pytest.approx(other.bse[0], rel=1e-12)
 
 
 def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:

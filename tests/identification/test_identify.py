@@ -234,7 +234,7 @@ def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
 def test_friction_is_read_off_any_motion() -> None:
     config = settings()
     log = prepared_log(config, arm(config))
-    points = motion_points(log, "joint2")
+    points = motion_points([log], "joint2")
     assert {p.direction for p in points} == {1, -1}
     for p in points:
         offset = -0.3 * p.direction

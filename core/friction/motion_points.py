@@ -18,6 +18,7 @@ from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.reversal_travel import settled
+from collaudit.core.torque_table.block_sums import estimate
 
 #: Bins of speeds of either direction, each with so many pieces of strokes at least; a piece is no longer than this, s.
 _BINS, _LEAST_PIECES, _PIECE_S = 14, 3, 1.0
@@ -88,13 +89,10 @@ def motion_points(logs: Sequence[Prepared], joint: str) -> tuple[FrictionPoint, 
     samples = fine @ wide
     way = np.sign(cells(sign).sum(axis=1))
     offsets = np.repeat(np.eye(len(parts)), np.diff(first), axis=0) * (way * samples.any(axis=1))[:, None]
-    offsets = offsets[:, offsets.any(axis=0)]
     torque, late = (np.concatenate([getattr(part, name) for part in parts]) for name in ("torque", "late"))
-    mean_speed = (cells(speed) @ wide).sum(axis=0) / samples.sum(axis=0)
+    friction, error = _regressed(cells(sign * torque) @ wide, cells(torque**2).sum(axis=1), samples, offsets)
+    mean_speed, timing = ((cells(x) @ wide).sum(axis=0) / samples.sum(axis=0) for x in (speed, sign * late))
     direction = np.sign(way @ samples)
-    line = np.column_stack([np.ones_like(mean_speed), mean_speed, direction])
-    friction, error = _regressed(cells(sign * torque) @ wide, samples, offsets, line)
-    timing, _ = _regressed(cells(sign * late) @ wide, samples, offsets, line)
     pieces = np.count_nonzero(samples, axis=0)
     return tuple(
         FrictionPoint(
@@ -153,32 +151,38 @@ def _wide_enough(present: BoolArray) -> FloatArray:
 
 
 def _regressed(
-    sums: FloatArray, samples: FloatArray, offsets: FloatArray, columns: FloatArray
+    sums: FloatArray, squares: FloatArray, samples: FloatArray, offsets: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(b,) means of the bins beside an offset of each log, and their standard errors.
 
-    Errors are cluster-robust over the pieces (Liang and Zeger, Biometrika 73, 1986), those of rare bins moderated
-    (Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004). Bins that a piece passes one after the other err alike: all errors
-    are as much larger as those of a straight line through the bins are (design effect: Kish, Survey Sampling, 1965).
+    Errors are those of the pieces' scores, of rare bins moderated (Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004). Bins
+    that a piece passes one after the other err alike: all errors are as much larger as that of their mean is (design
+    effect: Kish, Survey Sampling, 1965).
 
     Args:
         sums, samples: (g, b) of each piece in each bin.
+        squares: (g,) sum of squares of each piece.
         offsets: (g, l) column of each log's offset.
-        columns: (b, k) of a straight line.
     """
-    bins, shared = sums.shape[1], samples.T @ offsets
-    held = offsets.T @ (samples.sum(axis=1)[:, None] * offsets) * (1.0 + _OFFSET_HELD)
-    inverse = np.linalg.inv(np.block([[np.diag(samples.sum(axis=0)), shared], [shared.T, held]]))
-    value = inverse @ np.concatenate([sums.sum(axis=0), offsets.T @ sums.sum(axis=1)])
-    left = sums - samples * (value[:bins] + (offsets @ value[bins:])[:, None])
-    score = np.hstack([left, left.sum(axis=1)[:, None] * offsets]) @ inverse[:, :bins]
-    told, pieces = np.count_nonzero(samples.any(axis=1)), np.count_nonzero(samples, axis=0)
-    own = pieces * np.sum(score**2, axis=0) * told / max(told - len(inverse), 1)
-    moderated = (_PRIOR_PIECES * np.median(own) + (pieces - 1) * own) / (_PRIOR_PIECES + pieces - 1)
-    error = np.sqrt(moderated / pieces)
-    line = np.linalg.pinv(columns / error[:, None]) / error  # (k, b) of a straight line through the bins
-    together = np.sum((score @ line.T) ** 2, axis=0) / ((line**2) @ np.sum(score**2, axis=0))
-    return value[:bins], error * np.sqrt(max(1.0, float(together.max())))
+    bins, count = sums.shape[1], samples.sum(axis=1)
+    shared = samples[:, :, None] * offsets[:, None, :]
+    zeros, along = count[:, None, None] * offsets[:, :, None] * offsets[:, None, :], sums.sum(axis=1)[:, None] * offsets
+    target = np.concatenate([sums, along], axis=1)[:, :, None]
+    products = np.block(
+        [
+            [np.concatenate([samples[:, :, None] * np.eye(bins), shared], axis=2), target[:, :bins]],
+            [np.concatenate([shared.transpose(0, 2, 1), zeros], axis=2), target[:, bins:]],
+            [target.transpose(0, 2, 1), squares[:, None, None]],
+        ]
+    )
+    prior = np.concatenate([np.zeros(bins), _OFFSET_HELD * (np.abs(offsets).T @ count + 1.0)])
+    found = estimate(products[:, None], count[:, None], np.arange(prior.size)[None], prior)
+    covariance, pieces = found.covariance[:bins, :bins], np.count_nonzero(samples, axis=0)
+    own = pieces * np.diag(covariance)
+    moderated = ((_PRIOR_PIECES * np.median(own) + (pieces - 1) * own) / (_PRIOR_PIECES + pieces - 1)) / pieces
+    weight = 1.0 / moderated
+    together = (weight @ covariance @ weight) / (weight**2 @ np.diag(covariance))
+    return found.value[:bins], np.sqrt(moderated * max(1.0, float(together)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

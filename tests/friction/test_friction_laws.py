@@ -113,7 +113,7 @@ def test_a_curve_no_law_knows_is_left_to_the_data_driven_one() -> None:
     assert law.torque(SPEEDS) == pytest.approx(friction, abs=0.15)
     # beyond the measured speeds it runs on as a line, it does not explode
     assert law.torque(np.array([2.4]))[0] == pytest.approx(law.torque(np.array([1.2]))[0] + 3.6, abs=2.0)
-    assert any("only the curve" in text for text in fit.not_identifiable)
+    assert any("only its curve" in text for text in fit.not_identifiable)
 
 
 def test_open_sides_are_named_with_the_motion_that_would_close_them() -> None:

@@ -69,8 +69,12 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         overrides(),
         guesses_of(loaded.path, overrides()),
     )
+    layout: dict[str, object] = {
+        "log.units.time": unit for topic in summary.topics if (unit := topic.time_unit) is not None
+    }
     if summary.csv_columns and not summary.topics[0].readable:
         layout = guess_layout(files, loaded.config.log, movable)
+    if layout:
         flags, guesses = {**flags, **layout}, guesses | key_paths(layout)
         loaded = load_config(loaded.path, flags)
         summary = describe(files, loaded.config.log, movable)

@@ -262,4 +262,5 @@ def _table_info(name: str, table: JointTable, layout: str) -> TopicInfo:
         has_effort=held.get("effort", False),
         role="joint_states",
         note="; ".join(f"{quantity} in {unit}" for quantity, unit in table.units.items()),
+        time_unit=table.time_unit,
     )

@@ -34,6 +34,7 @@ class TopicInfo:
         effort_noise: of joint states, whether their efforts have a sensor's noise; a model's are smooth.
         signal: of joint states, what its efforts are: measured or plain, desired, commanded, of a model …
         fields: of a type that no profile reads, keys of ``[log.fields]`` that its first message suggests.
+        time_unit: of a table's stamps, as the motion tells it, where it must be stated.
     """
 
     name: str
@@ -53,6 +54,7 @@ class TopicInfo:
     effort_noise: bool | None = None
     signal: Role = "plain"
     fields: Mapping[str, str | list[str]] = field(default_factory=dict)
+    time_unit: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,6 +66,8 @@ class TorqueTable:
         Args:
             columns: (m, j) each; rows at which one is NaN do not count.
         """
+        if len(self.time_s) < 2:
+            return {}
         rate, speed = np.gradient(self.model, self.period_s, axis=0), np.abs(self.motion[1])
         every = np.stack([self.effort, self.model, rate, self.way, speed, *columns.values()], axis=2)
         slides, out = (np.abs(self.way) == 1.0) & np.isfinite(every).all(axis=2), {}

@@ -144,9 +144,11 @@ def test_seconds_and_microseconds(tmp_path: Path) -> None:
 @pytest.mark.parametrize("degrees", [False, True])
 def test_positions_that_move_by_their_velocities_tell_the_unit(unit: str, degrees: bool, tmp_path: Path) -> None:
     """Coarse encoders, filtered velocities: only one unit of time lets one be the derivative of the other."""
-    log, found = read(moved(tmp_path, TIME_S * SCALES[unit], 57.3 if degrees else 1.0))
-    np.testing.assert_allclose(log.time_s, TIME_S, atol=1e-9)
-    assert found["log-guessed"] == "info"
+    path = moved(tmp_path, TIME_S * SCALES[unit], 57.3 if degrees else 1.0)
+    with pytest.raises(LogError, match=rf'state it, \[log.units\] time = "{unit}"\.'):
+        read(path)
+    assert describe((path,)).topics[0].time_unit == unit, "init writes it as a guess"
+    np.testing.assert_allclose(read(path, time=unit)[0].time_s, TIME_S, atol=1e-9)
 
 
 def test_a_counter_is_asked_about_with_its_rate(tmp_path: Path) -> None:

@@ -29,9 +29,9 @@ from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.other_layouts import echoed_keys, echoed_lines, widening_command
 from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.time_columns import FRACTION, SCALES, guess_time, named_unit, seconds_of
+from collaudit.core.logs.tables.time_columns import FRACTION, guess_time, named_unit, seconds_of
 from collaudit.core.logs.tables.time_parts import time_parts
-from collaudit.core.logs.tables.time_unit import settled_unit
+from collaudit.core.logs.tables.time_unit import told_unit
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Two files share their time column when their stamps agree within this.
@@ -59,6 +59,7 @@ class JointTable:
         findings: what was guessed.
         texts: column name to the text of each row, of the columns of annotations and of the phase.
         obstacle: why nothing can be done by its stamps, one of the findings; None where something can.
+        time_unit: of its stamps, by the motion, where the obstacle is that nothing states it.
     """
 
     time_s: FloatArray
@@ -72,6 +73,7 @@ class JointTable:
     findings: list[Finding]
     texts: dict[str, tuple[str, ...]]
     obstacle: Finding | None = None
+    time_unit: str | None = None
 
 
 def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequence[str] = ()) -> JointTable:
@@ -97,6 +99,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     texts: dict[str, tuple[str, ...]] = {}
     runs: FloatArray | None = None
     obstacle: Finding | None = None
+    told: str | None = None
     for file in files:
         own_time, start, unit, columns_read, wrapped = _read_one(file, settings)
         values = columns_read.values
@@ -107,9 +110,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
         if file is files[0]:
             time_s, start_ns = own_time, start
             findings += garbage_findings(np.isinf(own_time), "row", file.reader.path.name)
-            settled, said = settled_unit(file, unit, own_time, start, values, settings)
-            if settled != unit:
-                time_s, start_ns = own_time * (SCALES[unit] / SCALES[settled]), None
+            told, said = told_unit(file, unit, own_time, start, values, settings)
             findings += [said] if said is not None else []
             obstacle = said if said is not None and said.severity == "error" else None
         else:
@@ -130,7 +131,9 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     numbered = all(("{i" in found.pattern or not found.pattern) and found.is_numbered for found in motion)
     counted = any(counts_message(found.pattern) for found in motion)
     units = stated_units(files)
-    return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts, obstacle)
+    return JointTable(
+        time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts, obstacle, told
+    )
 
 
 def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:

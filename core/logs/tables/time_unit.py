@@ -25,15 +25,15 @@ from collaudit.core.numeric.arrays import FloatArray
 _NEAR = 0.03
 
 
-def settled_unit(
+def told_unit(
     file: AssignedTable,
     unit: str,
     time_s: FloatArray,
     start_ns: int | None,
     values: Mapping[str, FloatArray],
     settings: LogConfig,
-) -> tuple[str, Finding | None]:
-    """The unit of a table's stamps, and what is to be said of it; as an error, nothing is done with such a log.
+) -> tuple[str | None, Finding | None]:
+    """The unit that the motion tells where nothing states it, and what is said; an error where it must be stated.
 
     Args:
         file: the table with the time column.
@@ -44,7 +44,7 @@ def settled_unit(
         settings: what is stated.
     """
     if file.assignment.time is None or unit in ("iso", "rows"):
-        return unit, None
+        return None, None
     name, where = file.reader.names[file.assignment.time], file.reader.path.name
     stated = settings.units.time != "auto"
     known = stated or named_unit(name) == unit
@@ -68,8 +68,11 @@ def settled_unit(
         per_count = _seconds_per_count(time_s * SCALES[unit], values)
         told = next((one for one, scale in SCALES.items() if abs(per_count * scale - 1.0) < _NEAR), None)
         if told is not None:
-            text = f"The unit of the time column was taken as {told}: only so do positions move by their velocities."
-            return told, Finding("log-guessed", "info", text, where=where)
+            text = (
+                f"{steps}, and its unit is stated nowhere. Positions move by their velocities in one unit only: "
+                f'state it, [log.units] time = "{told}".'
+            )
+            return told, Finding("log-unit-suspect", "error", text, where=where)
         whole = (
             f" Whole seconds seem to stand in a column of their own: [log.csv] time = {parts}."
             if (parts := _parts(file))
@@ -84,8 +87,8 @@ def settled_unit(
     else:
         by = f"its name {name!r}" if named_unit(name) == unit else "the size of its numbers"
         text = f"The unit of the time column was taken as {unit}, by {by}."
-        return unit, None if stated else Finding("log-guessed", "info", text, where=where)
-    return unit, Finding("log-unit-suspect", "error", text, where=where)
+        return None, None if stated else Finding("log-guessed", "info", text, where=where)
+    return None, Finding("log-unit-suspect", "error", text, where=where)
 
 
 def _parts(file: AssignedTable) -> str:

@@ -55,7 +55,7 @@ types: $(RUN)/.dev
 		$(foreach p,$(PACKAGES),-p collaudit.$(p))
 
 bench: $(RUN)/.dev
-	cd tests && ../$(RUN)/bin/pytest -m bench -s -q bench
+	cd tests && ../$(RUN)/bin/pytest -m bench -s -q .
 
 # Damaged logs, ever new ones, so many of every kind. FUZZ_ARGS="--kinds csv,db3 --state build/fuzz.jsonl" chooses kinds,
 # and goes on where an earlier run with that file was ended.

@@ -69,9 +69,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         overrides(),
         guesses_of(loaded.path, overrides()),
     )
-    layout: dict[str, object] = {
-        "log.units.time": unit for topic in summary.topics if (unit := topic.time_unit) is not None
-    }
+    asked = next((topic.time_unit for topic in summary.topics if topic.time_unit is not None), None)
+    layout: dict[str, object] = {"log.units.time": asked} if asked is not None else {}
     if summary.csv_columns and not summary.topics[0].readable:
         layout = guess_layout(files, loaded.config.log, movable)
     if layout:

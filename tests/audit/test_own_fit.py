@@ -89,7 +89,7 @@ def by_folds(files: SimulatedFiles) -> tuple[Audit, AuditResult]:
     return audit, audit.result
 
 
-@pytest.mark.parametrize("robot", ["paper6", "seven"])
+@pytest.mark.parametrize("robot", ["paper6", pytest.param("seven", marks=pytest.mark.bench)])
 def test_each_part_of_a_log_is_judged_by_a_fit_of_the_others(tmp_path: Path, robot: str) -> None:
     pushes = (Push(4, 100.0, "around", 31.0, 0.3), Push(3, 130.0, "around", 43.0, 0.3))
     audit, found = by_folds(free_log(robot, 5, 60.0, pushes, tmp_path / "hit"))

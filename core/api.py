@@ -213,19 +213,21 @@ def fit(
     return fit_logs(prepared, settings.config, provenance, truth, stage(progress, reading, 1.0))
 
 
-def identified_urdf(friction: FrictionFile, settings: LoadedConfig) -> bytes:
-    """The URDF of the arm as it was fitted, for simulators; its torque is that of the model, to 1e-9 N·m.
+def identified_description(friction: FrictionFile, settings: LoadedConfig, mjcf: bool = False) -> bytes:
+    """The description of the arm as it was fitted, for simulators; its torque is that of the model, to 1e-9 N·m.
 
     Args:
         friction: what :func:`fit` found.
-        settings: the robot's URDF, and the tool as it is now, which becomes part of it.
+        settings: the robot, and the tool as it is now, which becomes part of it.
+        mjcf: MuJoCo's MJCF instead of the robot's URDF.
 
     Raises:
-        CollauditError: no URDF describes the robot, or none can state the bodies that were identified.
+        CollauditError: no URDF describes the robot, or the form cannot state the bodies that were identified.
     """
-    from collaudit.core.friction import identified_urdf as urdf
+    from collaudit.core.friction import identified_mjcf, identified_urdf
 
-    return urdf.identified_urdf(friction, settings.config, settings.base_dir)
+    write = identified_mjcf.identified_mjcf if mjcf else identified_urdf.identified_urdf
+    return write(friction, settings.config, settings.base_dir)
 
 
 def audit(

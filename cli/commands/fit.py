@@ -29,7 +29,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
     "--urdf-out",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Also write the robot's URDF with what was fitted, for simulators.",
+    help="Also write the robot with what was fitted, for simulators: its URDF, or MuJoCo's MJCF in a FILE.xml.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
 @click.option("-v", "--verbose", is_flag=True, help="Print all that was identified: ways to fit, delays, trends.")
@@ -84,7 +84,9 @@ def command(
 
     loaded = load_settings()
     described = loaded.config.robot.urdf
-    if urdf_out is not None and (described is None or urdf_out.resolve() == (loaded.base_dir / described).resolve()):
+    mjcf = urdf_out is not None and urdf_out.suffix == ".xml"
+    same = urdf_out is not None and described and urdf_out.resolve() == (loaded.base_dir / described).resolve()
+    if urdf_out is not None and (same or (described is None and not mjcf)):
         raise ConfigError(
             "--urdf-out needs a robot described by a URDF, and another file than that", where=str(urdf_out)
         )
@@ -100,7 +102,7 @@ def command(
             friction = replace(friction, findings=(*friction.findings, *risen))
         write_friction(output, friction)
     if urdf_out is not None:
-        atomic_write(urdf_out, api.identified_urdf(friction, loaded))
+        atomic_write(urdf_out, api.identified_description(friction, loaded, mjcf))
     if as_json:
         say_json(friction_json(friction))
     else:

@@ -46,8 +46,7 @@ def identified_urdf(friction: FrictionFile, config: Config, base_dir: Path) -> b
     where = str(config.robot.urdf)
     data = expanded(read_small(base_dir / config.robot.urdf), base_dir / config.robot.urdf, where)
     joints = tuple(friction.joints)
-    described = build_robot(config.robot, base_dir, joints)
-    robot, _ = calibrated_robot(described, Calibration.of(friction, config), config, with_wrench=False)
+    robot = fitted_robot(friction, config, base_dir)
     bare = msgspec.structs.replace(config.robot, tool=ToolConfig(), armature_kg_m2=None)
 
     def merged(document: bytes) -> dict[str, FloatArray]:
@@ -55,11 +54,17 @@ def identified_urdf(friction: FrictionFile, config: Config, base_dir: Path) -> b
 
     rotors = dict(zip(robot.inertial_bodies().joint_names, robot.armature.tolist(), strict=True))
     root = with_bodies(data, _bodies(robot), merged)
-    add_dynamics(root, {name: _dynamics(friction.joints.get(name), rotor) for name, rotor in rotors.items()})
-    written = document(root, _said(friction, robot, rotors))
+    add_dynamics(root, {name: drive_dynamics(friction.joints.get(name), rotor) for name, rotor in rotors.items()})
+    written = document(root, fitted_words(friction, robot, rotors) + _read_again(robot, rotors))
     given = msgspec.structs.replace(bare, armature_kg_m2={name: rotors[name] for name in robot.joint_names})
-    _check(robot, build_described(given, description_of(written, where), joints), where)
+    check_torque(robot, build_described(given, description_of(written, where), joints), where)
     return written
+
+
+def fitted_robot(friction: FrictionFile, config: Config, base_dir: Path) -> RobotModel:
+    """The arm as described, with what was fitted and the tool as it is stated now."""
+    described = build_robot(config.robot, base_dir, tuple(friction.joints))
+    return calibrated_robot(described, Calibration.of(friction, config), config, with_wrench=False)[0]
 
 
 def _bodies(robot: RobotModel) -> dict[str, FloatArray]:
@@ -69,7 +74,7 @@ def _bodies(robot: RobotModel) -> dict[str, FloatArray]:
     return dict(zip(bodies.joint_names, bodies.inertial_parameters().reshape(-1, 10), strict=True))
 
 
-def _dynamics(fit: FrictionFit | None, rotor_kg_m2: float) -> JointDynamics:
+def drive_dynamics(fit: FrictionFit | None, rotor_kg_m2: float) -> JointDynamics:
     """Coulomb and viscous friction nearest to a law between its slowest and fastest speed; neither is negative."""
     law = None if fit is None or fit.effort_unit == "raw" else FrictionModel.of(fit)
     if law is None:
@@ -80,17 +85,20 @@ def _dynamics(fit: FrictionFit | None, rotor_kg_m2: float) -> JointDynamics:
     return JointDynamics(max(0.0, float(np.mean(torque - slope * speed))), slope, rotor_kg_m2)
 
 
-def _check(robot: RobotModel, written: RobotModel, where: str) -> None:
+def check_torque(robot: RobotModel, written: RobotModel, where: str) -> None:
+    """Raise CollauditError where the model as written does not give the fitted torque."""
     random = np.random.default_rng(0)
     motion = random.uniform(-2.0, 2.0, (3, _POSES, len(robot.joint_names)))
     wanted = robot.inverse_dynamics(*motion)
     apart = float(np.abs(written.inverse_dynamics(*motion) - wanted).max())
     if not apart <= _SAME_NM + _ROUNDING * float(np.abs(wanted).max()):
-        raise CollauditError("the URDF as written does not give the fitted torque", where=where, found=f"{apart:g} N·m")
+        raise CollauditError(
+            "the description as written does not give the fitted torque", where=where, found=f"{apart:g} N·m"
+        )
 
 
-def _said(friction: FrictionFile, robot: RobotModel, rotors: dict[str, float]) -> str:
-    """What it was fitted on, where it holds, and what a URDF does not hold."""
+def fitted_words(friction: FrictionFile, robot: RobotModel, rotors: dict[str, float]) -> str:
+    """What it was fitted on, where it holds, and what a description does not hold."""
     logs = [f"  {name} (sha256 {digest})" for name, digest in friction.provenance.logs.items()]
     known = {} if friction.identified is None else friction.identified.joints
     lines = [f"Written by collaudit {friction.provenance.collaudit} fit, from:", *logs, ""]
@@ -104,21 +112,25 @@ def _said(friction: FrictionFile, robot: RobotModel, rotors: dict[str, float]) -
         values = (f"{key} {value:.6g}{_interval(fit.ci95.get(key))}" for key, value in fit.parameters.items())
         slow, fast = fit.speed_range_rad_s
         lines.append(f"{name}: {fit.model}, {slow:.3g} to {fast:.3g} {speed}: {', '.join(values)}; {rotor}")
-    strange = (
-        [] if friction.identified is None else [n for n, b in friction.identified.bodies.items() if not b.consistent]
-    )
-    armature = ", ".join(f"{json.dumps(name)} = {rotors[name]!r}" for name in robot.joint_names)
+    bodies = {} if friction.identified is None else friction.identified.bodies
+    strange = [name for name, body in bodies.items() if not body.consistent]
     return "\n".join(
         [
             *lines,
             "",
-            "In brackets: 95 % intervals. <dynamics> is the straight line nearest to each law over these speeds, and",
-            "holds there only. Rotors stand in <transmission> as Drake reads them; others take them as armature.",
-            "To read this file again: [robot] urdf = this file, without [robot.tool], which is part of it, and",
-            f"armature_kg_m2 = {{ {armature} }}",
-            "Not in it: gains, constant offsets and springs that the fit found.",
+            "In brackets: 95 % intervals. Friction here is the straight line nearest to each law over these speeds,",
+            "and holds there only. Not in it: gains, constant offsets and springs that the fit found.",
             *([f"No rigid body has the inertials of: {', '.join(strange)}"] if strange else []),
         ]
+    )
+
+
+def _read_again(robot: RobotModel, rotors: dict[str, float]) -> str:
+    armature = ", ".join(f"{json.dumps(name)} = {rotors[name]!r}" for name in robot.joint_names)
+    return (
+        "\nRotors stand in <transmission> as Drake reads them; others take them as armature.\n"
+        "To read this file again: [robot] urdf = this file, without [robot.tool], which is part of it, and\n"
+        f"armature_kg_m2 = {{ {armature} }}"
     )
 
 

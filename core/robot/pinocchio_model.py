@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,11 @@ def urdf_model(xml: str, where: str) -> PinocchioModel:
         return PinocchioModel(pin.buildModelFromXML(xml))
     except ValueError as error:
         raise RobotError("the robot description cannot be used", where=where, found=str(error)) from error
+
+
+def mjcf_model(path: Path) -> PinocchioModel:
+    """Build from a MJCF file; Pinocchio reads no gravity from it."""
+    return PinocchioModel(pin.buildModelFromMJCF(str(path)))
 
 
 def frame_id(model: Any, name: str) -> int:

@@ -15,9 +15,12 @@ from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identified, IdentifiedBody, IdentifiedJoint
 from collaudit.core.errors import CollauditError, ConfigError, RobotError
+from collaudit.core.friction import identified_mjcf as mjcf
 from collaudit.core.friction import identified_urdf as writing
+from collaudit.core.friction.identified_mjcf import identified_mjcf
 from collaudit.core.friction.identified_urdf import identified_urdf
 from collaudit.core.prepare.calibration import Calibration, calibrated_robot
+from collaudit.core.robot.pinocchio_model import mjcf_model
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -160,3 +163,56 @@ def test_bodies_that_no_link_can_have_are_refused(tmp_path: Path) -> None:
         identified_urdf(replace(friction, identified=replace(friction.identified, bodies=bodies)), config, tmp_path)
     with pytest.raises(ConfigError, match="only a robot that a URDF describes"):
         identified_urdf(friction, Config.of({}), tmp_path)
+
+
+def without_followers(tmp_path: Path, seed: int | None, tool: float) -> tuple[Any, ...]:
+    """The arm of the URDF's tests without its hand."""
+    config, friction, _ = of(tmp_path, ("a", "b"), tool, seed)
+    text = (tmp_path / "arm.urdf").read_text()
+    for name in ("slide", "follows"):
+        begin = text.index(f'<joint name="{name}" type="prismatic">')
+        text = text[:begin] + text[begin:].replace('type="prismatic"', 'type="fixed"', 1)
+    text = text.replace('<mimic joint="slide" multiplier="2" offset="0.01"/>', "")
+    (tmp_path / "arm.urdf").write_text(text)
+    return config, friction, mjcf.fitted_robot(friction, config, tmp_path)
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1])
+@pytest.mark.parametrize("tool", [0.0, 1.5])
+def test_mjcf_read_again_gives_the_same_torque(seed: int | None, tool: float, tmp_path: Path) -> None:
+    config, friction, robot = without_followers(tmp_path, seed, tool)
+    (tmp_path / "arm.xml").write_bytes(identified_mjcf(friction, config, tmp_path))
+    again = mjcf_model(tmp_path / "arm.xml")
+    again.set_gravity(robot.gravity_base_m_s2)
+    motion = np.random.default_rng(9).uniform(-2, 2, (3, 50, 2))
+    found = replace(robot, bodies=again).inverse_dynamics(*motion)
+    np.testing.assert_allclose(found, robot.inverse_dynamics(*motion), rtol=0, atol=1e-9)
+    root = ET.parse(tmp_path / "arm.xml").getroot()
+    gravity = np.array([float(x) for x in root.find("option").get("gravity").split()])  # type: ignore[union-attr]
+    np.testing.assert_array_equal(gravity, robot.gravity_base_m_s2)
+    joints = {joint.get("name"): joint for joint in root.iter("joint")}
+    assert float(joints["a"].get("frictionloss", "")) == pytest.approx(4.0)
+    assert float(joints["a"].get("damping", "")) == pytest.approx(5.0)
+
+
+def test_an_arm_of_rows_is_written_too(tmp_path: Path) -> None:
+    _, friction, _ = of(tmp_path, ("a", "b"), 0.0, None)
+    row = {"d": 0.3, "a": 0.1, "alpha": 1.2, "mass_kg": 3.0, "com_m": [0.0, 0.1, 0.05],
+           "inertia_kg_m2": [0.02, 0.03, 0.04, 0.001, 0.0, 0.002]}  # fmt: skip
+    rows = RobotConfig.of({"dh_convention": "modified", "dh": [{**row, "name": name} for name in ("a", "b")]})
+    plain = replace(friction, identified=None)
+    assert b"<worldbody>" in identified_mjcf(plain, Config.of({}).changed({"robot": rows}), tmp_path)
+
+
+def test_mjcf_that_gives_another_torque_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config, friction, _ = without_followers(tmp_path, 0, 0.0)
+    right = mjcf._inertial
+    monkeypatch.setattr(mjcf, "_inertial", lambda name, ten: right(name, 1.01 * ten))
+    with pytest.raises(CollauditError, match="does not give the fitted torque"):
+        identified_mjcf(friction, config, tmp_path)
+
+
+def test_mjcf_of_joints_that_follow_others_are_refused(tmp_path: Path) -> None:
+    config, friction, _ = of(tmp_path, ("a", "b", "slide"), 0.0, 0)
+    with pytest.raises(RobotError, match="follow others"):
+        identified_mjcf(friction, config, tmp_path)

@@ -88,7 +88,9 @@ def audit_log(
         on_signals,
         stage(progress, 0.2, 0.6),
         parts,
-        _comparable(earlier, version, prepared),
+        tuple(
+            one for one in earlier if one.version == version and not prepared.series.source.sha256.startswith(one.log)
+        ),
     )
     prepared, series, config = judged.prepared, judged.series, judged.config
     inputs, run, detected = judged.inputs, judged.run, judged.run.detected
@@ -178,12 +180,6 @@ def _version(prepared: Prepared, provenance: Provenance, config: Config) -> str:
     """Of a program: residuals of nights are comparable where joints, model, friction and detector are the same."""
     parts = (*prepared.judged, prepared.robot.sha256, provenance.friction_sha256 or "", config.detect.detector)
     return sha256("\n".join(map(str, parts)).encode()).hexdigest()
-
-
-def _comparable(earlier: Sequence[CycleReference], version: str, prepared: Prepared) -> tuple[CycleReference, ...]:
-    """Those of the same residual, but of another log than this."""
-    its = [one for one in earlier if one.version == version]
-    return tuple(one for one in its if not prepared.series.source.sha256.startswith(one.log))
 
 
 def _by_parts(

@@ -26,9 +26,8 @@ from collaudit.core.logs.opening import also_files
 from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.cycle_file import CYCLES_NAME, reference_bytes
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.run_files import open_run, write_run
+from collaudit.reports.files.run_files import CYCLES_NAME, open_run, reference_bytes, write_run
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.scripts import ASSETS_FOLDER
 from collaudit.reports.values.entries import entry_of, entry_of_error

@@ -186,8 +186,7 @@ def command(
     from collaudit.cli.batch.audit_one import finished_outcomes
     from collaudit.cli.batch.log_jobs import Limits, night_rows, with_records
     from collaudit.cli.batch.logs_in_turn import audit_logs
-    from collaudit.cli.batch.overlays import write_overlays
-    from collaudit.cli.batch.program_changes import changes_since
+    from collaudit.cli.batch.overlays import changes_since, write_overlays
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.precedents import (
@@ -207,9 +206,10 @@ def command(
     from collaudit.reports.files.run_files import FRICTION_FOLDER, keep_friction, read_friction
     from collaudit.reports.page.index import summarise
     from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.terminal.text_table import section_text
     from collaudit.reports.values.entries import nights_before, verdict_counts
     from collaudit.reports.values.night import left_out_entries
-    from collaudit.reports.values.night_words import explained_night
+    from collaudit.reports.values.night_words import change_section, explained_night
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
@@ -270,7 +270,8 @@ def command(
         say_json(json_text(summarise(entries, night)))
     else:
         _say(entries, results, night, detail)
-        _say_changes(night)
+        if night.changes:
+            say_result(f"\n{section_text(change_section(night.changes), terminal_width())}")
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
     return code
@@ -350,15 +351,6 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: N
     say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
     for text in night.breaches:
         say_result(f"FAIL  {visible(text)}\n")
-
-
-def _say_changes(night: NightFacts) -> None:
-    """Say what changed in the programs of logs, where they were held against earlier ones."""
-    from collaudit.reports.terminal.text_table import section_text
-    from collaudit.reports.values.night_words import change_section
-
-    if night.changes:
-        say_result(f"\n{section_text(change_section(night.changes), terminal_width())}")
 
 
 def _say_left_out(others: Sequence[LeftOut]) -> None:

@@ -18,9 +18,8 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
 from collaudit.core.history.night_row import NightRow
 from collaudit.core.small_files import read_object
-from collaudit.reports.files.cycle_file import CYCLES_NAME
 from collaudit.reports.files.json_files import read_result
-from collaudit.reports.files.run_files import AUDIT_NAME
+from collaudit.reports.files.run_files import AUDIT_NAME, CYCLES_NAME
 
 #: What makes a folder a store.
 STORE_NAME = "store.json"
@@ -118,9 +117,8 @@ def keep_references(
         file, result = out / job.folder / CYCLES_NAME, outcome.result
         if job.owner is None or result is None or result.verdict != "pass" or result.contacts or not file.is_file():
             continue
-        night = rows[outcome.entry.name][0].night
-        content = file.read_bytes()
-        ResultStore(store).keep_reference(job.owner, program_of(job.name), night, result.log.sha256, content)
+        of_log = rows[outcome.entry.name][0].night, result.log.sha256
+        ResultStore(store).keep_reference(job.owner, program_of(job.name), *of_log, file.read_bytes())
 
 
 def is_store(place: str) -> bool:

@@ -32,9 +32,14 @@ from collaudit.core.torque_table.block_sums import estimate, rows_of_blocks
 _MOST_CYCLES, _BLOCKS, _FEWEST = 60, 8, 4
 #: Stretches of the path.
 _STRETCHES = 20
+#: Torques are not compared where the tool passes so far aside, mm: errors of the model are others there.
+_ELSEWHERE_MM = 0.2
 #: Widths of what is solved for: kg at the origin of the tool's frame, share of friction, N·m of a zero
 #: from log to log.
-_LOAD_SD, _SHARE_SD, _ZERO_SD = 20.0, 1.0, 0.3
+_LOAD_SD, _SHARE_SD, _ZERO_SD = (20.0, 0.02, 0.02, 0.02), 1.0, 0.3
+#: Torques of a place are compared where it is judged in more than this share of the cycles of both logs, and passed at
+#: more than this share of the usual speed.
+_NEARLY_ALL, _PACE = 0.8, 0.3
 #: The path's slopes are those of so many places.
 _SMOOTH = 5
 
@@ -58,9 +63,9 @@ class _Side:
         chosen = np.linspace(0, len(spans) - 1, min(len(spans), _MOST_CYCLES)).astype(np.int64)
         on_path = placed(drawn, [spans[k] for k in chosen], path)
         torque = np.where(signals.state == State.JUDGED, signals.measured_nm, np.nan)
-        count = torque.shape[1]
         table = on_path.at_places(np.hstack([signals.position_rad, torque, along_path_speeds(on_path, drawn.motion)]))
-        return cls(table[:, :, :count], table[:, :, count:-1], table[:, :, -1])
+        position, torque = np.split(table[:, :, :-1], 2, axis=2)
+        return cls(position, torque, table[:, :, -1])
 
     @property
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -140,9 +145,9 @@ def _change(
     value: float,
     half: float,
     least: float,
-    share: float | None = None,
+    stretch: int | None = None,
 ) -> ProgramChange:
-    low, high = value - half, value + half
+    low, high, share = value - half, value + half, None if stretch is None else (stretch + 0.5) / _STRETCHES
     changed = low > least or high < -least
     unit, factor = _UNITS[quantity]
     of = f" of {joint}" if joint else ""
@@ -165,7 +170,7 @@ _UNITS: dict[ChangedQuantity, tuple[str, float]] = {
 
 def _path(before: _Side, after: _Side, path: CyclePath, robot: RobotModel) -> tuple[list[ProgramChange], BoolArray]:
     """How far the tool passes beside where it passed, where that is most; and (p,) places at which it clearly does."""
-    none = np.zeros(path.places, dtype=np.bool_)
+    none = np.zeros(path.share.size, dtype=np.bool_)
     if robot.bodies is None or len(robot.joint_names) != path.position_rad.shape[1]:
         return [], none
     moved, half = _difference(*(_stretches(side.position_rad) for side in (before, after)))
@@ -177,9 +182,9 @@ def _path(before: _Side, after: _Side, path: CyclePath, robot: RobotModel) -> tu
     at = int(np.argmax(clear))
     if not np.isfinite(clear[at]):
         return [], none
-    elsewhere = np.concatenate([np.full(len(part), off > LEAST_CHANGE["path"]) for part, off in
+    elsewhere = np.concatenate([np.full(len(part), off > _ELSEWHERE_MM) for part, off in
                                 zip(np.array_split(none, _STRETCHES), clear, strict=True)])  # fmt: skip
-    return [_change("path", None, float(beside[at]), float(error[at]), LEAST_CHANGE["path"], _share(at))], elsewhere
+    return [_change("path", None, float(beside[at]), float(error[at]), LEAST_CHANGE["path"], at)], elsewhere
 
 
 def _speed(before: _Side, after: _Side) -> list[ProgramChange]:
@@ -197,17 +202,21 @@ def _torques(
     """Load, friction of each joint, and what is left of each joint's torque."""
     names, count = robot.joint_names, len(robot.joint_names)
     left = []
+    # places that both logs judge in nearly every cycle, and pass fast: near rest the same place is less well known
+    shared = np.logical_and(*(np.isfinite(side.torque_nm).mean(axis=0) > _NEARLY_ALL for side in (before, after)))
+    pace = np.linalg.norm(before.motion[1], axis=1)
+    shared &= (pace > _PACE * np.median(pace))[:, None]
     for side in (before, after):
-        position, velocity, acceleration = side.motion
-        rigid = robot.inverse_dynamics(position, velocity, acceleration)
-        left.append(side.torque_nm - rigid - _friction(velocity, names, laws))
+        explained = robot.inverse_dynamics(*side.motion) + _friction(side.motion[1], names, laws)
+        left.append(np.where(shared, side.torque_nm - explained, np.nan))
     usual, spread = median_and_spread(left[0], _FEWEST)
     friction = _friction(after.motion[1], names, laws)
-    columns = np.stack([load_torques(robot, after.motion)[:, :, 0], friction, np.ones_like(friction)], axis=2)
+    of_joint = np.stack([friction, np.ones_like(friction)], axis=2)
+    columns = np.concatenate([load_torques(robot, after.motion), of_joint], axis=2)
     sd = np.maximum(np.sqrt(_mean(spread**2)), 1e-3)
     # of each joint: the load, which all share, its friction, its zero
-    place = np.column_stack([np.zeros(count), 1 + np.arange(count), 1 + count + np.arange(count)]).astype(np.int64)
-    prior = 1.0 / np.array([_LOAD_SD, *[_SHARE_SD] * count, *np.maximum(_ZERO_SD, sd)]) ** 2
+    place = np.column_stack([np.tile(np.arange(4), (count, 1)), 4 + np.arange(count), 4 + count + np.arange(count)])
+    prior = 1.0 / np.array([*_LOAD_SD, *[_SHARE_SD] * count, *np.maximum(_ZERO_SD, sd)]) ** 2
     solved = [
         np.array([estimate(*_products(one - usual, columns, sd), place, prior).value for one in its]) for its in left
     ]
@@ -216,7 +225,7 @@ def _torques(
     changes = [_change("load", None, float(value[0]), float(half[0]), LEAST_CHANGE["load"])]
     for j, joint in enumerate(names):
         if joint in laws:
-            its = float(value[1 + j]), float(half[1 + j])
+            its = float(value[4 + j]), float(half[4 + j])
             changes.append(_change("friction", joint, *its, LEAST_CHANGE["friction"]))
     others = [
         _stretches(its - np.einsum("pjk,cjk->cpj", columns, solution[:, place]))
@@ -229,7 +238,7 @@ def _torques(
         if gamma is not None and np.isfinite(clear).any():
             at = int(np.nanargmax(clear))
             least = LEAST_CHANGE["residual"] * gamma
-            changes.append(_change("residual", joint, float(value[at, j]), float(half[at, j]), least, _share(at)))
+            changes.append(_change("residual", joint, float(value[at, j]), float(half[at, j]), least, at))
     return changes
 
 
@@ -266,7 +275,3 @@ def _doubt(products: FloatArray, place: IntArray, prior: FloatArray) -> FloatArr
     for at, product in zip(place, products.sum(axis=0), strict=True):
         gram[np.ix_(at, at)] += product[:-1, :-1]
     return np.asarray(STANDARD_ERRORS_95 * np.sqrt(np.diag(np.linalg.inv(gram))))
-
-
-def _share(stretch: int) -> float:
-    return (stretch + 0.5) / _STRETCHES

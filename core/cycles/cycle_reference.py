@@ -85,75 +85,62 @@ def cycle_residual(
         if len(spans) < 2:
             return None
         on_path = placed(drawn, spans, usual_path(drawn, spans))
-    left = _Left.over(series, residual, inputs)
+    drifting, friction = _not_followed(series, residual, inputs)
     speed = along_path_speeds(on_path, series)
     speeds = on_path.at_places(speed)[:, :, 0]
     classes = [_SpeedClass.of(members, speeds, nights, least) for members in _speed_classes(speeds)]
     # what drifts is followed on the difference, which errors of the model do not move
-    drifting = on_path.at_places(left.torque_nm)
-    first = _beside(on_path, left.torque_nm, speed, classes, lambda one: one.rough(drifting))
-    steady = left.without_drift(first, series, inputs, config)
+    first = on_path.at_places(drifting)
+    difference = _beside(on_path, drifting, speed, classes, lambda one: one.references(first, 1))
+    steady = drifting - _drift(difference, friction, series, inputs, config)
     table = on_path.at_places(steady)
     torque = _beside(on_path, steady, speed, classes, lambda one: one.references(table, least))
     scale = _beside(on_path, np.zeros_like(steady), speed, classes, lambda one: one.weights(table, least))
     gamma = (-scale * _levels(torque, -scale, rule, series)).astype(np.float32)
     torque[np.isnan(gamma)] = np.nan
-    place = (on_path.place / (on_path.path.places - 1)).astype(np.float32)
+    place = (on_path.place / (on_path.path.share.size - 1)).astype(np.float32)
     signals = CycleSignals(on_path.number, place, torque, gamma)
     largest = max(classes, key=lambda one: one.members.size, default=None)
     rests = max((len(one.nights) for one in classes), default=0)
     facts = _facts(series, signals, on_path.spans, drawn, steady, config, rests)
-    reference = None if largest is None else largest.kept(table, least, series, on_path.path)
+    reference = None if largest is None else largest.kept(table, least, on_path.path)
     proven = np.isin(on_path.number, [int(k) for one in classes if one.nights for k in one.members])
     return CycleResidual(signals, proven, facts, reference)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Left:
-    """What model and friction as fitted leave, before level and zero are followed.
+def _not_followed(series: UniformSeries, residual: Residual, inputs: ResidualInputs) -> tuple[FloatArray, FloatArray]:
+    """(n, j) what model and friction as fitted leave, NaN where friction is no value; and friction as fitted."""
+    torque = np.where(residual.state == State.JUDGED, residual.torque_nm, np.nan)
+    friction = np.zeros_like(torque)
+    for j, joint in enumerate(series.joint_names):
+        if joint in residual.levels:
+            friction[:, j] = inputs.laws[joint].torque(series.velocity_rad_s[:, j])
+            torque[:, j] += friction[:, j] * residual.levels[joint].deviation
+        if joint in residual.zeros:
+            torque[:, j] += residual.zeros[joint].offset_nm
+    return torque, friction
 
-    Attributes:
-        torque_nm: (n, j) N·m, NaN where friction is no value.
-        friction_nm: (n, j) as fitted, 0 of joints without a law.
-    """
 
-    torque_nm: FloatArray
-    friction_nm: FloatArray
+def _drift(
+    difference: FloatArray, friction: FloatArray, series: UniformSeries, inputs: ResidualInputs, config: Config
+) -> FloatArray:
+    """(n, j) friction's level and the torque's zero as a difference to other cycles shows them."""
+    out = np.zeros_like(difference)
 
-    @classmethod
-    def over(cls, series: UniformSeries, residual: Residual, inputs: ResidualInputs) -> _Left:
-        torque = np.where(residual.state == State.JUDGED, residual.torque_nm, np.nan)
-        friction = np.zeros_like(torque)
-        for j, joint in enumerate(series.joint_names):
-            if joint in residual.levels:
-                friction[:, j] = inputs.laws[joint].torque(series.velocity_rad_s[:, j])
-                torque[:, j] += friction[:, j] * residual.levels[joint].deviation
-            if joint in residual.zeros:
-                torque[:, j] += residual.zeros[joint].offset_nm
-        return cls(torque, friction)
+    def of_joint(j: int) -> None:
+        there = np.isfinite(difference[:, j])
+        rest = np.where(there, difference[:, j], 0.0)
+        if config.detect.friction_level == "followed":
+            centred = rest - balanced_zero(rest, series.velocity_rad_s[:, j], there, series.period_s, False)
+            level = follow_level(centred, friction[:, j], there, series.period_s, FRICTION_LEVEL_SD, False)
+            out[:, j] = friction[:, j] * level.deviation
+        bound = inputs.zero_bound_nm.get(series.joint_names[j], 0.0)
+        zero = follow_zero(rest - out[:, j], there, series.period_s, bound, False)
+        if zero is not None:
+            out[:, j] += zero.offset_nm
 
-    def without_drift(
-        self, difference: FloatArray, series: UniformSeries, inputs: ResidualInputs, config: Config
-    ) -> FloatArray:
-        """(n, j) without the level of friction and the zero that a difference to other cycles shows."""
-        out = self.torque_nm.copy(order="F")
-
-        def of_joint(j: int) -> None:
-            joint, there = series.joint_names[j], np.isfinite(difference[:, j])
-            if not there.any():
-                return
-            rest, friction = np.where(there, difference[:, j], 0.0), self.friction_nm[:, j]
-            if config.detect.friction_level == "followed":
-                centred = rest - balanced_zero(rest, series.velocity_rad_s[:, j], there, series.period_s, False)
-                level = follow_level(centred, friction, there, series.period_s, FRICTION_LEVEL_SD, False)
-                rest = rest - friction * level.deviation
-                out[:, j] -= friction * level.deviation
-            zero = follow_zero(rest, there, series.period_s, inputs.zero_bound_nm.get(joint, 0.0), False)
-            if zero is not None:
-                out[:, j] -= zero.offset_nm
-
-        each(of_joint, range(difference.shape[1]))
-        return out
+    each(of_joint, range(difference.shape[1]))
+    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,11 +169,6 @@ class _SpeedClass:
     def of_nights(self, field: str, least: int) -> tuple[FloatArray, FloatArray]:
         """Median and spread (p, j) over the nights."""
         return median_and_spread(np.stack([getattr(night, field) for night in self.nights]), least)
-
-    def rough(self, table: FloatArray) -> Iterator[tuple[int, FloatArray]]:
-        """Each cycle's number with a reference (p, j) that need not leave it out."""
-        middle = self.of_nights("median_nm", 1)[0] if self.nights else median_and_spread(table[self.chosen], 1)[0]
-        return ((k, middle) for k in self.members.tolist())
 
     def references(self, table: FloatArray, least: int) -> Iterator[tuple[int, FloatArray]]:
         """Each cycle's number with its reference (p, j), of the chosen others; NaN where they are fewer than needed."""
@@ -222,7 +204,7 @@ class _SpeedClass:
         weight = np.maximum(np.ceil(_STEP * mean / usual) / _STEP, 1.0)
         return ((k, weight) for k in self.members.tolist())
 
-    def kept(self, table: FloatArray, least: int, series: UniformSeries, path: CyclePath) -> CycleReference | None:
+    def kept(self, table: FloatArray, least: int, path: CyclePath) -> CycleReference | None:
         """What later nights may know of this one."""
         middle, spread = median_and_spread(table[self.chosen], least)
         if not np.isfinite(middle).any():
@@ -231,13 +213,11 @@ class _SpeedClass:
             version="",
             night="",
             log="",
-            joints=series.joint_names,
             position_rad=path.position_rad,
             share=path.share,
             speed=self.speed,
             median_nm=middle,
             spread_nm=spread,
-            cycles=int(self.chosen.size),
         )
 
 
@@ -354,8 +334,7 @@ def _levels(torque: FloatArray, scale: FloatArray, rule: RuleFacts, series: Unif
     out = np.full(torque.shape[1], np.nan)
     for joint in rule.gamma_nm:
         j = series.column(joint)
-        known: BoolArray = np.isfinite(torque[:, j])
-        evidence = NullEvidence(torque[:, j] / scale[:, j], known, series.period_s)
+        evidence = NullEvidence(torque[:, j] / scale[:, j], np.isfinite(torque[:, j]), series.period_s)
         levels = motion_levels([evidence], [(1,), (rule.n,)], len(rule.gamma_nm))
         if levels:
             # the zero is followed on the difference itself: none of it is left from one day to the next
@@ -369,7 +348,7 @@ def _unseen(cycles: int, compared: int, least: int, nights: int) -> tuple[str, .
     texts = [
         f"A contact {where} is part of the reference: there the ordinary residual alone judges, at its own γ.",
         "What changes slowly over many cycles is no contact to this comparison: collaudit trend shows it.",
-        "At rest, at reversals, off the path and between cycles the ordinary residual alone judges.",
+        "At rest and next to it, at reversals, off the path and between cycles the ordinary residual alone judges.",
     ]
     if compared < cycles:
         texts.append(

@@ -5,7 +5,6 @@ Time plays no part: the path is drawn over its own length, so that overrides, wa
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,7 +106,10 @@ def find_cycles(series: UniformSeries, drawn: DrawnPath, config: CyclesConfig) -
         config: cycles, where they are stated.
     """
     if config.spans_s or config.label is not None:
-        return _of_times(series, [*config.spans_s, *_labelled(series, config.label)])
+        marks = [one for one in (*series.annotations, *series.phases) if config.label in (one.name, one.source)]
+        spans_s = sorted([*config.spans_s, *(span for one in marks for span in one.intervals_s)])
+        bounds = np.searchsorted(series.time_s, np.array(spans_s).reshape(-1, 2))
+        return [Span(int(a), int(b)) for a, b in bounds if b > a]
     if drawn.way_rad[-1] < 2.0 * _SHORTEST_RAD or not len(drawn.points):
         return []
     period = _period(drawn.points, round(_SHORTEST_RAD / drawn.step_rad))
@@ -115,17 +117,6 @@ def find_cycles(series: UniformSeries, drawn: DrawnPath, config: CyclesConfig) -
         return []
     first = _first(drawn, period)
     return drawn.cycles_like(drawn.points[first : first + period])
-
-
-def _of_times(series: UniformSeries, spans_s: Iterable[tuple[float, float]]) -> list[Span]:
-    bounds = np.searchsorted(series.time_s, np.array(sorted(spans_s)).reshape(-1, 2))
-    return [Span(int(a), int(b)) for a, b in bounds if b > a]
-
-
-def _labelled(series: UniformSeries, label: str | None) -> list[tuple[float, float]]:
-    """Stretches of an annotation or a phase of the log, by its name, topic or column."""
-    every = (*series.annotations, *series.phases)
-    return [span for one in every if label in (one.name, one.source) for span in one.intervals_s]
 
 
 def _near(one: FloatArray, other: FloatArray) -> BoolArray:
@@ -147,8 +138,6 @@ def _period(path: FloatArray, least: int) -> int | None:
     lags = np.arange(count)
     apart = (squares[count - lags] + squares[count] - squares[lags] - 2.0 * product) / (count - lags)
     inside = np.arange(max(least, 2), count // 2)
-    if inside.size < 1:
-        return None
     dips = inside[(apart[inside] <= apart[inside - 1]) & (apart[inside] <= apart[inside + 1])]
     deepest = np.sort(dips[np.argsort(apart[dips], kind="stable")][:_CANDIDATES])
     shares = np.array([np.mean(_near(path[:-lag], path[lag:])) for lag in deepest])

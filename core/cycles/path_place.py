@@ -20,7 +20,8 @@ from collaudit.core.numeric.stats import median_of
 #: Places are so far apart in time, s.
 PLACE_S = 0.01
 #: The nearest point of the path is looked for among so many places on either side; samples are no further apart.
-_SHIFT = 8.0
+#: In so many rounds.
+_SHIFT, _ROUNDS = 8.0, 4
 #: Slower along the path than this is no motion: rad a place.
 _SLOWEST_RAD = 1e-4
 
@@ -36,11 +37,6 @@ class CyclePath:
 
     position_rad: FloatArray
     share: FloatArray
-
-    @property
-    def places(self) -> int:
-        """How many there are."""
-        return self.share.size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +57,7 @@ class Placed:
 
     def at_places(self, values: FloatArray) -> FloatArray:
         """(c, p, k) values (n, k) of each cycle at each place; NaN where the samples beside it have none."""
-        places = np.arange(self.path.places)
+        places = np.arange(self.path.share.size)
         out = np.full((len(self.spans), places.size, values.shape[1]), np.nan)
         for own, span in zip(out, self.spans, strict=True):
             place = self.place[span.slice]
@@ -79,7 +75,7 @@ class Placed:
         """(m, k) of values at places (p, k) what the samples of one cycle have; NaN where they have no place."""
         place = self.place[self.spans[number].slice]
         known = np.isfinite(place)
-        low = np.minimum(np.where(known, place, 0.0).astype(np.int64), self.path.places - 2)
+        low = np.minimum(np.where(known, place, 0.0).astype(np.int64), self.path.share.size - 2)
         further = (place - low)[:, None]
         return np.asarray((1.0 - further) * at_places[low] + further * at_places[low + 1])
 
@@ -91,7 +87,7 @@ def usual_path(drawn: DrawnPath, spans: Sequence[Span]) -> CyclePath:
         drawn: the motion.
         spans: its cycles.
     """
-    period_s, way_rad = drawn.motion.period_s, drawn.way_rad
+    period_s, way_rad = float(np.diff(drawn.motion.time_s[:2])[0]), drawn.way_rad
     moving = [np.flatnonzero(np.diff(way_rad[span.slice], prepend=-1.0) > 0.0) for span in spans]
     seconds = np.array([rows.size * period_s for rows in moving])
     k = int(np.argmin(np.abs(seconds - median_of(seconds))))
@@ -122,18 +118,18 @@ def placed(drawn: DrawnPath, spans: Sequence[Span], path: CyclePath) -> Placed:
     place = np.full(way_rad.size, np.nan)
     slope = np.gradient(path.position_rad, axis=0)
     size = np.maximum(np.einsum("pj,pj->p", slope, slope), _SLOWEST_RAD**2)
-    numbers = np.arange(path.places)
+    numbers = np.arange(path.share.size)
     for k, span in enumerate(spans):
         part, own = span.slice, way_rad[span.slice]
         number[part] = k
         if own[-1] <= own[0]:
             continue
         here = np.interp((own - own[0]) / (own[-1] - own[0]), path.share, numbers)
-        nearest = np.rint(here).astype(np.int64)
-        off = position[part] - path.position_rad[nearest]
-        # the foot of the perpendicular on the path, from the place that the way gone tells
-        shift = np.clip(np.einsum("nj,nj->n", off, slope[nearest]) / size[nearest], -_SHIFT, _SHIFT)
-        here = np.clip(nearest + shift, 0.0, path.places - 1.0)
+        for _ in range(_ROUNDS):  # the foot of the perpendicular on the path, from the place that the way gone tells
+            nearest = np.rint(here).astype(np.int64)
+            off = position[part] - path.position_rad[nearest]
+            shift = np.einsum("nj,nj->n", off, slope[nearest]) / size[nearest]
+            here = np.clip(nearest + np.clip(shift, -_SHIFT, _SHIFT), 0.0, path.share.size - 1.0)
         moves = np.diff(own, prepend=-1.0) > 0.0
         place[part] = np.where(moves & (np.abs(off).max(axis=1) < NEAR_RAD), here, np.nan)
     return Placed(tuple(spans), path, number, place)

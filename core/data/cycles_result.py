@@ -15,24 +15,20 @@ class CycleReference:
     Attributes:
         version: of the residual: joints, model, friction and detector; empty until the audit is whole.
         night, log: ISO date, and the first digits of the log's hash; empty until a store has them.
-        joints: j names.
-        position_rad: (p, j) path.
+        position_rad: (p, j) path, of all judged joints.
         share: (p,) of its length gone.
         speed: (p,) of the cycles, places a second.
         median_nm, spread_nm: (p, j) over the cycles, robust; NaN where too few were judged.
-        cycles: how many.
     """
 
     version: str
     night: str
     log: str
-    joints: tuple[str, ...]
     position_rad: FloatArray
     share: FloatArray
     speed: FloatArray
     median_nm: FloatArray
     spread_nm: FloatArray
-    cycles: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,16 +126,6 @@ class Signals(shown.Showing):
     wrench: FloatArray | None = None
     cycles: CycleSignals | None = None
 
-    @property
-    def period_s(self) -> float:
-        """Mean distance of two samples, s."""
-        return float(self.time_s[-1] - self.time_s[0]) / max(self.time_s.size - 1, 1)
-
-    def quantity(self, name: str) -> NDArray[np.generic]:
-        """(n, j) one of the fields, or ``cycle_nm`` and ``cycle_gamma_nm`` of the comparison of cycles."""
-        owner = self.cycles if name.startswith("cycle_") else self
-        return np.asarray(getattr(owner, {"cycle_nm": "torque_nm", "cycle_gamma_nm": "gamma_nm"}.get(name, name)))
-
     def inside(self, times: Sequence[tuple[float, float]]) -> BoolArray:
         """(n,) samples inside any of these stretches of time, s."""
         out = np.zeros(self.time_s.size, dtype=np.bool_)

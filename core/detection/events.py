@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, RuleFacts, Spoke
 from collaudit.core.data.signals import CycleSignals, State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import MERGE_S, Event, Kinds, cycle_events, of_both, rule_events
+from collaudit.core.detection.rule import MERGE_S, Event, both_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import each, ordered_map
@@ -80,14 +80,10 @@ def _events(log: JudgedLog, j: int, state: NDArray[np.int8]) -> tuple[list[Colli
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
     x, gamma = np.ascontiguousarray(log.residual.torque_nm[:, j]), np.ascontiguousarray(log.gamma_nm[:, j])
     near = gamma - np.float32(rule.below_gamma_nm(joint))
-    merge, n, share = round(MERGE_S / series.period_s), rule.n, rule.near_miss_persistence
-    kinds = rule_events(x, evidence, gamma, n, near, share, merge)
-    of_cycle: Kinds = ([], [], [])
-    levels = {"model": (x, gamma)}
-    if log.cycles is not None:
-        levels["cycle"] = log.cycles.torque_nm[:, j], log.cycles.gamma_nm[:, j]
-        of_cycle = cycle_events(log.cycles.torque_nm[:, j], evidence, log.cycles.gamma_nm[:, j], n, share, merge)
-    fired, low, brief = of_both(kinds, of_cycle, x.size, merge)
+    merge, n = round(MERGE_S / series.period_s), rule.n
+    cycle = None if log.cycles is None else (log.cycles.torque_nm[:, j], log.cycles.gamma_nm[:, j])
+    levels = {"model": (x, gamma), "both": (x, gamma), "cycle": cycle or (x, gamma)}
+    fired, low, brief = both_events((x, gamma, near), cycle, evidence, n, rule.near_miss_persistence, merge)
 
     def hit(event: Event, spoke: Spoke) -> Collision:
         return Collision(
@@ -96,7 +92,7 @@ def _events(log: JudgedLog, j: int, state: NDArray[np.int8]) -> tuple[list[Colli
             detected_s=float(series.time_s[event.detected]),
             duration_s=len(event.span) * series.period_s,
             peak_nm=event.peak,
-            gamma_nm=float(levels["cycle" if spoke == "cycle" else "model"][1][event.peak_at]),
+            gamma_nm=float(levels[spoke][1][event.peak_at]),
             phase=PHASES[int(log.phases[event.span.start])],
             spoke=spoke,
         )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain
 from math import ceil
 
 import numpy as np
@@ -43,8 +44,8 @@ class Event:
     peak_at: int
 
 
-#: Alarms, and near misses by amplitude and by persistence.
-Kinds = tuple[list[Event], list[Event], list[Event]]
+#: Events with which residual told them.
+Told = list[tuple[Event, Spoke]]
 
 
 def persistence_samples(persistence_s: float, period_s: float) -> int:
@@ -63,7 +64,7 @@ def rule_events(
     near: Level,
     persistence: float,
     merge_samples: int = 0,
-) -> Kinds:
+) -> tuple[list[Event], list[Event], list[Event]]:
     """Rule (6) for one joint: runs of at least n samples above gamma; and what nearly was one, apart from those.
 
     Args:
@@ -91,58 +92,48 @@ def rule_events(
     return hits, low, held
 
 
-def cycle_events(
-    torque: FloatArray, evidence: BoolArray, gamma: Level, n: int, persistence: float, merge_samples: int
-) -> Kinds:
-    """Rule (6) on the second residual, whose threshold is what motion does: nearly an alarm is what is too brief.
-
-    Args:
-        torque: (n,) difference to other cycles, N·m, NaN where there is none.
-        evidence, gamma, n, persistence, merge_samples: as of :func:`rule_events`.
-    """
-    return rule_events(torque, evidence & np.isfinite(torque), gamma, n, gamma, persistence, merge_samples)
-
-
-#: Events with which residual told them.
-Told = list[tuple[Event, Spoke]]
-
-
-def of_both(model: Kinds, cycle: Kinds, size: int, merge_samples: int) -> tuple[Told, Told, Told]:
-    """The events of two residuals of one joint as those of one rule.
+def both_events(
+    model: tuple[FloatArray, Level, Level],
+    cycle: tuple[FloatArray, Level] | None,
+    evidence: BoolArray,
+    n: int,
+    persistence: float,
+    merge_samples: int,
+) -> tuple[Told, Told, Told]:
+    """Rule (6) on the two residuals of one joint, as one rule: alarms and the two kinds of near misses.
 
     An alarm that both have is the model's; what is nearly an alarm counts where no alarm is, and once.
 
     Args:
-        model, cycle: alarms and the two kinds of near misses, as :func:`rule_events` gives them.
-        size: samples of the log.
-        merge_samples: events closer than this are the same.
-
-    Returns:
-        Alarms and the two kinds of near misses, each with the residual that spoke.
+        model: what the model leaves, its threshold, its level of a near miss, N·m.
+        cycle: what other cycles leave, NaN where there is no reference, and its threshold, which is what motion does:
+            nearly an alarm is then only what is too brief; None where nothing repeats.
+        evidence, n, persistence, merge_samples: as of :func:`rule_events`.
     """
-    taken = {"model": _taken(model[0], size, merge_samples), "cycle": _taken(cycle[0], size, merge_samples)}
+    fired, low, brief = rule_events(model[0], evidence, model[1], n, model[2], persistence, merge_samples)
+    others: tuple[list[Event], list[Event], list[Event]] = ([], [], [])
+    if cycle is not None:
+        known = evidence & np.isfinite(cycle[0])
+        others = rule_events(cycle[0], known, cycle[1], n, cycle[1], persistence, merge_samples)
 
-    def meets(event: Event, spoke: str) -> bool:
-        return bool(taken[spoke][event.span.slice].any())
+    def apart(events: list[Event], *from_all: list[Event]) -> list[Event]:
+        taken = np.zeros(evidence.size, dtype=np.bool_)
+        for event in chain(*from_all):
+            taken[max(0, event.span.start - merge_samples) : event.span.stop + merge_samples] = True
+        return [event for event in events if not taken[event.span.slice].any()]
 
-    alarms: Told = [(event, "both" if meets(event, "cycle") else "model") for event in model[0]]
-    alarms += _told([event for event in cycle[0] if not meets(event, "model")], "cycle")
-    low, brief = (_told([event for event in its if not meets(event, "cycle")], "model") for its in model[1:])
-    near = _taken([*model[0], *model[1], *model[2]], size, merge_samples)
-    low += _told([event for event in cycle[1] if not near[event.span.slice].any()], "cycle")
-    brief += _told([event for event in cycle[2] if not near[event.span.slice].any()], "cycle")
-    return alarms, low, brief
+    alone = apart(fired, others[0])
+    alarms: Told = [(event, "model" if event in alone else "both") for event in fired]
+    alarms += _told(apart(others[0], fired), "cycle")
+    nearly = (
+        _told(apart(its, others[0]), "model") + _told(apart(more, fired, low, brief), "cycle")
+        for its, more in zip((low, brief), others[1:], strict=True)
+    )
+    return alarms, *nearly  # type: ignore[return-value]
 
 
 def _told(events: Iterable[Event], spoke: Spoke) -> Told:
     return [(event, spoke) for event in events]
-
-
-def _taken(events: Sequence[Event], size: int, merge: int) -> BoolArray:
-    out = np.zeros(size, dtype=np.bool_)
-    for event in events:
-        out[max(0, event.span.start - merge) : event.span.stop + merge] = True
-    return out
 
 
 def _events(mask: BoolArray, merge: int) -> list[Span]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.signals import State
-from collaudit.core.detection.rule import MERGE_S, Event, Kinds, cycle_events, of_both, rule_events
+from collaudit.core.detection.rule import MERGE_S, Event, both_events
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files.signals_file import StoredSignals
 
@@ -55,13 +55,11 @@ def _recounted(result: AuditResult, signals: StoredSignals) -> Iterator[tuple[st
         evidence = signals.states(joint) <= State.FRICTION_INTERVAL
         near = gamma - np.float32(rule.below_gamma_nm(joint))
         residual = signals.read(f"residual_nm:{joint}").astype(np.float64)
-        n, share = rule.n, rule.near_miss_persistence
-        of_cycle: Kinds = ([], [], [])
+        cycle = None
         if signals.has(f"cycle_nm:{joint}"):
-            difference = signals.read(f"cycle_nm:{joint}").astype(np.float64)
-            of_cycle = cycle_events(difference, evidence, signals.read(f"cycle_gamma_nm:{joint}"), n, share, merge)
-        kinds = rule_events(residual, evidence, gamma, n, near, share, merge)
-        fired, low, brief = ([event for event, _ in its] for its in of_both(kinds, of_cycle, residual.size, merge))
+            cycle = signals.read(f"cycle_nm:{joint}").astype(np.float64), signals.read(f"cycle_gamma_nm:{joint}")
+        told = both_events((residual, gamma, near), cycle, evidence, rule.n, rule.near_miss_persistence, merge)
+        fired, low, brief = ([event for event, _ in its] for its in told)
         yield joint, fired, [*low, *brief]
 
 

@@ -1,8 +1,9 @@
-"""Files of results: those of a run (``audit.json``, ``signals.parquet``, ``friction.json``, …) and ``plan.json``."""
+"""Files of results: a run's (``audit.json``, ``signals.parquet``, ``friction.json``, ``cycles.npz``), ``plan.json``."""
 
 from __future__ import annotations
 
 import hashlib
+import io
 import shlex
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -12,8 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
+import numpy as np
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
+from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.plan_result import PlanFile
 from collaudit.core.data.signals import Signals
 from collaudit.core.errors import CollauditError, similar_file
@@ -29,6 +32,9 @@ if TYPE_CHECKING:
 AUDIT_NAME = "audit.json"
 SIGNALS_NAME = "signals.parquet"
 FRICTION_NAME = "friction.json"
+#: The residual over the path of a program, for the store of nights.
+CYCLES_NAME = "cycles.npz"
+_CYCLE_ARRAYS = ("position_rad", "share", "speed", "median_nm", "spread_nm")
 #: In the folder of an audit: friction files by their hash, each once however many logs were judged with it.
 FRICTION_FOLDER = "friction"
 #: Runs named in a message.
@@ -298,3 +304,29 @@ class RunFolder:
 
 class _AbandonedError(Exception):
     """The run was not written."""
+
+
+def reference_bytes(reference: CycleReference) -> bytes:
+    """The file's content: arrays in 32 bits, and the version as text."""
+    arrays = {name: getattr(reference, name).astype(np.float32) for name in _CYCLE_ARRAYS}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, version=np.array(reference.version), **arrays)
+    return buffer.getvalue()
+
+
+def read_reference(content: bytes, night: str, log: str) -> CycleReference:
+    """What :func:`reference_bytes` wrote.
+
+    Args:
+        content: of the file.
+        night, log: ISO date, and first digits of the log's hash.
+
+    Raises:
+        CollauditError: it cannot be read.
+    """
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = {name: file[name].astype(np.float64) for name in _CYCLE_ARRAYS}
+            return CycleReference(version=str(file["version"]), night=night, log=log, **arrays)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CollauditError("the cycles of an earlier night cannot be read", found=str(error)) from error

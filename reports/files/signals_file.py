@@ -142,11 +142,14 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
 def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) -> pa.Table:
     """A part of the table."""
     columns: list[Values] = [signals.time_s[rows]]
+    its = signals.cycles
+    of_cycles: dict[str, Values] = {} if its is None else {"cycle_nm": its.torque_nm, "cycle_gamma_nm": its.gamma_nm}
     for k, step in enumerate(steps):
         for name in _kinds(signals):
-            columns.append(stored(name, signals.quantity(name)[rows, k], step, limits_nm(signals, k, rows, name)))
-    if signals.cycles is not None:
-        columns += [signals.cycles.number[rows], signals.cycles.place[rows]]
+            values = of_cycles[name] if name in of_cycles else getattr(signals, name)
+            columns.append(stored(name, values[rows, k], step, limits_nm(signals, k, rows, name)))
+    if its is not None:
+        columns += [its.number[rows], its.place[rows]]
     if signals.wrench is not None:
         finest = (FORCE_STEP_N,) * 3 + (MOMENT_STEP_NM,) * 3
         columns += [in_steps(x, step) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]

@@ -190,8 +190,7 @@ def draw_cycles(trace: JointTrace, alarms: Sequence[Collision], unit: str, name:
     panel.x_axis("share of the path")
     panel.level(0.0, "zero")
     _columns(panel, place[some].astype(np.float64), residual, _CYCLE_COLUMNS)
-    order = own[np.argsort(place[own], kind="stable")]
-    panel.line(*thin(place[order].astype(np.float64), trace.residual_nm[order], _CYCLE_POINTS), "curve")
+    panel.line(*thin(place[own].astype(np.float64), trace.residual_nm[own], _CYCLE_POINTS), "curve")
     panel.moments(place[found][np.isfinite(place[found])].tolist(), "mark-alarm")
     return drawing(_AGAINST_WIDTH, _AGAINST_HEIGHT, label, [panel], name)
 

@@ -13,6 +13,7 @@ from collaudit.reports.values.words import NONE, counted, torque_unit, with_unit
 
 #: Shares of the time that tables show.
 SHOWN = (0.5, 0.95)
+_OF_CYCLES = ("joint", "γ to other cycles", "γ", "spread left", "compared")
 _BY = {"stated": "stated", "default": "default", "arm-limits": "half of what the arm can exert there"}
 
 
@@ -223,5 +224,4 @@ def cycle_section(result: AuditResult) -> Section:
         f"{middle:.3g} s ({low:.3g} to {high:.3g} s) and {facts.path_rad:.3g} rad over all joints; {facts.compared} "
         f"compared with {rests}."
     )
-    head = ("joint", "γ to other cycles", "γ", "spread left", "compared")
-    return Section(f"Cycles ({len(facts.starts_s)})", head, rows, (said, *facts.unseen))
+    return Section(f"Cycles ({len(facts.starts_s)})", _OF_CYCLES, rows, (said, *facts.unseen))

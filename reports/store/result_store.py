@@ -27,8 +27,8 @@ from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.night_row import STORE_SCHEMA, NightRow
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.cycle_file import read_reference
 from collaudit.reports.files.json_files import json_text, plain
+from collaudit.reports.files.run_files import read_reference
 
 _FOLDER = f"v{STORE_SCHEMA}"
 _NAME = "store.json"
@@ -156,7 +156,7 @@ class ResultStore:
             robot, program: whose it is.
             night: ISO date.
             log_sha256: of its log; the same log replaces what was kept of it.
-            content: of :func:`collaudit.reports.files.cycle_file.reference_bytes`.
+            content: of :func:`collaudit.reports.files.run_files.reference_bytes`.
 
         Raises:
             CollauditError: the store cannot be written.

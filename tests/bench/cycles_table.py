@@ -1,6 +1,6 @@
-"""What the comparison of cycles is worth: clean hours, pushes by size, pushes in every cycle.
+"""What the comparison of cycles is worth: clean hours, pushes by size and in every cycle, changes of a program.
 
-    python tests/bench/cycles_table.py --data DIR --work build/cycles [--hours 10] [--arms paper6,ur10_robot.urdf]
+    python tests/bench/cycles_table.py --data DIR --work build/cycles [--hours 10 | --pairs 50] [--arms LIST]
 
 Programs of ``simulated_days.py`` with 20 to 200 cycles in a log, overrides and waits; torque that no rigid body has, of
 10 to 30 % of what the bodies take; ripple, friction of the day that warms up, a zero that drifts. The fit is of another
@@ -21,6 +21,8 @@ import numpy as np
 from changed_logs import judged, prepared
 from simulated_days import Arm, Program, arm_of, day
 
+from collaudit.core import api
+from collaudit.core.causes.program_change import compare_programs
 from collaudit.core.data.audit_result import Audit, Collision, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
@@ -33,6 +35,11 @@ FITTED_S, LOG_S, CYCLES = 600.0, 1200.0, (20, 50, 100, 200)
 SIZES, PUSH_S = (0.3, 0.5, 0.75, 1.0, 1.5), 0.2
 #: Pushes in every cycle, on the second joint.
 EVERY = (0.5, 1.5)
+#: Logs of an arm and error that are pushed.
+PUSHED = 2
+#: Logs that are compared: length and cycle, s.
+PAIR_S, CYCLE_S = 400.0, 12.0
+CHANGES = ("none", "speed", "load", "path", "friction")
 
 
 def fitted(arm: Arm) -> FrictionFile:
@@ -45,7 +52,7 @@ def programs(seed: int) -> Program:
     """One of several kinds: at full speed, with overrides, with waits; 20 to 200 cycles in a log."""
     cycles = CYCLES[seed % len(CYCLES)]
     kinds = (((1.0,), 0.0), ((0.5, 0.75, 1.0), 0.0), ((1.0,), 1.0), ((0.6, 1.0, 1.0), 0.5))
-    overrides, wait_s = kinds[(seed // len(CYCLES)) % len(kinds)]
+    overrides, wait_s = kinds[(seed + seed // len(CYCLES)) % len(kinds)]
     return Program(LOG_S / cycles * float(np.mean(overrides)), seed, overrides, min(wait_s, 0.1 * LOG_S / cycles))
 
 
@@ -67,6 +74,9 @@ def measured(arm: Arm, friction: FrictionFile, seed: int) -> dict[str, Any]:
                            "contacts": [[alarm.spoke, alarm.joint] for alarm in clean.result.collisions]}  # fmt: skip
     if facts is None:
         return out
+    if seed >= PUSHED:
+        return out | {"cycles": len(facts.starts_s), "spread": facts.spread_share,
+                      "ratio": {joint: level / gamma[joint] for joint, level in facts.gamma_nm.items()}}  # fmt: skip
     out |= {"cycles": len(facts.starts_s), "compared": facts.compared, "spread": facts.spread_share,
             "ratio": {joint: level / gamma[joint] for joint, level in facts.gamma_nm.items()}}  # fmt: skip
     rng = np.random.default_rng([seed, 8])
@@ -106,6 +116,40 @@ def _moves(audit: Audit, start: float, j: int) -> bool:
     return bool((signals.state[rows, j] == 0).all() and np.isfinite(signals.cycles.torque_nm[rows, j]).all())
 
 
+def compared(name: str, work: Path, urdfs: Path, pairs: int) -> dict[str, Any]:
+    """Pairs of logs of one program: unchanged, and with each change, and what is said to have changed."""
+    arm = replace(arm_of(name, work, urdfs), unmodelled=0.2)
+    friction, robot = fitted(arm), api.load_robot(arm.described, arm.robot.joint_names)
+
+    def log(seed: int, arm: Arm = arm, **program: Any) -> Audit:
+        its = replace(Program(CYCLE_S, seed // 1000), **program)
+        return judged(day(arm, seed, PAIR_S, first=True, program=its), arm.described, friction)
+
+    heavier = replace(arm_of(name, work, urdfs, 0.3), unmodelled=0.2)
+    out: dict[str, Any] = {kind: [] for kind in CHANGES}
+    for pair in range(pairs):
+        seed, j = 1000 * (1 + pair), pair % len(arm.speed_rad_s)
+        goals = arm.middle_rad + np.random.default_rng([seed // 1000, 61]).uniform(-1.0, 1.0, (5, arm.middle_rad.size))
+        aside = np.abs(arm.robot.torque_per_newton(goals[1:2], arm.robot.tool_frame)[0].sum(axis=0))
+        worn = np.ones(arm.speed_rad_s.size)
+        worn[j] = 1.1
+        changed = {
+            "none": lambda seed=seed: log(seed + 2),
+            "speed": lambda seed=seed: log(seed + 3, cycle_s=CYCLE_S / 1.05),
+            "load": lambda seed=seed: log(seed + 4, heavier),
+            "path": lambda seed=seed, aside=aside: log(seed + 5, aside_rad=0.005 / float(np.linalg.norm(aside))),
+            "friction": lambda seed=seed, worn=worn: log(seed + 6, replace(arm, friction=worn)),
+        }
+        before = log(seed + 1)
+        for kind in CHANGES if pair < pairs // 4 else ("none",):
+            found = compare_programs(before, changed[kind](), robot)
+            named = [[one.quantity, one.joint, one.value] for one in found.changes if one.changed]
+            expected = [["friction", arm.robot.joint_names[j]]] if kind == "friction" else [[kind, None]]
+            right = [one[:2] for one in named] == ([] if kind == "none" else expected)
+            out[kind].append([right, named, found.reason])
+    return out
+
+
 def tables(kept: dict[str, Any]) -> Iterator[str]:
     """Clean hours and thresholds; pushes by size."""
     yield (
@@ -143,6 +187,17 @@ def tables(kept: dict[str, Any]) -> Iterator[str]:
             yield f"| {size} | {found} of {count} | {said} of {len(its)} logs |"
 
 
+def change_tables(kept: dict[str, Any]) -> Iterator[str]:
+    """How often each change is named, and what else is."""
+    yield "| change | pairs | named, and nothing else | named | something else said |"
+    yield "|---|---|---|---|---|"
+    for kind in CHANGES:
+        rows = [one for arm in kept.values() for one in arm[kind]]
+        named = sum(any(found[0] == kind for found in one[1]) for one in rows)
+        others = sum(any(found[0] != kind for found in one[1]) for one in rows)
+        yield f"| {kind} | {len(rows)} | {sum(one[0] for one in rows)} | {named} | {others} |"
+
+
 def main() -> None:
     """Measure what is not kept yet, and print the tables."""
     asked = argparse.ArgumentParser(description=__doc__)
@@ -150,12 +205,18 @@ def main() -> None:
     asked.add_argument("--work", type=Path, default=Path("build/cycles"))
     asked.add_argument("--arms", default=",".join(ARMS))
     asked.add_argument("--hours", type=float, default=2.0, help="of all together")
+    asked.add_argument("--pairs", type=int, default=0, help="of unchanged logs of each arm, in place of hours")
     asked.add_argument("--tables", action="store_true")
     given = asked.parse_args()
     given.work.mkdir(parents=True, exist_ok=True)
     file = given.work / "cycles_table.json"
     kept: dict[str, Any] = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     names = given.arms.split(",")
+    if given.pairs:
+        pairs = {name: compared(name, given.work, given.data / "urdf", given.pairs) for name in names}
+        (given.work / "changes.json").write_text(json.dumps(pairs), encoding="utf-8")
+        print("\n".join(change_tables(pairs)))
+        return
     logs = round(given.hours * 3600.0 / LOG_S / len(names) / len(ERRORS))
     for name in () if given.tables else names:
         for error in ERRORS:

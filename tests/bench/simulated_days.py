@@ -77,8 +77,8 @@ _URDFS = {
 }  # fmt: skip
 
 
-def arm_of(name: str, work: Path, urdfs: Path) -> Arm:
-    """``paper6``, ``seven``, or the arm of a URDF in a folder."""
+def arm_of(name: str, work: Path, urdfs: Path, more_kg: float = 0.0) -> Arm:
+    """``paper6``, ``seven``, or the arm of a URDF in a folder; with so much more at the tool than usual."""
     work.mkdir(parents=True, exist_ok=True)
     plain = work / f"{name}.rule.toml"
     if name in _URDFS:
@@ -98,7 +98,7 @@ def arm_of(name: str, work: Path, urdfs: Path) -> Arm:
     j = len(names)
     load = np.geomspace(12.0, 0.6, j)
     truth: dict[str, object] = {
-        "robot.armature_kg_m2": (0.02 * load).tolist(), "robot.tool.mass_kg": 0.9,
+        "robot.armature_kg_m2": (0.02 * load).tolist(), "robot.tool.mass_kg": 0.9 + more_kg,
         "robot.tool.com_m": [0.01, 0.0, 0.06],
         **({} if frame is None else {"robot.tool.frame": frame}),
     }  # fmt: skip

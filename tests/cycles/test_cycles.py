@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,9 @@ from repeated_program import GAMMA, Push, judged, program
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.cycles_result import CycleFacts, CycleReference
-from collaudit.reports.files.cycle_file import read_reference, reference_bytes
+from collaudit.core.data.joint_log import Annotation
 from collaudit.reports.files.event_recount import check_events
-from collaudit.reports.files.run_files import open_run, write_run
+from collaudit.reports.files.run_files import open_run, read_reference, reference_bytes, write_run
 
 OVERRIDES = (1.0, 0.7, 1.0)
 
@@ -129,3 +130,13 @@ def test_two_cycles_are_judged_where_nights_know_the_program() -> None:
 def test_nights_of_another_path_are_no_reference() -> None:
     moved = judged(program(10, aside_rad=0.05)[0], nights(5))
     assert facts(moved).nights == 0 and moved.reference is not None
+
+
+def test_a_label_of_the_log_states_its_cycles() -> None:
+    log, starts = program(8)
+    spans = tuple(zip(starts.tolist(), [*starts[1:].tolist(), float(log.time_s[-1])], strict=True))
+    marked = replace(log, annotations=(Annotation("picking", "column busy", spans),))
+    for label in ("picking", "column busy"):
+        found = facts(judged(marked, cycles={"label": label}))
+        assert found.stated and found.starts_s == pytest.approx(starts, abs=0.01)
+    assert judged(marked, cycles={"label": "another"}).result.cycles is None

@@ -33,6 +33,8 @@ from collaudit.core.residual.torque_zero import balanced_zero, follow_zero
 _SPEED_CLASS, _LIKE_SPEED, _LIKE_PLACES_S = 0.1, 0.25, 10.0
 #: A reference is made of so many cycles at most, evenly over the log.
 _MOST_CYCLES = 60
+#: ... and of a place at which nearly all of them were judged.
+_NEARLY_ALL = 0.8
 #: The spread at a place is that of so much motion about it, s: a few cycles tell it poorly.
 _SPREAD_S = 0.25
 #: Thresholds change over the path in such steps of the usual one.
@@ -178,10 +180,10 @@ class _SpeedClass:
             return
         ordered = np.sort(table[self.chosen], axis=0)
         count = np.count_nonzero(np.isfinite(ordered), axis=0)
+        count[count < _NEARLY_ALL * len(ordered)] = 0  # a place that few cycles judge is told by odd ones
         whole = np.where(count < least, np.nan, _middle(ordered, count))
-        among = set(self.chosen.tolist())
         for k in self.members.tolist():
-            if k not in among:
+            if k not in self.chosen:
                 yield k, whole
                 continue
             own = table[k]

@@ -79,7 +79,7 @@ def estimate(
         count: (b, j) samples.
         place: (j, c) number of the coefficient of each column.
         prior: (p,) precision of the coefficients about zero.
-        usual: RMS up to which a block counts whole; None for twice what half of the blocks keep to.
+        usual: RMS up to which a block counts whole; None for three times the median of all.
     """
     weight, value, slope = np.ones(count.shape), np.zeros(prior.size), np.zeros(products.shape[:-1])
     for far in _FAR:

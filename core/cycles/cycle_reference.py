@@ -103,8 +103,9 @@ def cycle_residual(
     place = (on_path.place / (on_path.path.share.size - 1)).astype(np.float32)
     signals = CycleSignals(on_path.number, place, torque, gamma)
     largest = max(classes, key=lambda one: one.members.size, default=None)
-    rests = max((len(one.nights) for one in classes), default=0)
-    facts = _facts(series, signals, on_path.spans, drawn, steady, config, rests)
+    facts = _facts(
+        series, signals, on_path.spans, drawn, steady, config, max((len(x.nights) for x in classes), default=0)
+    )
     reference = None if largest is None else largest.kept(table, least, on_path.path)
     proven = np.isin(on_path.number, [int(k) for one in classes if one.nights for k in one.members])
     return CycleResidual(signals, proven, facts, reference)

@@ -29,6 +29,8 @@ _FEWEST = 5
 _USUAL = 1.5
 #: A block that is so many times as far off as half of the blocks counts as this.
 _FAR = 1.5
+#: Step of speed over which a law's slope is taken, rad/s.
+_DV = 1e-4
 #: Where no friction file tells the usual level: this share of the threshold.
 _SHARE_OF_GAMMA = 0.25
 
@@ -50,7 +52,7 @@ class Excess:
         zero_bound_nm: (j,) how far the zero of the torque is followed.
         model_nm: (n, j) model torque, friction included.
         friction_nm: (n, j) friction as fitted.
-        slope_nm_s: (n, j) derivative of the model torque.
+        slope_nm_s: (n, j) derivative of the model torque, friction included.
         block: (n,) number of its block of time.
     """
 
@@ -141,6 +143,8 @@ def excess_of(
         return None
     slope = np.gradient(explained, size * series.period_s, axis=0)
     friction = np.column_stack([laws[name].torque(v[:, c]) for name, c in zip(names, columns, strict=True)])
+    faster = np.column_stack([laws[name].torque(v[:, c] + _DV) for name, c in zip(names, columns, strict=True)])
+    slope += (faster - friction) / _DV * a[:, columns]  # where it slides one way; elsewhere nothing is known
     followed = friction * thinned(np.column_stack([residual.levels[name].deviation for name in names]), size)
     for k, name in enumerate(names):
         if name in residual.zeros:

@@ -240,6 +240,12 @@ KINDS: dict[str, Kind] = {
         _JOINT,
         setting="log.units.effort_sign",
     ),
+    "base-mounting": Kind(
+        "By the efforts the base is mounted in another way than [robot] base_rpy_deg states.",
+        "Look at the arm. If it is mounted so, paste the line; if not, look at joint names and description.",
+        {"warning": "excludes", "error": "not-judged-log"},
+        setting="robot.base_rpy_deg",
+    ),
     "effort-gain": Kind(
         "A joint's effort and the model's torque differ in scale by more than a measured torque may be wrong: contact "
         "torques are not as large as they appear, or the model's masses are wrong.",

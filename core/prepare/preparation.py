@@ -42,6 +42,7 @@ from collaudit.core.prepare.effort.gain_findings import (
     raw_effort_findings,
     scale_findings,
 )
+from collaudit.core.prepare.effort.mounting import mounting, mounting_findings
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints
 from collaudit.core.prepare.log_size import refuse_larger_than_memory
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
@@ -89,6 +90,10 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     units = config.log.units
     findings += position_findings(series, robot, units)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
+    turned = mounting(series, robot) if config.log.effort_kind not in ("external", "gravity-compensated") else None
+    findings += mounting_findings(turned, config.robot.base_rpy_deg[2])
+    if turned is not None and turned.far:
+        robot = robot.under_gravity(turned.gravity_m_s2)
     kind, about_effort = effort_kind(config.log, series, robot)
     if kind.compensated == "stated":
         robot = robot.without_gravity()

@@ -148,9 +148,7 @@ class RobotModel:
 
     def gravity_regressor(self, q: FloatArray) -> FloatArray:
         """(n, j, 3) derivative of :meth:`gravity_torque` by gravity in base axes, N·m for a m/s²."""
-        bodies = self.inertial_bodies()
-        axes = (replace(self, bodies=bodies.under_gravity(axis)) for axis in np.eye(3))
-        return np.stack([one.gravity_torque(q) for one in axes], axis=2)
+        return np.stack([self.under_gravity(axis).gravity_torque(q) for axis in np.eye(3)], axis=2)
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
@@ -181,6 +179,11 @@ class RobotModel:
     def with_inertials(self, parameters: FloatArray, armature: FloatArray) -> RobotModel:
         """The same arm with other inertial parameters (p,) and rotor inertias (k,)."""
         return replace(self, bodies=self.inertial_bodies().with_parameters(parameters, armature))
+
+    def under_gravity(self, gravity_base_m_s2: FloatArray) -> RobotModel:
+        """The same arm on another base: gravity (3,) in base axes."""
+        bodies = self.inertial_bodies().under_gravity(gravity_base_m_s2)
+        return replace(self, bodies=bodies, gravity_base_m_s2=gravity_base_m_s2)
 
     def without_gravity(self) -> RobotModel:
         """The same arm whose joint torques hold no gravity; what a sensor or a tool weighs stays as it is."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from synthetic import PERIOD, make_log
@@ -11,8 +9,6 @@ from three_joints import arm, log_of, settings
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.identification.effort_audit import audit_effort
-from collaudit.core.prepare import preparation
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.effort_kind import friction_sign_findings, friction_signs
 from collaudit.core.prepare.preparation import prepare
@@ -94,24 +90,3 @@ def test_gravity_keeps_its_word_where_friction_says_nothing(monkeypatch: pytest.
     config = settings()
     prepared = prepare(log_of(arm(config), np.array([1.0, 1.0, -1.0])), arm(config), config)
     assert [f.joint for f in prepared.findings if f.code == "effort-sign-inverted"] == ["joint3"]
-
-
-def test_an_arm_that_hangs_is_offered_its_mounting_before_a_sign(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a ceiling and described upright: gravity is turned over and friction is not.
-
-    On so small an arm an unknown tool explains that as well; here it is not asked.
-    """
-    monkeypatch.setattr(preparation, "_gains_with_free_tool", lambda gains, *_: gains)
-    config = settings()
-    hanging = config.changed({"robot": config.robot.changed({"base_rpy_deg": (180.0, 0.0, 0.0)})})
-    log = log_of(arm(hanging), np.ones(3))
-    prepared = prepare(log, arm(config), config)
-    (of_all,) = audit_effort(prepared)
-    errors = [f for f in prepared.findings if f.code == "effort-sign-inverted"]
-    assert [f.joint for f in errors] == ["joint2", "joint3"]
-    for said in (*errors, of_all):
-        assert said.text.index("base_rpy_deg") < said.text.index("effort_sign"), said.text
-    turned = prepare(replace(log, effort=log.effort * np.array([1.0, -1.0, -1.0])), arm(config), config)
-    power = [f for f in turned.findings if f.code == "friction-not-physical"]
-    assert [f.joint for f in power] == ["joint2", "joint3"]
-    assert all(f.excludes and "base_rpy_deg" in f.text for f in power)

@@ -173,7 +173,9 @@ def _path(before: _Side, after: _Side, path: CyclePath, robot: RobotModel) -> tu
     none = np.zeros(path.share.size, dtype=np.bool_)
     if robot.bodies is None or len(robot.joint_names) != path.position_rad.shape[1]:
         return [], none
-    moved, half = _difference(*(_stretches(side.position_rad) for side in (before, after)))
+    pace = np.linalg.norm(before.motion[1], axis=1)  # next to rest the same place is less well known
+    fast = (pace > _PACE * np.median(pace))[:, None]
+    moved, half = _difference(*(_stretches(np.where(fast, x.position_rad, np.nan)) for x in (before, after)))
     middle = _stretches(path.position_rad[None])[0]
     per_rad = 1e3 * robot.torque_per_newton(np.ascontiguousarray(middle), robot.tool_frame)
     beside = np.linalg.norm(np.einsum("sjk,sj->sk", per_rad, moved), axis=1)

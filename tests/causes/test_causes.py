@@ -103,6 +103,7 @@ def test_a_tilt_is_named_before_signs_and_scales() -> None:
         ("friction", ("joint2",), rubbed(1, 1.9), None),
         ("scale", ("joint2",), lambda x, log: x * [1.0, 1.5, 1.0], 0.5),
         ("zero", ("joint3",), lambda x, log: x + np.array([0.0, 0.0, 6.0]), 6.0),
+        ("delay", (), lambda x, log: np.vstack([x[:6], x[:-6]]), 0.048),
         ("swapped", ("joint2", "joint3"), lambda x, log: x[:, [0, 2, 1]], 1.0),
     ],
 )
@@ -114,13 +115,6 @@ def test_one_wrong_thing_is_named_first(
     assert 0.5 < cause.share <= 1.0
     if value is not None:
         assert cause.value[0] == pytest.approx(value, rel=0.12)
-
-
-def test_a_delay_is_the_first_of_the_causes_with_its_size() -> None:
-    """It speaks or not: over a reversal it leaves what no small shift of the torque explains."""
-    cause = result_of(with_effort(lambda x, log: np.vstack([x[:6], x[:-6]]))).causes[0]
-    assert cause.code == "delay"
-    assert cause.value[0] == pytest.approx(0.048, rel=0.12)
 
 
 @pytest.mark.parametrize(

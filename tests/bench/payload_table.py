@@ -34,7 +34,7 @@ def payload(rng: np.random.Generator) -> tuple[float, FloatArray]:
 
 def stated(arm: Arm, mass_kg: float | str, com_m: Sequence[float] | FloatArray) -> LoadedConfig:
     """The arm's settings with this tool, in the frame in which ``loaded`` has it."""
-    config, frame = arm.described.config, arm.robot.inertial_bodies().frame_names[-1]
+    config, frame = arm.described.config, arm.robot.tool_frame
     tool = config.robot.tool.changed({"frame": frame, "mass_kg": mass_kg, "com_m": tuple(float(x) for x in com_m)})
     return replace(arm.described, config=config.changed({"robot": config.robot.changed({"tool": tool})}))
 

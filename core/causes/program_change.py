@@ -7,7 +7,7 @@ is solved together, cycle by cycle. Cycles next to each other share what drifts:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,11 +131,14 @@ def _stretches(values: FloatArray) -> FloatArray:
     return np.stack([_mean(part, axis=1) for part in np.array_split(values, _STRETCHES, axis=1)], axis=1)
 
 
-def _difference(before: FloatArray, after: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """After less before (…), and half of its 95 % interval, of cycles (c, …) each."""
-    sides = [_blocks(side) for side in (before, after)]
+def _difference(both: Iterable[FloatArray], among: int = 1) -> tuple[FloatArray, FloatArray]:
+    """After less before (…), and half of its 95 % interval; ``both`` (c, …) of cycles, before and after.
+
+    Where the largest of several is told, the interval holds for all ``among`` them at once (Bonferroni).
+    """
+    sides = [_blocks(side) for side in both]
     error = np.sqrt(sum(np.var(side, axis=0, ddof=1) / len(side) for side in sides))
-    reach = float(student_quantile(min(len(side) for side in sides) - 1, 0.975))
+    reach = float(student_quantile(min(len(side) for side in sides) - 1, 1.0 - 0.025 / among))
     return sides[1].mean(axis=0) - sides[0].mean(axis=0), np.asarray(reach * error)
 
 
@@ -175,7 +178,8 @@ def _path(before: _Side, after: _Side, path: CyclePath, robot: RobotModel) -> tu
         return [], none
     pace = np.linalg.norm(before.motion[1], axis=1)  # next to rest the same place is less well known
     fast = (pace > _PACE * np.median(pace))[:, None]
-    moved, half = _difference(*(_stretches(np.where(fast, x.position_rad, np.nan)) for x in (before, after)))
+    stretches = (_stretches(np.where(fast, x.position_rad, np.nan)) for x in (before, after))
+    moved, half = _difference(stretches, among=_STRETCHES)
     middle = _stretches(path.position_rad[None])[0]
     per_rad = 1e3 * robot.torque_per_newton(np.ascontiguousarray(middle), robot.tool_frame)
     beside = np.linalg.norm(np.einsum("sjk,sj->sk", per_rad, moved), axis=1)
@@ -194,7 +198,7 @@ def _speed(before: _Side, after: _Side) -> list[ProgramChange]:
     usual = median_and_spread(before.speed, 1)[0]
     shares = (np.maximum(side.speed, 1e-6) / np.maximum(usual, 1e-6) for side in (before, after))
     overall = [np.log(median_and_spread(share.T, 1)[0][:, None]) for share in shares]
-    value, half = (float(x[0]) for x in _difference(*overall))
+    value, half = (float(x[0]) for x in _difference(overall))
     return [_change("speed", None, float(np.expm1(value)), half, LEAST_CHANGE["speed"])]
 
 
@@ -222,7 +226,7 @@ def _torques(
     solved = [
         np.array([estimate(*_products(one - usual, columns, sd), place, prior).value for one in its]) for its in left
     ]
-    value, half = _difference(*solved)
+    value, half = _difference(solved)
     half = np.hypot(half, _doubt(_products(median_and_spread(left[1], 1)[0] - usual, columns, sd)[0], place, prior))
     changes = [_change("load", None, float(value[0]), float(half[0]), LEAST_CHANGE["load"])]
     for j, joint in enumerate(names):
@@ -233,7 +237,7 @@ def _torques(
         _stretches(its - np.einsum("pjk,cjk->cpj", columns, solution[:, place]))
         for its, solution in zip(left, solved, strict=True)
     ]
-    value, half = _difference(*others)
+    value, half = _difference(others, among=_STRETCHES * count)
     for j, joint in enumerate(names):
         gamma = new.result.rule.gamma_nm.get(joint)
         clear = np.abs(value[:, j]) - half[:, j]

@@ -122,13 +122,13 @@ def placed(drawn: DrawnPath, spans: Sequence[Span], path: CyclePath) -> Placed:
     for k, span in enumerate(spans):
         part, own = span.slice, way_rad[span.slice]
         number[part] = k
-        if own[-1] <= own[0]:
+        if not own[-1] > own[0]:
             continue
-        here = np.interp((own - own[0]) / (own[-1] - own[0]), path.share, numbers)
+        here = np.nan_to_num(np.interp((own - own[0]) / (own[-1] - own[0]), path.share, numbers))
         for _ in range(_ROUNDS):  # the foot of the perpendicular on the path, from the place that the way gone tells
             nearest = np.rint(here).astype(np.int64)
             off = position[part] - path.position_rad[nearest]
-            shift = np.einsum("nj,nj->n", off, slope[nearest]) / size[nearest]
+            shift = np.nan_to_num(np.einsum("nj,nj->n", off, slope[nearest]) / size[nearest])  # unknown: no place below
             here = np.clip(nearest + np.clip(shift, -_SHIFT, _SHIFT), 0.0, path.share.size - 1.0)
         moves = np.diff(own, prepend=-1.0) > 0.0
         place[part] = np.where(moves & (np.abs(off).max(axis=1) < NEAR_RAD), here, np.nan)

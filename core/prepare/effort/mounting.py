@@ -75,8 +75,9 @@ def mounting(series: UniformSeries, robot: RobotModel) -> Mounting | None:
     """
     if series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials or not robot.gravity_m_s2.any():
         return None
-    table = _Columns.of(TorqueTable.of(series), robot)
-    if not table.known.any():
+    thin = TorqueTable.of(series)
+    table = _Columns.of(thin, robot) if thin.time_s.size else None
+    if table is None or not table.known.any():
         return None
     sign = table.friction_signs(robot.gravity_base_m_s2)
     told = sign != 0.0

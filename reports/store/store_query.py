@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +12,8 @@ import pyarrow as pa
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.reports.store.result_store import ResultStore
 
+#: So long an interrupted question may take to end before it is interrupted again, s.
+_PATIENCE_S = 0.1
 #: Tables that a question may name, by what makes them. ``nights`` holds every log once, as last judged.
 VIEWS = {
     "nights": """
@@ -53,14 +57,8 @@ def query_store(store: ResultStore, sql: str) -> Answer:
             "questions in SQL need DuckDB", where="collaudit query", hint="python -m pip install 'collaudit[fleet]'"
         ) from error
     connection: Any = duckdb.connect(":memory:", config={"enable_external_access": "false", "threads": "2"})
-    connection.register("records", store.table())
-    for name, view in VIEWS.items():
-        connection.execute(f"CREATE VIEW {name} AS {view}")
     try:
-        found = connection.sql(sql)
-        if found is None:
-            raise ConfigError("the SQL asks for nothing", where="collaudit query", found=sql, expected="a SELECT")
-        return _answer(found.to_arrow_table())
+        return _apart(lambda: _asked(connection, store.table(), sql), connection.interrupt)
     except duckdb.Error as error:
         raise ConfigError(
             "the SQL cannot be answered",
@@ -70,6 +68,29 @@ def query_store(store: ResultStore, sql: str) -> Answer:
         ) from error
     finally:
         connection.close()
+
+
+def _asked(connection: Any, records: pa.Table, sql: str) -> Answer:
+    connection.register("records", records)
+    for name, view in VIEWS.items():
+        connection.execute(f"CREATE VIEW {name} AS {view}")
+    found = connection.sql(sql)
+    if found is None:
+        raise ConfigError("the SQL asks for nothing", where="collaudit query", found=sql, expected="a SELECT")
+    return _answer(found.to_arrow_table())
+
+
+def _apart(work: Callable[[], Answer], interrupt: Callable[[], None]) -> Answer:
+    """Done in a thread of its own: DuckDB can swallow the exception of a signal that arrives while it works."""
+    pool = ThreadPoolExecutor(1)
+    job = pool.submit(work)
+    try:
+        return job.result()
+    finally:
+        while not job.done():  # a signal: what has not begun yet is interrupted when it has
+            interrupt()
+            wait([job], _PATIENCE_S)
+        pool.shutdown()
 
 
 def _answer(found: pa.Table) -> Answer:

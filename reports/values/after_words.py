@@ -6,7 +6,7 @@ from collaudit.core.data.detection_result import AfterContact, ToolMotion
 from collaudit.reports.values.numbers import UNKNOWN, duration, fixed, percent, significant, speed
 
 _MOTION: dict[ToolMotion, str] = {
-    "went on": "the tool did not stop: {share} of its speed or more",
+    "went on": "the tool did not stop",
     "slowed": "the tool slowed to {share} of {speed}, from {slowing} on",
     "turned back": "the tool turned back, slowing from {slowing} on",
     "stopped": "the tool stopped after {stopped} and {way} mm, slowing from {slowing} on",

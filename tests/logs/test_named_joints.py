@@ -186,3 +186,24 @@ def test_a_file_a_joint_is_one_log_and_runs_of_a_joint_are_several(name: str, jo
     log = read_log(groups[0], settings, robot_joints=None)
     assert log.joint_names == tuple(f"joint{k}" for k in range(1, joints + 1))
     assert log.position_rad[0].tolist() == [1.0 + k for k in range(joints)]
+
+
+@pytest.mark.parametrize("joints", [["shoulder", "elbow"], ["J1", "gripper"], ["1", "2"]])
+@pytest.mark.parametrize(
+    ("words", "asked"),
+    [
+        (("tau_a", "tau_b"), True),
+        (("tau", "torque"), True),
+        (("tau_meas", "tau_x"), False),
+        (("torque", "current"), False),
+    ],
+)
+def test_rivals_are_asked_about_whatever_joints_are_called(
+    joints: list[str], words: tuple[str, str], asked: bool
+) -> None:
+    """Two efforts that names do not tell apart: one of them may be what the controller computes."""
+    names = [f"{word}_{joint}" for word in ("q", *words) for joint in joints]
+    found, choices = recognise(["t", *names], 0)
+    assert bool(choices["effort"].open) == asked and ("effort" in found) != asked
+    assert found["position"].columns == (1, 2)
+    assert asked or found["effort"].columns == (3, 4)

@@ -23,7 +23,6 @@ from collaudit.core.logs.tables.column_groups import (
 )
 from collaudit.core.logs.tables.column_patterns import (
     MOTION,
-    NOTHING,
     QUANTITIES,
     Found,
     bare,
@@ -166,43 +165,68 @@ def _time_parts(names: Sequence[str], keys: Sequence[str | int]) -> tuple[int, .
 def recognise(
     names: Sequence[str], time: int | None, robot: Sequence[str] = ()
 ) -> tuple[dict[str, Found], dict[str, Choice]]:
-    """Quantities by the names of their columns, and what the vocabulary says of the numbered ones."""
+    """Quantities by the names of their columns, and what the vocabulary says of them."""
     every = [name if index != time else "" for index, name in enumerate(names)]
-    groups = numbered_groups(every)
-    known = {column for group in groups for column in group.columns}
-    joints_known = (*robot, *_turning(every))
-    unnumbered = [name if index not in known else "" for index, name in enumerate(every)]
-    first = choose(groups, "position")
-    known_positions = first.taken or next(iter(first.open), None)
-    joints = len(known_positions.columns) if known_positions is not None else None
-    choices = {quantity: choose(groups, quantity, joints) for quantity in QUANTITY_WORDS}
-    fast = choices["velocity"]
-    if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
-        choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
-    found = _named_joints(every, choices, robot, joints_known)
-    choices |= {quantity: _without_named(choices[quantity], each) for quantity, each in found.items()}
-    for quantity in [each for each in choices if each not in found]:
-        named = _guess_named(unnumbered, quantity, joints_known)
-        numbered = choices[quantity].taken
-        if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
-            found[quantity] = numbered
-        elif named is not None and not choices[quantity].open:
+    known = (*robot, *_turning(every))
+    joints = _shared_joints(every, known)
+    choices = _numbered(every)
+    counted = max((len(choice.taken.columns) for choice in choices.values() if choice.taken is not None), default=0)
+    own = not robot or not {*robot}.isdisjoint(joints)  # else the robot's joints are told by their order
+    names_tell = not {*joints} <= {*Found.numbered(range(len(joints)), "").joints} and {*joints} <= {*robot}
+    if joints and own and (len(joints) > counted or names_tell):
+        choices = {key: _of_names(choice, joints) for key, choice in _numbered(_counted(every, joints)).items()}
+        return {key: choice.taken for key, choice in choices.items() if choice.taken is not None}, choices
+    groups = {column for group in numbered_groups(every) for column in group.columns}
+    unnumbered = [name if index not in groups else "" for index, name in enumerate(every)]
+    found: dict[str, Found] = {}
+    for quantity, choice in choices.items():
+        named = _guess_named(unnumbered, quantity, known)
+        if choice.taken is not None and (named is None or len(named.columns) <= len(choice.taken.columns)):
+            found[quantity] = choice.taken
+        elif named is not None and not choice.open:
             found[quantity] = named
             unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
-    shared = _shared_joints(every, joints_known)
-    joints_shared = shared.get("position", NOTHING).joints
-    known_too = not robot or not {*robot}.isdisjoint(joints_shared)  # else its joints are told by their order
-    if known_too and len(joints_shared) > len(found.get("position", NOTHING).columns):
-        choices = {quantity: Choice(None, choice.passed) for quantity, choice in choices.items()}
-        found = shared
     found = found or _single_joint(every)
-    used = {column for each in found.values() for column in each.columns}
-    choices = with_unknown(choices, ["" if index in used else name for index, name in enumerate(every)])
     return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
 
 
-def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> dict[str, Found]:
-    """Quantities whose columns are called alike but for the word of the quantity: what is alike are the joints.
+def _numbered(names: Sequence[str]) -> dict[str, Choice]:
+    """What is taken of numbered columns for each quantity."""
+    groups = numbered_groups(names)
+    first = choose(groups, "position")
+    known = first.taken or next(iter(first.open), None)
+    choices = {quantity: choose(groups, quantity, len(known.columns) if known else None) for quantity in QUANTITY_WORDS}
+    fast = choices["velocity"]
+    if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
+        choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
+    used = {column for choice in choices.values() if choice.taken is not None for column in choice.taken.columns}
+    return with_unknown(choices, ["" if index in used else name for index, name in enumerate(names)])
+
+
+def _counted(names: Sequence[str], joints: Sequence[str]) -> list[str]:
+    """Names with the number of its joint in place of each joint's name, so that named columns are numbered ones."""
+    numbers = {joint.lower(): str(k) for k, joint in enumerate(joints, 1)}
+    longest = sorted(map(re.escape, numbers), key=len, reverse=True)
+    whole = re.compile(rf"(?<![^\W_])({'|'.join(longest)})(?![^\W_])", re.IGNORECASE)
+    return [whole.sub(lambda hit: numbers[hit[0].lower()], name) for name in names]
+
+
+def _of_names(choice: Choice, joints: tuple[str, ...]) -> Choice:
+    """Of columns that :func:`_counted` numbered: a number stands for a name."""
+
+    def named(group: Found) -> Found:
+        whole = len(group.columns) == len(joints)
+        return replace(group, joints=joints, pattern=group.pattern.replace("{i}", "{joint}")) if whole else group
+
+    return Choice(
+        None if choice.taken is None else named(choice.taken),
+        tuple(map(named, choice.passed)),
+        tuple(map(named, choice.open)),
+    )
+
+
+def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> tuple[str, ...]:
+    """What columns of positions and efforts are called but for the word of the quantity, where they are called alike.
 
     Names that only count in part, such as ``J1`` beside ``gripper``, are seen by this alone.
     """
@@ -211,16 +235,10 @@ def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> dict[str, Foun
     shared = set.intersection(*held.values())
     if any(_NO_JOINT.isdisjoint(words_of(joint)) for joint in shared - _MAYBE_JOINT):
         robot = (*robot, *(shared & _MAYBE_JOINT))
-    ways = {quantity: _ways_named(names, quantity, robot) for quantity in MOTION}
-    best: dict[str, Found] = {}
-    for position in ways["position"]:
-        alike = [
-            next((one for one in ways[quantity] if {*one.joints} == {*position.joints}), None) for quantity in MOTION
-        ]
-        those = {quantity: one for quantity, one in zip(MOTION, alike, strict=True) if one is not None}
-        if "effort" in those and len(position.columns) > len(best.get("position", NOTHING).columns):
-            best = those
-    return best
+    of_effort = [{*one.joints} for one in _ways_named(names, "effort", robot)]
+    alike = (one.joints for one in _ways_named(names, "position", robot)
+             if {*one.joints} in of_effort and len({*one.joints}) == len(one.joints))  # fmt: skip
+    return max(alike, key=len, default=())
 
 
 def _single_joint(names: Sequence[str]) -> dict[str, Found]:
@@ -237,37 +255,6 @@ def _single_joint(names: Sequence[str]) -> dict[str, Found]:
         if meaning is not None:
             found[meaning.quantity] = Found.numbered([index], name, meaning)
     return found if {"position", "effort"} <= found.keys() else {}
-
-
-def _named_joints(
-    names: Sequence[str], choices: Mapping[str, Choice], robot: Sequence[str], known: Sequence[str]
-) -> dict[str, Found]:
-    """Quantities whose columns have numbers in the names of joints, such as ``wrist_1_joint``: numbering loses joints.
-
-    The names are alike in all quantities. As many joints as are numbered have other names, or names of the robot.
-    """
-    counted = [quantity for quantity, choice in choices.items() if choice.taken is not None or choice.open]
-    named = {quantity: found for quantity in counted if (found := _guess_named(names, quantity, known)) is not None}
-    joints = [set(named[quantity].joints) for quantity in MOTION if quantity in named]
-    alike = set.intersection(*joints) if "position" in named else set()
-    return {key: found for key, found in named.items() if _keeps_names(found, choices[key], alike, robot)}
-
-
-def _without_named(choice: Choice, named: Found) -> Choice:
-    """What is passed over for columns that are named."""
-    return Choice(None, tuple(group for group in choice.passed if not {*group.columns} <= {*named.columns}))
-
-
-def _keeps_names(named: Found, choice: Choice, alike: set[str], robot: Sequence[str]) -> bool:
-    groups = (choice.taken,) if choice.taken is not None else choice.open
-    joint_of = dict(zip(named.columns, named.joints, strict=True))
-    numbered = {column for group in groups for column in group.columns}
-    other = {joint for column, joint in joint_of.items() if column not in numbered} & alike
-    own = alike & set(robot)
-    return numbered <= joint_of.keys() and (
-        (bool(other) and bool(robot) and own == set(robot))  # each joint of the robot has its columns, by its name
-        or any(max(len(other), len(own - set(group.joints))) >= len(group.columns) for group in groups)
-    )
 
 
 @lru_cache(maxsize=1024)

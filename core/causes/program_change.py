@@ -15,9 +15,9 @@ from scipy.ndimage import uniform_filter1d
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.causes.trials import load_torques
-from collaudit.core.cycles.cycle_reference import along_path_speeds, median_and_spread
 from collaudit.core.cycles.cycle_search import DrawnPath, resampled
 from collaudit.core.cycles.path_place import CyclePath, along, placed, usual_path
+from collaudit.core.cycles.usual_cycle import along_path_speeds, median_and_spread
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.cycles_result import LEAST_CHANGE, ChangedQuantity, ProgramChange, ProgramComparison
 from collaudit.core.data.signals import Signals, State

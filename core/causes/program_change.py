@@ -40,8 +40,8 @@ _LOAD_SD, _SHARE_SD, _ZERO_SD = (20.0, 0.02, 0.02, 0.02), 1.0, 0.3
 #: Torques of a place are compared where it is judged in more than this share of the cycles of both logs, and passed at
 #: more than this share of the usual speed.
 _NEARLY_ALL, _PACE = 0.8, 0.3
-#: The path's slopes are those of so many places.
-_SMOOTH = 5
+#: The path's slopes are those of so many places; so many at either end have none on one side.
+_SMOOTH, _ENDS = 5, 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +79,14 @@ class _Side:
         position, speed = usual[:, :-1], usual[:, -1:]
         velocity = uniform_filter1d(np.gradient(position, axis=0), _SMOOTH, axis=0) * speed
         return position, velocity, uniform_filter1d(np.gradient(velocity, axis=0), _SMOOTH, axis=0) * speed
+
+    @property
+    def fast(self) -> BoolArray:
+        """(p,) places passed fast: near rest, and at the ends of the path, the same place is less well known."""
+        pace = np.linalg.norm(self.motion[1], axis=1)
+        fast = pace > _PACE * np.median(pace)
+        fast[:_ENDS] = fast[-_ENDS:] = False
+        return np.asarray(fast)
 
 
 def compare_programs(old: Audit, new: Audit, robot: RobotModel) -> ProgramComparison:
@@ -176,8 +184,7 @@ def _path(before: _Side, after: _Side, path: CyclePath, robot: RobotModel) -> tu
     none = np.zeros(path.share.size, dtype=np.bool_)
     if robot.bodies is None or len(robot.joint_names) != path.position_rad.shape[1]:
         return [], none
-    pace = np.linalg.norm(before.motion[1], axis=1)  # next to rest the same place is less well known
-    fast = (pace > _PACE * np.median(pace))[:, None]
+    fast = before.fast[:, None]
     stretches = (_stretches(np.where(fast, x.position_rad, np.nan)) for x in (before, after))
     moved, half = _difference(stretches, among=_STRETCHES)
     middle = _stretches(path.position_rad[None])[0]
@@ -208,10 +215,9 @@ def _torques(
     """Load, friction of each joint, and what is left of each joint's torque."""
     names, count = robot.joint_names, len(robot.joint_names)
     left = []
-    # places that both logs judge in nearly every cycle, and pass fast: near rest the same place is less well known
+    # places that both logs judge in nearly every cycle, and pass fast
     shared = np.logical_and(*(np.isfinite(side.torque_nm).mean(axis=0) > _NEARLY_ALL for side in (before, after)))
-    pace = np.linalg.norm(before.motion[1], axis=1)
-    shared &= (pace > _PACE * np.median(pace))[:, None]
+    shared &= before.fast[:, None]
     for side in (before, after):
         explained = robot.inverse_dynamics(*side.motion) + _friction(side.motion[1], names, laws)
         left.append(np.where(shared, side.torque_nm - explained, np.nan))
@@ -234,7 +240,7 @@ def _torques(
             its = float(value[4 + j]), float(half[4 + j])
             changes.append(_change("friction", joint, *its, LEAST_CHANGE["friction"]))
     others = [
-        _stretches(its - np.einsum("pjk,cjk->cpj", columns, solution[:, place]))
+        _stretches(its - usual - np.einsum("pjk,cjk->cpj", columns, solution[:, place]))  # at each place by itself
         for its, solution in zip(left, solved, strict=True)
     ]
     value, half = _difference(others, among=_STRETCHES * count)

@@ -66,8 +66,7 @@ def changes_since(
             continue
         old = earlier(job)
         if old is None:
-            reason = f"{against} has no log of this program"
-            made.append(ProgramComparison(job.name, "", (0, 0), reason=reason))
+            made.append(ProgramComparison(job.name, "", (0, 0), reason=f"{against} has no log of this program"))
             continue
         new = read_run(out / job.folder)
         made.append(compare_programs(old, new, load_robot(job.loaded, new.signals.joint_names)))

@@ -16,13 +16,19 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.causes.trials import load_torques
 from collaudit.core.cycles.cycle_search import DrawnPath, resampled
-from collaudit.core.cycles.path_place import CyclePath, along, placed, usual_path
-from collaudit.core.cycles.usual_cycle import along_path_speeds, median_and_spread
+from collaudit.core.cycles.path_place import (
+    CyclePath,
+    along,
+    along_path_speeds,
+    median_and_spread,
+    placed,
+    usual_path,
+)
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.cycles_result import LEAST_CHANGE, ChangedQuantity, ProgramChange, ProgramComparison
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import equal_runs
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
@@ -100,16 +106,23 @@ def compare_programs(old: Audit, new: Audit, robot: RobotModel) -> ProgramCompar
     drawn = [DrawnPath.of(audit.signals) for audit in (old, new)]
     cycles = old.signals.cycles
     if old.signals.joint_names != new.signals.joint_names or cycles is None:
-        reason = "the earlier log has other joints" if cycles is not None else "nothing repeats in the earlier log"
-        return ProgramComparison(*names, (0, 0), reason=reason)
+        return ProgramComparison(
+            *names,
+            (0, 0),
+            reason="nothing repeats in the earlier log" if cycles is None else "the earlier log has other joints",
+        )
     starts, stops = equal_runs(cycles.number)
     spans = [Span(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if cycles.number[a] >= 0]
     path = usual_path(drawn[0], spans)
     found = [spans, along(drawn[1], path)]
     counts = len(spans), len(found[1])
     if min(counts) < _FEWEST:
-        reason = f"the later log goes along the path of the earlier one {counts[1]} times; {_FEWEST} are needed of each"
-        return ProgramComparison(*names, counts, reason=reason)
+        return ProgramComparison(
+            *names,
+            counts,
+            reason=f"the later log goes along the path of the earlier one {counts[1]} times; "
+            f"{_FEWEST} are needed of each",
+        )
     before, after = (
         _Side.of(audit.signals, its, own, path) for audit, its, own in zip((old, new), drawn, found, strict=True)
     )
@@ -233,7 +246,9 @@ def _torques(
         np.array([estimate(*_products(one - usual, columns, sd), place, prior).value for one in its]) for its in left
     ]
     value, half = _difference(solved)
-    half = np.hypot(half, _doubt(_products(median_and_spread(left[1], 1)[0] - usual, columns, sd)[0], place, prior))
+    # errors of the model that all cycles share: large where the motion hardly tells
+    shared_error = estimate(*_products(median_and_spread(left[1], 1)[0] - usual, columns, sd), place, prior).products
+    half = np.hypot(half, STANDARD_ERRORS_95 * np.sqrt(np.diag(np.linalg.inv(shared_error))))
     changes = [_change("load", None, float(value[0]), float(half[0]), LEAST_CHANGE["load"])]
     for j, joint in enumerate(names):
         if joint in laws:
@@ -279,11 +294,3 @@ def _products(torque: FloatArray, columns: FloatArray, sd: FloatArray) -> tuple[
     count = rows_of_blocks(known.astype(np.float64), block).sum(axis=1)
     means = np.einsum("brjm,brjn->bjmn", table, table) / np.maximum(count, 1.0)[:, :, None, None]
     return means, np.minimum(count, 1.0)
-
-
-def _doubt(products: FloatArray, place: IntArray, prior: FloatArray) -> FloatArray:
-    """(k,) half of an interval from errors of the model that all cycles share: large where the motion hardly tells."""
-    gram = np.diag(prior)
-    for at, product in zip(place, products.sum(axis=0), strict=True):
-        gram[np.ix_(at, at)] += product[:-1, :-1]
-    return np.asarray(STANDARD_ERRORS_95 * np.sqrt(np.diag(np.linalg.inv(gram))))

@@ -14,8 +14,17 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.cycles.cycle_search import DrawnPath, find_cycles
 from collaudit.core.cycles.null_level import NullEvidence, motion_levels
-from collaudit.core.cycles.path_place import CyclePath, Placed, along, placed, usual_path
-from collaudit.core.cycles.usual_cycle import SpeedClass, along_path_speeds, median_and_spread, speed_classes
+from collaudit.core.cycles.path_place import (
+    CyclePath,
+    Placed,
+    SpeedClass,
+    along,
+    along_path_speeds,
+    median_and_spread,
+    placed,
+    speed_classes,
+    usual_path,
+)
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.signals import CycleSignals, State

@@ -106,6 +106,16 @@ class Draft:
         filled = {name: section for name, section in self.sections.items() if section.lines or section.remarks}
         return document(head, filled)
 
+    def answer(self, section: str, key: str, value: object, why: str) -> None:
+        """Put a guess in place of the choices of a key, whose question is answered."""
+        own = self.sections[section]
+        chosen = [line for line in own.lines if line.key == key]
+        own.lines = [line for line in own.lines if line.key != key]
+        own.guess(key, value, why)
+        questions = [text for text in own.remarks if text.startswith("QUESTION") and str(chosen[0].value) in text]
+        own.remarks = [text for text in own.remarks if text not in questions]
+        self.problems = [problem for problem in self.problems if not any(problem in text for text in questions)]
+
     def remark(self, findings: Sequence[Finding]) -> None:
         """Put findings that concern a setting beside that setting."""
         for finding in findings:

@@ -24,6 +24,7 @@ from collaudit.core.config.schema import FleetConfig, PolicyConfig
 from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.arms_in_log import Arm, arms_of, same_arm
+from collaudit.core.prepare.effort.computed_effort import smooth_joints
 from collaudit.core.prepare.prepared import Prepared
 
 _SOURCE = "gravity and inertia of the robot's description"
@@ -61,6 +62,8 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     if of_fleet:
         del draft.sections["policy"]
     place = output or Path("collaudit.toml")
+    if known.columns is not None and {*known.columns.open} == {"effort"}:
+        _answer_effort(draft, files, place)
     _add_torque_constants(draft, files, place)
     trial = try_log(files, parse_config(draft.text(), place))
     if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
@@ -82,6 +85,28 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     text = draft.text()
     parse_config(text, output)
     return Drafted(text, trial, [*missing(trial, draft.problems, robot=known.robot is not None), *proposed])
+
+
+def _answer_effort(draft: Draft, files: LogFiles, place: Path) -> None:
+    """Of several groups of efforts the one that is measured, where the others lack a sensor's noise and any friction.
+
+    Args:
+        draft: whose ``[log.csv] effort`` is answered.
+        files: the log.
+        place: of the configuration.
+    """
+    columns = [line.value for line in draft.sections["log.csv"].lines if line.key == "effort" and line.choice]
+    computed = []
+    for one in columns:
+        prepared = try_log(files, parse_config(draft.text(), place, {"log.csv.effort": one}), audit=False).prepared
+        if prepared is None:
+            return
+        if smooth_joints(prepared.series) >= {*prepared.judged} and not prepared.upright:
+            computed.append(one)
+    measured = [one for one in columns if one not in computed]
+    if len(measured) == 1:
+        why = f"measured: {', '.join(map(str, computed))} has neither a sensor's noise nor friction"
+        draft.answer("log.csv", "effort", measured[0], why)
 
 
 def _add_torque_constants(draft: Draft, files: LogFiles, place: Path) -> None:

@@ -159,6 +159,36 @@ def test_each_answer_to_a_question_has_its_evidence(arm, collaudit, tmp_path: Pa
     assert "effort" not in tomllib.loads(_text(tmp_path))["log"]["csv"], "evidence decides nothing"
 
 
+@pytest.mark.parametrize("other", ["computed", "filtered"])
+def test_measured_efforts_are_told_from_computed_ones(arm, collaudit, tmp_path: Path, other: str) -> None:
+    """A model's torque has neither noise nor friction; a filtered measurement has friction, so that is asked."""
+    from scipy.ndimage import gaussian_filter1d
+
+    from collaudit.core.config import load_config
+    from collaudit.core.robot.robot_building import build_robot
+
+    late = np.genfromtxt(_moved(arm, tmp_path / "log.csv", 0), delimiter=",", skip_header=1)
+    q, dq, tau = late[:, 1:3], late[:, 3:5], late[:, 5:7]
+    model = build_robot(load_config(arm.config).config.robot, Path(), ["joint1", "joint2"])
+    beside = model.inverse_dynamics(q, dq, np.gradient(dq, 1 / 250, axis=0))
+    if other == "filtered":
+        beside = gaussian_filter1d(gaussian_filter1d(tau, 25, axis=0), 25, axis=0)
+    log, robot = tmp_path / "two.csv", tmp_path / "robot.toml"
+    names = "t,q1,q2,dq1,dq2,torque_sensor_a_1,torque_sensor_a_2,torque_sensor_b_1,torque_sensor_b_2"
+    np.savetxt(log, np.column_stack([late[:, :5], beside, tau]), delimiter=",", header=names, comments="", fmt="%.12g")
+    robot.write_text(arm.config.read_text().partition("[log.csv]")[0])
+    outcome = collaudit("init", log, "-c", robot, "-o", tmp_path / "c.toml")
+    csv = tomllib.loads(_text(tmp_path))["log"]["csv"]
+    if other == "computed":
+        assert outcome.code == 0, outcome.err
+        assert csv["effort"] == "torque_sensor_b_{i}"
+        assert "torque_sensor_a_{i} has neither a sensor's noise nor friction" in _text(tmp_path)
+        assert "QUESTION" not in _text(tmp_path)
+    else:
+        assert outcome.code == 3
+        assert "effort" not in csv
+
+
 def test_the_order_of_the_joints_has_its_evidence(arm, collaudit, tmp_path: Path) -> None:
     """The columns count a message's joints, which the robot sorts otherwise than the alphabet."""
     robot = tmp_path / "robot.toml"

@@ -53,14 +53,24 @@ def runs_of(log: JointLog, count: int, rng: np.random.Generator) -> list[JointLo
     return [cut(log, a / whole, (a + d) / whole) for a, d in zip(start, lasts, strict=True)]
 
 
-def levels(file: FrictionFile) -> dict[str, float]:
-    """The motion's level of each joint that has one, of its shortest persistence, N·m."""
+def levels(file: FrictionFile) -> dict[str, tuple[float, float]]:
+    """The motion's level of each joint that has one, of its shortest persistence, N·m; and without its margin.
+
+    The margin is for how little motion was seen: without plateaus that is less, whatever friction is known from.
+    """
     joints = {} if file.thresholds is None else file.thresholds.joints
-    return {joint: one.levels[0].gamma_nm for joint, one in joints.items() if one.levels}
+    first = {joint: one.levels[0] for joint, one in joints.items() if one.levels}
+    return {joint: (one.gamma_nm, (one.gamma_nm - one.zero_doubt_nm) / one.margin) for joint, one in first.items()}
 
 
 def measure(
-    arm_name: str, scenario: str, seed: int, runs: int, cache: Path, count: dict[str, Counter[str]], ratios: list[float]
+    arm_name: str,
+    scenario: str,
+    seed: int,
+    runs: int,
+    cache: Path,
+    count: dict[str, Counter[str]],
+    ratios: list[tuple[float, float]],
 ) -> None:
     """One log: what is fitted with its plateaus and without."""
     arm = robot_named(arm_name)
@@ -93,7 +103,7 @@ def measure(
     first, second = levels(files["with"]), levels(files["without"])
     for joint in arm.joints:
         if joint in first and joint in second:
-            ratios.append(second[joint] / first[joint])
+            ratios.append((second[joint][0] / first[joint][0], second[joint][1] / first[joint][1]))
         elif joint in first:
             count[f"{arm_name} {scenario} without"]["no level"] += 1
 
@@ -104,7 +114,7 @@ def main(cache: Path, seeds: int, scenarios: list[str], runs: int) -> None:
     count: dict[str, Counter[str]] = {}
     for scenario in scenarios:
         for arm in ("paper6", "seven"):
-            ratios: list[float] = []
+            ratios: list[tuple[float, float]] = []
             for seed in range(1, seeds + 1):
                 measure(arm, scenario, seed, runs, cache, count, ratios)
             for kind in ("with", "without"):
@@ -112,8 +122,8 @@ def main(cache: Path, seeds: int, scenarios: list[str], runs: int) -> None:
                 print(
                     arm, scenario, kind, f"{100 * its['held'] / max(its['asked'], 1):.1f} % held", dict(its), flush=True
                 )
-            at = np.quantile(ratios, [0.5, 0.9, 1.0]) if ratios else []
-            print(arm, scenario, "γ without / with, median, 90 %, most:", np.round(at, 3), flush=True)
+            at = np.quantile(ratios, [0.5, 0.9, 1.0], axis=0).T if ratios else []
+            print(arm, scenario, "γ without / with, median, 90 %, most; less its margin:", np.round(at, 3), flush=True)
 
 
 if __name__ == "__main__":

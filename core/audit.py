@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
 
-from collaudit.core.causes.causes import find_causes
+from collaudit.core.causes.causes import find_causes, told_load
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.after_contact import with_controller
 from collaudit.core.contacts.contact_scene import arm_geometry
@@ -25,6 +25,7 @@ from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
+from collaudit.core.prepare.known_load import carrying
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared
@@ -53,7 +54,9 @@ def audit_log(
     known: Precedents | None = None,
     earlier: Sequence[CycleReference] = (),
 ) -> Audit:
-    """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict.
+    """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict; again with the load that it tells.
+
+    That is where the tool's mass is to be estimated and a load takes the residual away that no hand explains as well.
 
     Args:
         prepared: the log, with the calibration that the friction file holds; it is computed anew where it is not.
@@ -70,6 +73,33 @@ def audit_log(
         LogError: the known events cannot be understood.
         ConfigError: a label that marks them is not in the log, or the friction file is another arm's.
     """
+    stated = config.robot.tool.mass_kg != "estimate"
+    audit = _judged(
+        prepared, config, friction, provenance, truth, progress, on_signals if stated else None, known, earlier
+    )
+    if stated:
+        return audit
+    load = told_load(audit.result.causes)
+    if load is not None:
+        laden = carrying(prepared, *load, config)
+        audit = _judged(laden, config, friction, provenance, truth, progress, None, known, earlier)
+    if on_signals is not None:
+        on_signals(audit.signals, prepared.series.source.sha256)
+    return audit
+
+
+def _judged(
+    prepared: Prepared,
+    config: Config,
+    friction: FrictionFile | None,
+    provenance: Provenance,
+    truth: TruthFile | None,
+    progress: Progress | None,
+    on_signals: OnSignals | None,
+    known: Precedents | None,
+    earlier: Sequence[CycleReference],
+) -> Audit:
+    """One log, with the model that it was prepared with; arguments as of :func:`audit_log`."""
     step = stage(progress, 0.0, 1.0)
     parts: list[HeldOutPart] = []
     if config.policy.same_log == "folds" and (friction is None or fitted_alone(friction, prepared)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +14,15 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.cause import Cause
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.detection.detector_run import DetectorRun
+from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.prepare.known_load import KnownLoad
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
 #: A cause speaks where it takes away so much of the excess, and in either half of the log so much.
 _SPEAKS, _EITHER_HALF = 0.6, 0.3
-#: A simpler cause is preferred to one that explains so little more.
+#: A simpler cause is preferred to one that explains so little more, and not clearly.
 _NO_MORE = 0.05
 #: Causes that take away less are not worth a line.
 _WORTH_A_LINE = 0.1
@@ -69,12 +71,10 @@ def find_causes(
     )
     if not tried:
         return ()
-    best = tried[0].share
-    first = min(
-        (one for one in tried if one.share > best - _NO_MORE and one.least_share > best - 2 * _NO_MORE),
-        key=lambda one: (one.value.size, -one.share),
-        default=tried[0],
-    )
+    best = tried[0]
+    alike = [one for one in tried if one.share > best.share - _NO_MORE and one.least_share > best.share - 2 * _NO_MORE]
+    alike = [one for one in alike if one.trial.kind == best.trial.kind or not best.beats(one)]
+    first = min(alike, key=lambda one: (one.value.size, -one.share), default=best)
     rivals = [one for one in tried if (one.trial.kind in _PERSON) != (first.trial.kind in _PERSON)]
     rival = min(rivals, key=lambda one: float(one.rest.mean()), default=None)
     if rival is not None and rival.beats(first):
@@ -88,6 +88,20 @@ def find_causes(
             text = f"{causes[0].text}; or {_cause(rival, table, robot, config).text}: this motion does not tell which"
             causes[0] = replace(causes[0], text=text, line="")
     return tuple(causes)
+
+
+def told_load(causes: Sequence[Cause]) -> tuple[KnownLoad, Finding] | None:
+    """The load that is the cause, and what is to be said of it; None where it is not, or may be a hand."""
+    tool = {one.code: one for one in causes if one.speaks and one.line}.get("tool")
+    if tool is None:
+        return None
+    mass, *first = tool.value
+    text = (
+        f"The log was judged with {tool.text}, which it tells itself: a hand or a cable that hangs on the tool like a "
+        "weight for the whole log would not be seen."
+    )
+    load = KnownLoad(mass, (first[0] / mass, first[1] / mass, first[2] / mass))
+    return load, Finding("load-estimated", "warning", text)
 
 
 def _tells(one: Solved, robot: RobotModel, least_kg: float) -> bool:

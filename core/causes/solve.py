@@ -11,10 +11,14 @@ from collaudit.core.causes.trials import Trial
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.residual.friction_level import LARGEST
+from collaudit.core.residual.torque_zero import BOUND_SHARE
 from collaudit.core.torque_table.block_sums import Estimate, estimate, products_of
 
 #: Standard errors by which one cause must leave less than another to be told from it.
 _CLEARLY = 3.0
+#: What acts by the arm's pose. A zero that is held to its bound, or friction that changed in another way than by its
+#: level, would be told as a part of it: 0.02 kg of a load, of a UR10.
+_OF_POSES = frozenset({"tool", "mounting", "force", "pull"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +65,11 @@ def solved(table: Excess, trial: Trial, before: FloatArray) -> Solved | None:
         whole[half], gone[half] = before[own].sum(), (before[own] - table.beyond(size)[own]).sum()
     if not whole.all():
         return None
-    value, half_width, _ = sums.explained(np.ones(before.shape[0], dtype=np.bool_))
+    every = np.ones(before.shape[0], dtype=np.bool_)
+    if trial.kind in _OF_POSES:
+        value, half_width = _Sums.of(table, trial, whole_day=True).told(every)
+    else:
+        value, half_width, _ = sums.explained(every)
     return Solved(trial, value, half_width, float(gone.sum() / whole.sum()), float((gone / whole).min()), rest)
 
 
@@ -71,6 +79,9 @@ class _Sums:
 
     Each joint's level of friction and zero of torque are followed within the bounds in which a residual follows them:
     else a load is told too small. A solve of some blocks, and what it leaves in each, need these sums alone.
+
+    What another day and the errors of a fit leave is more: both drift over the log, sliding friction changes beside its
+    level, and the zero lies as far off as a threshold.
 
     Attributes:
         products: (b, j, m, m) of the joint's m = k + f + 1 columns, in units of its usual level: k of the cause, f
@@ -86,15 +97,21 @@ class _Sums:
     bound: FloatArray
 
     @classmethod
-    def of(cls, table: Excess, trial: Trial) -> _Sums:
-        """Of a cause's columns (n, j, k)."""
+    def of(cls, table: Excess, trial: Trial, whole_day: bool = False) -> _Sums:
+        """Of a cause's columns (n, j, k), beside what a residual follows, or all that a day may change."""
         followed, bound = [], []
+        level, zero = np.full(len(table.joints), LARGEST), np.maximum(table.zero_bound_nm, 1e-9)
         if trial.kind != "friction":
             followed.append(table.friction_nm)
-            bound.append(np.full(len(table.joints), LARGEST))
+            bound.append(level)
         if trial.kind != "zero":
             followed.append(table.known.astype(float))
-            bound.append(np.maximum(table.zero_bound_nm, 1e-9))
+            bound.append(zero)
+        if whole_day:
+            drift = np.linspace(-1.0, 1.0, table.time_s.size)[:, None]
+            followed += [drift * table.known, drift * table.friction_nm, np.sign(table.friction_nm)]
+            zero = zero / BOUND_SHARE
+            bound = [level, zero, zero, 0.5 * level, zero]
         columns = np.concatenate([trial.columns_nm, np.stack([*followed, table.torque_nm], axis=2)], axis=2)
         columns = columns * (table.known / table.usual_nm)[:, :, None]
         return cls(
@@ -109,15 +126,24 @@ class _Sums:
 
         That is the RMS over the joint's usual level, NaN where too little is known.
         """
-        count = self.prior_sd.size
-        found = self.solve(blocks)
-        half_width = STANDARD_ERRORS_95 * np.sqrt(np.maximum(np.diag(found.covariance)[:count], 0.0))
+        count, found = self.prior_sd.size, self.solve(blocks)
+        half_width = self.own(found)[1]
         followed = found.value[count:].reshape(self.bound.shape)
         level = np.clip(followed, -self.bound, self.bound)
         if np.any(level != followed):
             found = self.with_followed(level).solve(blocks)
         own = found.value[:count]
         return own, half_width, self.size(own, level)
+
+    def told(self, blocks: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """(k,) parameters of the cause by some of the blocks, and half of their intervals; nothing is held."""
+        return self.own(self.solve(blocks))
+
+    def own(self, found: Estimate) -> tuple[FloatArray, FloatArray]:
+        """(k,) of a solution the parameters of the cause, and half of their intervals."""
+        count = self.prior_sd.size
+        variance = np.maximum(np.diag(found.covariance)[:count], 0.0)
+        return found.value[:count], STANDARD_ERRORS_95 * np.sqrt(variance)
 
     def solve(self, blocks: BoolArray) -> Estimate:
         """Parameters of some blocks: k of the cause, then f of each joint, one followed column after the other."""

@@ -101,7 +101,13 @@ class ToolConfig(ConfigTable, frozen=True, kw_only=True):
     """What the arm carries."""
 
     frame: Annotated[str | None, about("Frame of the model the tool is fixed to; the last link when absent.")] = None
-    mass_kg: Annotated[NonNegative | Literal["estimate"], about("Tool mass, kg.")] = 0.0
+    mass_kg: Annotated[
+        NonNegative | Literal["estimate"],
+        about(
+            "Tool mass, kg. `estimate`: `fit` tells it, and a judged log is judged with what it tells of a load beyond "
+            "that, where its motion tells a load from a hand; a pass says so."
+        ),
+    ] = 0.0
     com_m: Annotated[Vec3, about("Tool centre of mass in `frame`, m.")] = (0.0, 0.0, 0.0)
 
 

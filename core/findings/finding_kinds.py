@@ -179,6 +179,13 @@ KINDS: dict[str, Kind] = {
         "look for what pulled at the arm. Until then alarms may come from the load.",
         {"warning": "none", "error": "not-judged-part"},
     ),
+    "load-estimated": Kind(
+        'The load at the tool was told by the judged log itself, as `mass_kg = "estimate"` asks.',
+        "Compare it with what the arm carried, and state that in [robot.tool]: who hangs on the tool like a weight for "
+        "the whole log is taken for a load.",
+        {"warning": "excludes"},
+        setting="robot.tool.mass_kg",
+    ),
     "log-nan": Kind(
         "Some values or stamps are missing: they are not numbers, such as no arm can have, or no times of the "
         "recording.",

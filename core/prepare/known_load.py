@@ -1,4 +1,4 @@
-"""A load that a fitted log's arm is known to carry, and the torque that it adds to the model's."""
+"""A load that a log's arm carries, known before a fit or told by a judged log, and the torque that it adds."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
@@ -19,7 +20,7 @@ class KnownLoad:
     """A point mass that a log's arm carries beyond the configured tool.
 
     Attributes:
-        mass_kg: 0 for none.
+        mass_kg: 0 for none; below 0 the arm carries less than it was identified with.
         com_m: (3,) where, in the tool's frame.
     """
 
@@ -46,19 +47,26 @@ def loaded(prepared: Prepared, load: KnownLoad, config: Config) -> Prepared:
     return modelled(start, config, prepared.calibration)
 
 
+def carrying(prepared: Prepared, load: KnownLoad, finding: Finding, config: Config) -> Prepared:
+    """The log of an arm that carries the load, whatever the detector; the finding says so."""
+    start = prepared.start
+    robot = _carrying(start.robot, load, config)
+    return modelled(replace(start, robot=robot, findings=(*start.findings, finding)), config, prepared.calibration)
+
+
 def _load_torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatArray:
     """(n, j) N·m that the load adds."""
     series, robot = prepared.series, prepared.robot
-    if load.mass_kg <= 0.0:
+    if load.mass_kg == 0.0:
         return np.zeros_like(series.position_rad)
-    carrying = _carrying(robot, load, config)
-    return np.asarray(carrying.inverse_dynamics(*series.motion) - robot.inverse_dynamics(*series.motion))
+    laden = _carrying(robot, load, config)
+    return np.asarray(laden.inverse_dynamics(*series.motion) - robot.inverse_dynamics(*series.motion))
 
 
 def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
     """The arm with the load at its tool."""
     turn, place, body = robot.in_joint(config.robot.tool.frame)
-    parameters = robot.inertial_parameters
-    first = load.mass_kg * (turn @ np.array(load.com_m) + place)
-    parameters[10 * body : 10 * body + 10] += point_mass_parameters(load.mass_kg, first)
+    parameters, size = robot.inertial_parameters, abs(load.mass_kg)
+    added = point_mass_parameters(size, size * (turn @ np.array(load.com_m) + place))
+    parameters[10 * body : 10 * body + 10] += np.copysign(1.0, load.mass_kg) * added
     return robot.with_inertials(parameters, robot.armature)

@@ -152,8 +152,8 @@ def _add_tool(config: RobotConfig, model: PinocchioModel, last_link: str) -> tup
         raise unknown_name("the robot has no such frame", "robot.tool.frame", frame, model.frame_names)
     if settings.mass_kg == "estimate":
         text = (
-            "The tool's mass is to be estimated: collaudit fit puts it into the friction file; without such a file the "
-            "tool is left out of the model."
+            "The tool's mass is to be estimated: collaudit fit puts it into the friction file, and a judged log adds "
+            "what it tells of a load; what tells none is judged without."
         )
         return None, (Finding("model-approximate", "warning", text, where="robot.tool.mass_kg"),)
     if not settings.mass_kg:

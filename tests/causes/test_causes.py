@@ -164,3 +164,44 @@ def test_a_tool_that_only_the_fitted_log_carried_is_among_the_causes() -> None:
     tool = next(cause for cause in causes if cause.code == "tool")
     assert tool.value[0] == pytest.approx(-1.0, abs=0.08)
     assert "of the fitted logs" in tool.line and "less at the tool than in the fitted logs" in tool.text
+
+
+def rows_of(log: JointLog, rows: slice) -> JointLog:
+    assert log.velocity_rad_s is not None and log.effort is not None
+    time_s = log.time_s[rows] - log.time_s[rows][0]
+    motion = {"position_rad": log.position_rad[rows], "velocity_rad_s": log.velocity_rad_s[rows]}
+    return replace(log, time_s=time_s, effort=log.effort[rows], **motion)
+
+
+ESTIMATE = settings(tool={"mass_kg": "estimate"}, detect={"gamma_nm": "auto"})
+
+
+@pytest.mark.parametrize("of_fit", [PLAIN, settings(tool=TOOL)])
+def test_a_load_that_is_to_be_estimated_is_told_by_the_judged_log(of_fit: Config) -> None:
+    """Heavier or lighter than in the fitted log: contacts are found as with what is stated, and a pass says so."""
+    carried = {"mass_kg": 1.4 if of_fit is PLAIN else 0.2, "com_m": [0.0, 0.03, 0.05]}
+    fitted_log = prepare(log_of(arm(of_fit), np.ones(3), seed=3, seconds=120.0), arm(ESTIMATE), ESTIMATE)
+    fitted = fit_logs([fitted_log], ESTIMATE, NOBODY)
+    log = logged(arm(settings(tool=carried)), seed=9)
+    log = rows_of(log, slice(125, -125))  # its noise is not slow at the ends
+    for pushes in (False, True):
+        assert log.effort is not None
+        effort = pushed(log.effort.copy(), log) if pushes else log.effort
+        one = replace(log, effort=effort, source=replace(log.source, digest="of another day"))
+        ready = prepare(one, arm(ESTIMATE), ESTIMATE, Calibration.of(fitted, ESTIMATE))
+        result = audit_log(ready, ESTIMATE, fitted, NOBODY).result
+        assert len(result.contacts) == (8 if pushes else 0)
+        assert result.verdict == ("fail" if pushes else "pass")
+        said = next(f.text for f in result.findings if f.code == "load-estimated")
+        assert said in result.exclusions
+
+
+@pytest.mark.parametrize("force_n", [(0.0, 0.0, -25.0), (15.0, -10.0, 0.0), (0.0, 0.0, -60.0)])
+def test_a_hand_that_leans_on_the_arm_is_not_estimated_away(force_n: tuple[float, float, float]) -> None:
+    log = logged(arm(PLAIN))
+    assert log.effort is not None
+    effort = log.effort - arm(PLAIN).base_torque_per_newton(log.position_rad, "tool0") @ np.array(force_n)
+    leaned = replace(log, effort=effort, source=replace(log.source, digest="of another day"))
+    result = audit_log(prepare(leaned, arm(ESTIMATE), ESTIMATE), ESTIMATE, friction(), NOBODY).result
+    assert result.verdict != "pass"
+    assert all(finding.code != "load-estimated" for finding in result.findings)

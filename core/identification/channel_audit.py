@@ -14,15 +14,10 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
-from collaudit.core.prepare.effort.channel_shift import (
-    all_known,
-    basis_of,
-    effort_shift,
-    left_over,
-    thinned,
-)
+from collaudit.core.prepare.effort.channel_shift import all_known, effort_shift, thinned
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.torque_table.block_sums import squares_left
 
 #: A shorter delay spoils neither gains nor residual; an interval wider than the other is no number to enter.
 _MATTERS_S, _UNSHARP_S = 0.02, 0.03
@@ -142,7 +137,7 @@ def _wrench_delay(prepared: Prepared, config: Config) -> _Found:
     )
 
     def costs(pick: IntArray) -> Callable[[IntArray], FloatArray]:
-        at, basis = rows[pick], basis_of(motion[pick])
-        return lambda shifts: np.column_stack([left_over(basis, axis, at, shifts) for axis in force.T])
+        at = rows[pick, None]
+        return lambda shifts: np.column_stack([squares_left(motion[pick], axis[at + shifts]) for axis in force.T])
 
     return best_shift(rows.size, costs, series.period_s)

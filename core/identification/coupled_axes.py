@@ -2,8 +2,8 @@
 
 On joint j with weight w the motor of a coupled axis leaves w (F_c sgn s + F_v s + I ds/dt), s the axis' speed; beside
 it stand each joint's own friction and offset as ``problem_terms.py`` has them, so that what its own speed explains is
-its own. One weighted least squares over all joints of all axes (iterated Huber weights), covariance by stretches of
-one second as in ``solution_errors.py``. Friction dissipates: what would be negative is held at zero.
+its own. One solve of sums over all joints of all axes, by stretches of one second (core/torque_table). Friction
+dissipates: what would be negative is held at zero.
 """
 
 from __future__ import annotations
@@ -19,32 +19,33 @@ from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.identification.problem.identification_samples import Motion, collect
 from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, friction_columns
-from collaudit.core.identification.problem.solution_errors import RANK, clustered_covariance
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.torque_table.block_sums import generalised_inverse
+from collaudit.core.torque_table.block_sums import estimate, explained, products_of
 
 _KEYS = ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2")
-_ROUNDS = 8
 _LEAST_OWN_SHARE = 1e-3  # of a column's power that the other columns must leave
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _System:
-    """All equations in one: rows of every coupled joint one after the other.
+    """All equations in one, in units of each joint's own error.
 
     Attributes:
-        columns: (m, 3 c + others): the shared ones of each axis first.
-        target: (m,) torque that the model leaves, N·m.
-        joint: (m,) joint of each row.
-        cluster: (m,) stretch of one second of each row.
+        products: (b, k, c, c) sums over stretches of one second, of each coupled joint's columns and, last, its torque.
+        count: (b, k) samples.
+        place: (k, c - 1) number of the coefficient of each column: those of the axes are the first.
     """
 
-    columns: FloatArray
-    target: FloatArray
-    joint: IntArray
-    cluster: IntArray
+    products: FloatArray
+    count: FloatArray
+    place: IntArray
+
+    def only(self, use: BoolArray) -> FloatArray:
+        """The products with columns that are not used (coefficients,) set to zero."""
+        kept = np.column_stack([use[self.place], np.ones(len(self.place))])
+        return self.products * kept[:, :, None] * kept[:, None, :]
 
 
 def fit_coupled(
@@ -88,79 +89,47 @@ def fit_coupled(
 
 def _system(motion: Motion, rest: FloatArray, weights: FloatArray) -> _System:
     touched = np.flatnonzero((weights != 0).any(axis=0) & motion.moving.any(axis=0))
-    count, own = weights.shape[0], FRICTION_COLUMNS
-    blocks, target, joint, cluster = [], [], [], []
+    shared, own = 3 * weights.shape[0], FRICTION_COLUMNS
+    columns = np.zeros((len(rest), touched.size, shared + own + 1))
     for k, j in enumerate(touched):
-        rows = np.flatnonzero(motion.moving[:, j])
-        part = np.zeros((rows.size, 3 * count + own * touched.size))
         for c in np.flatnonzero(weights[:, j]):
-            s, ds = motion.velocity[rows] @ weights[c], motion.acceleration[rows] @ weights[c]
-            part[:, 3 * c : 3 * c + 3] = weights[c, j] * np.column_stack([np.sign(s), s, ds])
-        at = 3 * count + own * k
-        part[:, at : at + own] = friction_columns(motion.velocity[rows, j], motion.acceleration[rows, j])
-        blocks.append(part)
-        target.append(rest[rows, j])
-        joint.append(np.full(rows.size, k))
-        cluster.append(motion.cluster[rows])
-    return _System(*(np.concatenate(x) for x in (blocks, target, joint, cluster)))
+            s, ds = motion.velocity @ weights[c], motion.acceleration @ weights[c]
+            columns[:, k, 3 * c : 3 * c + 3] = weights[c, j] * np.column_stack([np.sign(s), s, ds])
+        columns[:, k, shared:-1] = friction_columns(motion.velocity[:, j], motion.acceleration[:, j])
+    columns[:, :, -1] = rest[:, touched]
+    moving = motion.moving[:, touched].astype(np.float64)
+    products = products_of(columns * moving[:, :, None], motion.cluster)
+    count = products_of(moving[:, :, None], motion.cluster)[:, :, 0, 0]
+    alone = np.arange(shared + own)[None]
+    for k in range(touched.size):
+        usual = estimate(products[:, k : k + 1], count[:, k : k + 1], alone, np.zeros(alone.size))
+        products[:, k] *= usual.count / max(usual.left, 1e-300)
+    each = np.arange(own * touched.size).reshape(-1, own) + shared
+    return _System(products, count, np.column_stack([np.broadcast_to(np.arange(shared), (len(each), shared)), each]))
 
 
 def _determined(system: _System, count: int, with_inertia: bool) -> BoolArray:
     """(columns,) which columns are used: shared ones that the others do not explain, and all others."""
-    use = np.ones(system.columns.shape[1], dtype=np.bool_)
+    use = np.ones(int(system.place.max()) + 1, dtype=np.bool_)
     if not with_inertia:
         use[2 : 3 * count : 3] = False
     for k in range(3 * count):
         if use[k]:
-            others = use.copy()
-            others[k] = False
-            column, rest = system.columns[:, k], system.columns[:, others]
-            left = column - rest @ np.linalg.lstsq(rest, column, rcond=1e-9)[0]
-            use[k] = bool(left @ left > _LEAST_OWN_SHARE * (column @ column)) and bool(column @ column > 0)
+            gram = estimate(system.only(use), system.count, system.place, np.zeros(use.size)).products
+            left = explained(np.delete(np.delete(gram, k, 0), k, 1), np.delete(gram[:, [k]], k, 0), gram[[k], k])[1]
+            use[k] = bool(left[0] > _LEAST_OWN_SHARE * gram[k, k])
     return use
 
 
 def _solved(system: _System, use: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Coefficients and half widths of their 95 % intervals, (columns,); zero where a column is not used."""
-    use = use.copy()
-    shared = np.arange(use.size) < use.size - 7 * (int(system.joint.max()) + 1)
+    shared = np.arange(use.size) < use.size - FRICTION_COLUMNS * len(system.place)
     while True:
-        x, half = _least_squares(system, use)
-        negative = shared & use & (x < 0)
+        found = estimate(system.only(use), system.count, system.place, np.zeros(use.size))
+        negative = shared & use & (found.value < 0)
         if not negative.any():
-            return x, half
-        use &= ~negative
-
-
-def _least_squares(system: _System, use: BoolArray) -> tuple[FloatArray, FloatArray]:
-    columns, pick = system.columns[:, use], np.flatnonzero(use)
-    weight = np.ones(system.target.size)
-    sigma = np.ones_like(weight)
-    x: FloatArray = np.zeros(pick.size)
-    for _ in range(_ROUNDS):
-        root = np.sqrt(weight) / sigma
-        x = np.asarray(np.linalg.lstsq(columns * root[:, None], system.target * root, rcond=1e-9)[0])
-        rest = system.target - columns @ x
-        for k in range(int(system.joint.max()) + 1):
-            sigma[system.joint == k] = max(robust_sd(rest[system.joint == k]), 1e-4)
-        weight = np.minimum(1.0, HUBER_BOUND / np.maximum(np.abs(rest) / sigma, 1e-9))
-    slope = (np.abs(rest) <= HUBER_BOUND * sigma) / sigma**2
-    inverse = generalised_inverse((columns * slope[:, None]).T @ columns, RANK)
-    felt = columns @ inverse
-    influence = _summed(felt * (weight * rest / sigma**2)[:, None], system.cluster)
-    share = _summed(felt**2 * slope[:, None], system.cluster)
-    full = clustered_covariance(influence, share)
-    out, half = np.zeros(use.size), np.zeros(use.size)
-    out[pick] = x
-    half[pick] = NORMAL_QUANTILE_975 * np.sqrt(np.maximum(np.diag(full), 0.0))
-    return out, half
-
-
-def _summed(values: FloatArray, cluster: IntArray) -> FloatArray:
-    """(clusters, k) sums of (m, k) values."""
-    order = np.argsort(cluster, kind="stable")
-    starts = np.flatnonzero(np.diff(cluster[order], prepend=-1))
-    return np.asarray(np.add.reduceat(values[order], starts, axis=0))
+            return found.value, NORMAL_QUANTILE_975 * np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        use = use & ~negative
 
 
 def _result(coupling: Coupling, x: FloatArray, half: FloatArray, s: FloatArray, with_inertia: bool) -> CoupledFriction:

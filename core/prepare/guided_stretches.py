@@ -23,7 +23,6 @@ from collaudit.core.prepare.prepared import Prepared
 
 #: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
 _STRETCH_S, _FEWEST, _QUANTILE = 0.25, 12, 0.7
-_STEPS = 30
 #: Half of the means lie so close to the line, as a share of it: else errors of the model are taken for friction. On
 #: simulated arms, a third of whose motion is guided, they lie within 0.1; behind joint-side sensors beyond 0.5.
 _CLOSE = 0.3
@@ -97,9 +96,9 @@ def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared
 def rough_friction(prepared: Prepared) -> dict[str, Friction]:
     """Sliding friction F sgn v + D v by joint, from means over short stretches of motion one way.
 
-    The line through |v| below which most of the means lie (quantile regression by reweighting): in up to half of the
-    motion the drives may supply less, as under a hand. Joints that hardly move, or whose effort does not go with their
-    motion, have none.
+    The line through |v| below which most of the means lie, through the slowest and the fastest third (resistant line:
+    Tukey, Exploratory Data Analysis, 1977, ch. 5): in up to half of the motion the drives may supply less, as under a
+    hand. Joints that hardly move, or whose effort does not go with their motion, have none.
     """
     series, rigid = prepared.series, prepared.rigid_nm
     if rigid is None or series.effort is None:
@@ -127,14 +126,11 @@ def _line(stretch: IntArray, velocity: FloatArray, rest: FloatArray) -> tuple[fl
         return None
     speed = np.bincount(stretch, np.abs(velocity), size)[whole] / count[whole]
     level = np.bincount(stretch, np.sign(velocity) * rest, size)[whole] / count[whole]
-    columns = np.column_stack([np.ones_like(speed), speed])
-    found = np.array([quantile_of(level, _QUANTILE), 0.0])
-    for _ in range(_STEPS):
-        off = level - columns @ found
-        weight = np.where(off > 0, _QUANTILE, 1.0 - _QUANTILE) / np.maximum(np.abs(off), 1e-3 * np.std(level) + 1e-9)
-        root = np.sqrt(weight)
-        found = np.linalg.lstsq(columns * root[:, None], level * root, rcond=None)[0]
-    coulomb, viscous = (max(float(x), 0.0) for x in found)
+    slow, fast = speed <= quantile_of(speed, 1.0 / 3.0), speed >= quantile_of(speed, 2.0 / 3.0)
+    ends = [(median_of(speed[third]), quantile_of(level[third], _QUANTILE)) for third in (slow, fast)]
+    apart = np.diff(ends, axis=0)[0]
+    viscous = max(float(apart[1] / apart[0]), 0.0) if apart[0] > 0 else 0.0
+    coulomb = max(quantile_of(level - viscous * speed, _QUANTILE), 0.0)
     line = coulomb + viscous * speed
     return (coulomb, viscous) if median_of(np.abs(level - line) - _CLOSE * line) < 0 else None
 

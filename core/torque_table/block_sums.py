@@ -9,10 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975, STANDARD_ERRORS_95, median_of
 
 #: Blocks that tell a coefficient, at least.
 _FEWEST = 8
@@ -20,9 +21,11 @@ _FEWEST = 8
 #: what most blocks agree with.
 _FAR = (1.0,) * 6 + (3.0,) * 4
 _ROUNDING = 1e-6
+#: Share of what is known of a coefficient that one block has at most.
+_MOST = 0.9
 #: Share of its standard deviation that a column must have of its own, beside the others. Torque by a description is
 #: good to about a fifth (masses, centres of mass): what others leave of it is that error, where they leave no more.
-_LEAST_OWN = 0.2
+LEAST_OWN = 0.2
 #: Share of a channel's variance, after the other columns, that a column must explain for its sign to be clear.
 MIN_EXPLAINED = 0.2
 
@@ -101,9 +104,24 @@ def estimate(
         score[:, at] += own
         off = weight[:, j] < 1.0
         bread[np.ix_(at, at)] -= own[off].T @ (own[off] / (weight * square)[off, j, None])
-    inverse, told = generalised_inverse(bread, 1e-12), int(np.count_nonzero(count.any(axis=1)))
-    spread = inverse @ (score.T @ score) @ inverse * (told / max(told - value.size, 1))
-    return Estimate(value, spread, gram, *sums)
+    inverse, share = generalised_inverse(bread, 1e-12), np.zeros_like(score)
+    for at, product in zip(place, np.moveaxis(weight[:, :, None, None] * products, 1, 0), strict=True):
+        share += np.sum((inverse[:, at] @ product[:, :-1, :-1]) * inverse[:, at], axis=2)
+    return Estimate(value, clustered_covariance(score @ inverse, np.maximum(share, 0.0)), gram, *sums)
+
+
+def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
+    """(p, p) such that 1.96 standard errors span 95 %, from what each block moves (b, p) and tells (b, p).
+
+    A block with a share h of what is known of a coefficient has its influence raised by 1/(1 - h), as leaving it out
+    would show (jackknife), and 1/sum(h²) takes the place of the number of blocks in Student's t: a few fast moves may
+    carry all that a log says.
+    """
+    part = share / np.maximum(share.sum(axis=0), 1e-300)
+    blocks = 1.0 / np.maximum(np.sum(part**2, axis=0), 1e-12)
+    reach = student_quantile(np.clip(blocks - 1.0, 1.0, 1e6), 0.975) / NORMAL_QUANTILE_975
+    raised = influence / (1.0 - np.minimum(part, _MOST)) * reach
+    return np.asarray(raised.T @ raised)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,12 +152,20 @@ class BlockSums:
         square = float(self.products[:, k, k].sum() / self.count.sum())
         return float(np.sqrt(max(square - self.mean(name) ** 2, 0.0)))
 
-    def slope(self, channel: str, on: str, *beside: str, sigmas: float = STANDARD_ERRORS_95) -> Slope | None:
+    def slope(
+        self,
+        channel: str,
+        on: str,
+        *beside: str,
+        sigmas: float = STANDARD_ERRORS_95,
+        least_own: float = LEAST_OWN,
+    ) -> Slope | None:
         """A channel on one column beside others; None where too little tells it, or too little of it is its own.
 
         Args:
             channel, on, beside: names of columns; those alike count once.
             sigmas: half width of the interval in standard errors.
+            least_own: share of its standard deviation that the others must leave of the column.
         """
         if np.count_nonzero(self.count) < _FEWEST:
             return None
@@ -148,7 +174,7 @@ class BlockSums:
         found = estimate(products, self.count[:, None], place, np.zeros(place.size))
         across = found.products[0, 1:]
         power = float(found.products[0, 0] - across @ generalised_inverse(found.products[1:, 1:]) @ across)
-        if power <= max(1e-9, (_LEAST_OWN * self.sd(on)) ** 2) * found.count:
+        if power <= max(1e-9, (least_own * self.sd(on)) ** 2) * found.count:
             return None
         value = float(found.value[0])
         explained = value**2 * power / max(value**2 * power + found.left, 1e-300)
@@ -166,20 +192,36 @@ def solutions(sums: FloatArray, columns: tuple[int, ...]) -> tuple[FloatArray, F
     return found / size, np.clip(whole - np.sum(found * right, axis=1), 0.0, whole)
 
 
-def products_of(columns: FloatArray, block: IntArray) -> FloatArray:
-    """(b, j, c, c) sums over blocks, numbered (n,) from 0, of products of columns (n, j, c)."""
-    rows = rows_of_blocks(columns, block)
+def explained(products: FloatArray, across: FloatArray, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(c, t) coefficients of columns for targets, and (t,) sums of squares that they leave.
+
+    Args:
+        products: (c, c) sums of products of the columns; across: (c, t) with the targets; squares: (t,) of these.
+    """
+    found = generalised_inverse(products) @ across
+    return found, np.clip(squares - np.sum(found * across, axis=0), 0.0, squares)
+
+
+def squares_left(columns: FloatArray, targets: FloatArray) -> FloatArray:
+    """(t,) sums of squares of targets (n, t) that columns (n, c) leave; next to none of too few samples."""
+    return explained(columns.T @ columns, columns.T @ targets, np.sum(targets**2, axis=0))[1]
+
+
+def products_of(columns: FloatArray, block: IntArray, blocks: int = 0) -> FloatArray:
+    """(b, j, c, c) sums over blocks, numbered (n,) from 0, of products of columns (n, j, c); of so many at least."""
+    rows = rows_of_blocks(columns, block, blocks)
     return np.asarray(rows.transpose(0, 2, 3, 1) @ rows.transpose(0, 2, 1, 3))
 
 
-def rows_of_blocks(rows: FloatArray, block: IntArray) -> FloatArray:
+def rows_of_blocks(rows: FloatArray, block: IntArray, blocks: int = 0) -> FloatArray:
     """(n, ...) as (b, r, ...): the rows of each block, and zeros behind them.
 
     Args:
         rows: in the order of time.
         block: (n,) number of the block of each, from 0, rising.
+        blocks: of so many at least.
     """
-    edges = np.searchsorted(block, np.arange(int(block[-1]) + 2 if block.size else 1))
+    edges = np.searchsorted(block, np.arange(max(blocks, int(block[-1]) + 1 if block.size else 0) + 1))
     taken = edges[:-1, None] + np.arange(np.diff(edges).max(initial=0))
     there = taken < edges[1:, None]
     out = rows[np.minimum(taken, len(rows) - 1)]

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from collaudit.core.prepare.effort.channel_shift import basis_of, left_over
 from collaudit.core.prepare.effort.delay_estimate import best_shift, reach
+from collaudit.core.torque_table.block_sums import squares_left
 
 T, LENGTH_S = 0.004, 40.0
 
@@ -52,7 +52,7 @@ def found_and_true(kind: str, noise: float, rho: float, held_s: float, seed: int
 
     def costs(pick):  # type: ignore[no-untyped-def]
         use = rows[pick]
-        basis = basis_of(np.column_stack([x[use], np.sign(v[use]), v[use], np.ones(use.size)]))
-        return lambda shifts: left_over(basis, y, use, shifts)[:, None]
+        columns = np.column_stack([x[use], np.sign(v[use]), v[use], np.ones(use.size)])
+        return lambda shifts: squares_left(columns, y[use[:, None] + shifts])[:, None]
 
     return best_shift(rows.size, costs, T), delay + (0.5 * (held_s - T) if held_s else 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 from statsmodels.regression.linear_model import OLS
 
 from collaudit.core.torque_table.block_sums import BlockSums, estimate, rows_of_blocks
@@ -22,8 +23,8 @@ def columns(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return np.floor(t), np.column_stack([effort, model, np.sign(v), v])
 
 
-def test_slope_and_interval_are_those_of_cluster_robust_least_squares_where_no_block_is_far_off() -> None:
-    """Liang and Zeger's standard error, with c / (c - p) for c blocks and p columns."""
+def test_slope_is_that_of_least_squares_and_its_interval_that_of_a_jackknife_where_no_block_is_far_off() -> None:
+    """Leaving out each block in turn, with Student's t of as many blocks as tell the slope."""
     block, found = columns(0)
     found[:, 0] += np.random.default_rng(1).normal(0.0, 0.1, block.size) - np.repeat(
         np.random.default_rng(0).normal(0.0, 1.0, BLOCKS), EACH
@@ -31,9 +32,13 @@ def test_slope_and_interval_are_those_of_cluster_robust_least_squares_where_no_b
     slope = BlockSums.of(block, NAMES, found).slope("effort", "model", "way", "speed", "one")
     assert slope is not None
     design = np.column_stack([found[:, 1:], np.ones(block.size)])
-    fit = OLS(found[:, 0], design).fit(cov_type="cluster", cov_kwds={"groups": block, "use_correction": False})
-    assert slope.value == pytest.approx(fit.params[0], rel=1e-9)
-    assert slope.half == pytest.approx(1.96 * np.sqrt(BLOCKS / (BLOCKS - 4)) * fit.bse[0], rel=1e-6)
+    value = OLS(found[:, 0], design).fit().params[0]
+    own = OLS(design[:, 0], design[:, 1:]).fit().resid ** 2
+    share = np.bincount(block.astype(int), own) / own.sum()
+    without = [OLS(found[block != k, 0], design[block != k]).fit().params[0] for k in range(BLOCKS)]
+    error = float(np.sqrt(np.sum((np.array(without) - value) ** 2)))
+    assert slope.value == pytest.approx(value, rel=1e-9)
+    assert slope.half == pytest.approx(student.ppf(0.975, 1.0 / np.sum(share**2) - 1.0) * error, rel=0.07)
 
 
 def test_the_interval_covers_the_slope() -> None:

@@ -2,9 +2,8 @@
 
 The covariance is H^-1 (sum of squared scores of one-second clusters + prior) H^-1 (Liang and Zeger, Biometrika 73,
 1986). H is the derivative of Huber's estimating equations, so that weighing outliers down does not pass for knowledge
-(Huber, Annals of Statistics 1, 1973). A cluster with a share h of what is known of a parameter has its influence raised
-by 1/(1 - h), as leaving it out would show (jackknife), and 1/sum(h²) takes the place of the number of clusters in
-Student's t: a few fast moves may carry all that a log says.
+(Huber, Annals of Statistics 1, 1973). A cluster that has a large share of what is known of a parameter counts as
+:func:`clustered_covariance` says.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
@@ -25,10 +23,8 @@ from collaudit.core.identification.problem.identification_problem import (
 )
 from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
-from collaudit.core.torque_table.block_sums import generalised_inverse
+from collaudit.core.torque_table.block_sums import clustered_covariance, generalised_inverse
 
-_MOST = 0.9
 #: Share of the largest singular value below which combinations of unknowns are not told.
 RANK = 1e-12
 
@@ -89,15 +85,6 @@ def _assembled(terms: Terms, state: State, weight: FloatArray) -> tuple[FloatArr
         hessian[np.ix_(place, place)] += (columns * own[:, None]).T @ columns
         parts.append((j, place, columns, own))
     return hessian, parts
-
-
-def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
-    """(f, f) from what each cluster moves (c, f), and the information (c, f) that each brings."""
-    part = share / np.maximum(share.sum(axis=0), 1e-300)
-    clusters = 1.0 / np.maximum(np.sum(part**2, axis=0), 1e-12)
-    reach = student_quantile(np.clip(clusters - 1.0, 1.0, 1e6), 0.975) / NORMAL_QUANTILE_975
-    raised = influence / (1.0 - np.minimum(part, _MOST)) * reach
-    return np.asarray(raised.T @ raised)
 
 
 #: Gauss-Newton steps of a held-out fit; nearly all of the change is in the first.

@@ -16,6 +16,7 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift, reach
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.block_sums import squares_left
 
 _STEADY_S = 0.1
 _MAX_ROWS = 12_000
@@ -62,8 +63,8 @@ def effort_shift(
             use = pick[slides[j][rows[pick]]]
             speed = v[rows[use], j]
             columns = np.column_stack([rigid[use, j], np.sign(speed), speed, np.ones(use.size)])
-            parts.append((rows[use], basis_of(columns), np.ascontiguousarray(effort[:, j])))
-        return lambda shifts: np.column_stack([left_over(basis, y, at, shifts) for at, basis, y in parts])
+            parts.append((columns, rows[use], np.ascontiguousarray(effort[:, j])))
+        return lambda shifts: np.column_stack([squares_left(x, y[at[:, None] + shifts]) for x, at, y in parts])
 
     return best_shift(rows.size, costs, series.period_s)
 
@@ -102,27 +103,6 @@ def thinned(rows: IntArray, series: UniformSeries, recorded: BoolArray) -> IntAr
     rows = rows[(rows + back >= 0) & (rows + ahead < recorded.size)]
     rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
     return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
-
-
-def basis_of(columns: FloatArray) -> FloatArray:
-    """(n, k) orthonormal basis of what columns can explain; of columns all zero or alike, what is left of them."""
-    if columns.shape[0] <= columns.shape[1]:
-        return np.zeros((columns.shape[0], 0))
-    size = np.array([np.linalg.norm(column) for column in columns.T])
-    u, s, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
-    return np.asarray(u[:, s > 1e-9 * s[0]])
-
-
-def left_over(basis: FloatArray, channel: FloatArray, at: IntArray, shifts: IntArray) -> FloatArray:
-    """(s,) sums of squares of a channel, at samples (n,) shifted by each of (s,), that a basis (n, k) leaves.
-
-    They are 0 for too few samples.
-    """
-    if basis.shape[1] == 0:
-        return np.zeros(shifts.size)
-    targets = channel[at[:, None] + shifts]
-    left = np.sum(targets**2, axis=0) - np.sum((basis.T @ targets) ** 2, axis=0)
-    return np.asarray(np.maximum(left, 0.0))
 
 
 def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:

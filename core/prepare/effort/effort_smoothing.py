@@ -22,7 +22,8 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.prepare.effort.channel_shift import all_known, basis_of, steady
+from collaudit.core.prepare.effort.channel_shift import all_known, steady
+from collaudit.core.torque_table.block_sums import explained, products_of
 
 #: Standard deviations of the windows, s. Shorter than 20 ms is what the filters of this program do themselves.
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])
@@ -107,12 +108,12 @@ def effort_smoothing(
     return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}
 
 
-def _of_each(explained: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
+def _of_each(found: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
     """What all joints together tell, of each joint that does not clearly differ."""
-    own = {j: _interval([one]) for j, one in explained.items()}
-    best_s = _interval(list(explained.values())).best_s
+    own = {j: _interval([one]) for j, one in found.items()}
+    best_s = _interval(list(found.values())).best_s
     apart = {j: one for j, one in own.items() if not one.low_s <= best_s <= one.high_s}
-    alike = [one for j, one in explained.items() if j not in apart]
+    alike = [one for j, one in found.items() if j not in apart]
     arm = _interval(alike) if alike else max(own.values(), key=lambda one: one.high_s)
     return {j: apart.get(j, arm) for j in joints}
 
@@ -122,31 +123,49 @@ class _Explained:
     """One joint's effort, and what each window explains of it.
 
     Attributes:
-        measured: (k, shifts) effort at the samples, behind by each delay.
-        bases: of each window (k, c) orthonormal columns: model torque and friction, smoothed, and a constant.
-        starts: (blocks,) first sample of each block of time.
+        products: (blocks, c, c) sums over blocks of time: one, model torque and friction by each window, and the effort
+            behind by each delay.
         totals: (windows, shifts) sums of squares that are left; of an effort without noise what rounding leaves.
+        scale: mean square that the best window leaves.
     """
 
-    measured: FloatArray
-    bases: tuple[FloatArray, ...]
-    starts: IntArray
+    products: FloatArray
     totals: FloatArray
+    scale: float
 
-    @property
-    def scale(self) -> float:
-        """Mean square that the best window leaves."""
-        return float(self.totals.min()) / len(self.measured)
+    @classmethod
+    def of(cls, effort: FloatArray, windows: Sequence[FloatArray], block: IntArray) -> _Explained:
+        """Of (k, shifts) efforts, (k, 2) torque and friction by each window, and the block (k,) of each sample."""
+        every = np.column_stack([np.ones(len(effort)), *windows, effort])
+        products = products_of(every[:, None], block, _BLOCKS)[:, 0]
+        total, delays = products.sum(axis=0), np.arange(effort.shape[1])
+        left = [_solved(total, window, delays)[1] for window in range(_WINDOWS_S.size)]
+        totals = np.maximum(left, _ROUNDING * np.diag(total)[_EFFORTS:])
+        return cls(products, totals, float(totals.min()) / len(effort))
 
-    def left(self, delays: IntArray) -> FloatArray:
-        """(windows, k) what each window leaves at its delay."""
-        efforts = [self.measured[:, delay] for delay in delays]
-        return np.array([e - basis @ (basis.T @ e) for e, basis in zip(efforts, self.bases, strict=True)])
+    def chance(self, best: int, delays: IntArray) -> FloatArray:
+        """(windows, blocks) sums of r d, r what the best window leaves and r + d what each does, at its delay."""
+        total = self.products.sum(axis=0)
+        left = np.zeros((len(delays), len(total)))
+        for window, delay in enumerate(delays):
+            left[window, _columns(window)] = -_solved(total, window, np.array([delay]))[0][:, 0]
+            left[window, _EFFORTS + delay] = 1.0
+        return np.asarray(np.einsum("c,bcd,kd->kb", left[best], self.products, left - left[best], optimize=True))
 
-    def by_block(self, values: FloatArray) -> FloatArray:
-        """(windows, blocks) sums of (windows, k) values."""
-        sums = np.concatenate([np.zeros((len(values), 1)), np.cumsum(values, axis=1)], axis=1)
-        return np.asarray(np.diff(sums[:, np.append(self.starts, values.shape[1])], axis=1))
+
+#: Of the columns of :class:`_Explained` the first effort.
+_EFFORTS = 2 * _WINDOWS_S.size + 1
+
+
+def _columns(window: int) -> IntArray:
+    """Those that a window explains by."""
+    return np.array([0, 2 * window + 1, 2 * window + 2])
+
+
+def _solved(total: FloatArray, window: int, delays: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Coefficients (3, d) of a window's columns for the efforts at delays (d,), and squares (d,) that they leave."""
+    own, effort = _columns(window), _EFFORTS + delays
+    return explained(total[np.ix_(own, own)], total[np.ix_(own, effort)], np.diag(total)[effort])
 
 
 def _looked_at(series: UniformSeries) -> list[Span]:
@@ -225,12 +244,7 @@ class _Grid:
         if np.ptp(measured) == 0.0:
             return None
         block = np.searchsorted(np.linspace(0, self.rows.size, _BLOCKS + 1)[1:-1], use, side="right")
-        starts = np.searchsorted(block, np.arange(_BLOCKS))
-        constant = np.ones(use.size)
-        bases = tuple(basis_of(np.column_stack([smoothed[use], constant])) for smoothed in windows)
-        whole = np.sum(measured**2, axis=0)
-        left = [whole - np.sum((basis.T @ measured) ** 2, axis=0) for basis in bases]
-        return _Explained(measured, bases, starts, np.maximum(left, _ROUNDING * whole))
+        return _Explained.of(measured, [smoothed[use] for smoothed in windows], block)
 
     def _reached(self, mask: BoolArray, effort: FloatArray, calm_s: float) -> IntArray:
         """Marked samples about which the effort is known at all delays, within one stretch."""
@@ -248,23 +262,20 @@ class _Grid:
         return np.concatenate([np.column_stack(piece) for piece in pieces])
 
 
-def _interval(explained: Sequence[_Explained]) -> Smoothing:
+def _interval(joints: Sequence[_Explained]) -> Smoothing:
     """From below the best window to above it, half a step before the next that clearly leaves more.
 
     With r what the best window leaves and r + d what another one does, that leaves sum(d² + 2 r d) more. Of this only
     r d is chance; its error is that of blocks of time.
 
     Args:
-        explained: joints whose efforts are smoothed alike; each counts in units of what its own best window leaves.
+        joints: those whose efforts are smoothed alike; each counts in units of what its own best window leaves.
     """
-    total = np.sum([one.totals / one.scale for one in explained], axis=0)
+    total = np.sum([one.totals / one.scale for one in joints], axis=0)
     delay = total.argmin(axis=1)
     more = total[np.arange(len(total)), delay]
     best = int(more.argmin())
-    chance = np.zeros((len(total), _BLOCKS))
-    for one in explained:
-        left = one.left(delay)
-        chance += one.by_block(left[best] * (left - left[best])) / one.scale
+    chance = np.sum([one.chance(best, delay) / one.scale for one in joints], axis=0)
     error = 2.0 * np.sqrt(np.sum(chance**2, axis=1))
     worse = np.flatnonzero(more - more[best] > student_quantile(_BLOCKS - 1, 0.975) * error)
     below, above = worse[worse < best], worse[worse > best]

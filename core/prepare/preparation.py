@@ -90,14 +90,16 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     units = config.log.units
     findings += position_findings(series, robot, units)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
-    turned = mounting(series, robot) if config.log.effort_kind not in ("external", "gravity-compensated") else None
+    table = None if series.effort is None else TorqueTable.of(series)
+    torques = table if series.effort_unit == "Nm" else None
+    turned = mounting(torques, robot) if config.log.effort_kind not in ("external", "gravity-compensated") else None
     findings += mounting_findings(turned, config.robot.base_rpy_deg[2])
     if turned is not None and turned.far:
         robot = robot.under_gravity(turned.gravity_m_s2)
-    kind, about_effort = effort_kind(config.log, series, robot)
+    kind, about_effort = effort_kind(config.log, torques, robot)
     if kind.compensated == "stated":
         robot = robot.without_gravity()
-    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind)
+    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind, table=table)
 
 
 def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
@@ -128,8 +130,7 @@ def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -
     series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
     rigid = prepared.rigid_nm
     if rigid is not None and robot is not prepared.robot:
-        change = within_bandwidth(series, robot.torque_beyond(prepared.robot, *series.motion), prepared.quiet)
-        rigid = rigid + change
+        rigid = within_bandwidth(series, _rigid(start, series, robot), prepared.quiet)
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
 
 
@@ -172,7 +173,7 @@ def modelled(
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    table = None if rigid is None or series.effort is None else TorqueTable.of(series, rigid, contact)
+    table = None if start.table is None or rigid is None else start.table.seen(series, rigid, contact)
     switched = switched_efforts(series, table, start.judged)
     not_driven, about_states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, not_driven)
@@ -180,8 +181,8 @@ def modelled(
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     scale += weightless_findings(start.robot, calibration.identified, start.judged)
     checks = _EffortChecks()
-    if rigid is not None and series.effort is not None:
-        table, signless = TorqueTable.of(series, rigid, contact), magnitude_findings(series)
+    if table is not None and rigid is not None:
+        table, signless = table.seen(series), magnitude_findings(series)
         if signless:
             checks = _EffortChecks(findings=signless)
         else:
@@ -220,16 +221,12 @@ def _torques(
 
     Arguments as of :func:`modelled`, and series and robot as calibrated.
     """
-    if known is None or known.calibration.sensor != calibration.sensor:
-        commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
-        rigid = _carried(robot.inverse_dynamics(*series.motion), start) if robot.has_inertials else None
-    elif known.rigid_nm is None or robot is known.robot:
+    heard = known is not None and known.calibration.sensor == calibration.sensor
+    if known is not None and heard and (known.rigid_nm is None or robot is known.robot):
         return known.commanded, known.rigid_nm, known.quiet
-    elif known.quiet:  # of all its bands something else may be noise
-        commanded, rigid = known.commanded, _carried(robot.inverse_dynamics(*series.motion), start)
-    else:
-        change = robot.torque_beyond(known.robot, *series.motion)
-        commanded, rigid = known.commanded, known.rigid_nm + change
+    commanded = known.commanded if known is not None and heard else None
+    commanded = commanded or contact_torque(series, robot, start.phases, config, calibration.sensor)
+    rigid = _rigid(start, series, robot) if robot.has_inertials else None
     if rigid is None or config.conditioning.bandwidth_hz is not None:
         return commanded, rigid, ()
     return commanded, *quiet_model(series, rigid, commanded.torque_nm)
@@ -308,7 +305,7 @@ def _payload_findings(
     telling = [joint for joint in start.judged if joint not in inverted]
     if calibration.identified is not None and start.series.effort_unit == "Nm":
         model = table.model + start.robot.torque_beyond(robot, *table.motion)
-        logged = TorqueTable.of(without_states(start.series, series.not_driven))
+        logged = table.seen(without_states(start.series, series.not_driven))
         table, robot = replace(logged, model=model), start.robot
     return payload_findings(table, robot, telling)
 
@@ -333,8 +330,9 @@ def _gains_with_free_tool(
     )
 
 
-def _carried(rigid_nm: FloatArray, start: ConditionedLog) -> FloatArray:
-    """Rigid-body torque with that of the log's known load."""
+def _rigid(start: ConditionedLog, series: UniformSeries, robot: RobotModel) -> FloatArray:
+    """(n, j) rigid-body torque with that of the log's known load."""
+    rigid_nm = robot.inverse_dynamics(*series.motion)
     return rigid_nm if start.load_nm is None else np.asfortranarray(rigid_nm + start.load_nm)
 
 

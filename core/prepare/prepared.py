@@ -22,6 +22,7 @@ from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.joint_selection import of_joints
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +37,7 @@ class ConditionedLog:
         findings: of the log, the description, positions and phases.
         effort_kind: on which side of the gears the effort is measured, and whether gravity is in it.
         load_nm: (n, j) torque of a known load that this log's arm carries beyond the model; None for none.
+        table: the log thinned, its effort as logged and no model torque; None without an effort.
     """
 
     series: UniformSeries
@@ -45,6 +47,7 @@ class ConditionedLog:
     findings: tuple[Finding, ...]
     effort_kind: EffortKind = field(default_factory=EffortKind)
     load_nm: FloatArray | None = None
+    table: TorqueTable | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -59,11 +59,13 @@ class Slope:
 class Estimate:
     """Coefficients (p,) with their covariance (p, p), and the products (p, p) of the weighted columns, prior included.
 
-    ``left`` is the weighted sum of squares that they leave, ``count`` that of samples.
+    ``influence`` (b, p) is by how much each block moves them. ``left`` is the weighted sum of squares that they leave,
+    ``count`` that of samples.
     """
 
     value: FloatArray
     covariance: FloatArray
+    influence: FloatArray
     products: FloatArray
     left: float
     count: float
@@ -107,7 +109,8 @@ def estimate(
     inverse, share = generalised_inverse(bread, 1e-12), np.zeros_like(score)
     for at, product in zip(place, np.moveaxis(weight[:, :, None, None] * products, 1, 0), strict=True):
         share += np.sum((inverse[:, at] @ product[:, :-1, :-1]) * inverse[:, at], axis=2)
-    return Estimate(value, clustered_covariance(score @ inverse, np.maximum(share, 0.0)), gram, *sums)
+    influence = score @ inverse
+    return Estimate(value, clustered_covariance(influence, np.maximum(share, 0.0)), influence, gram, *sums)
 
 
 def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:

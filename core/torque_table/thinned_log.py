@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,17 +46,23 @@ class TorqueTable:
         cls, series: UniformSeries, model_nm: FloatArray | None = None, contact_nm: FloatArray | None = None
     ) -> TorqueTable:
         """Of a log with effort; the torque (n, j) of a commanded tool force adds to the model's where it is known."""
-        assert series.effort is not None
         size = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
-        explained = np.zeros_like(series.effort) if model_nm is None else model_nm
-        if contact_nm is not None:
-            explained = explained + np.nan_to_num(contact_nm)
         v = series.velocity_rad_s
         way = np.sign(np.where(np.abs(v) > MOVING_RAD_S, v, 0.0))
-        time_s, q, v, a, *others = (
-            thinned(x, size) for x in (series.time_s[:, None], *series.motion, way, series.effort, explained)
-        )
-        return cls(series.joint_names, size * series.period_s, time_s[:, 0], (q, v, a), *others)
+        time_s, q, v, a, way = (thinned(x, size) for x in (series.time_s[:, None], *series.motion, way))
+        none = np.zeros_like(q)
+        whole = cls(series.joint_names, size * series.period_s, time_s[:, 0], (q, v, a), way, none, none)
+        return whole.seen(series, model_nm, contact_nm)
+
+    def seen(
+        self, series: UniformSeries, model_nm: FloatArray | None = None, contact_nm: FloatArray | None = None
+    ) -> TorqueTable:
+        """The same motion with the effort of another series of it; with the torques of :meth:`of`, where given."""
+        assert series.effort is not None
+        size, model = round(self.period_s / series.period_s), self.model
+        if model_nm is not None:
+            model = thinned(model_nm if contact_nm is None else model_nm + np.nan_to_num(contact_nm), size)
+        return replace(self, effort=thinned(series.effort, size), model=model)
 
     def sums(self, **columns: FloatArray) -> dict[str, BlockSums]:
         """Sums of the joints where they slide one way; without those that hardly travel or whose effort never changes.

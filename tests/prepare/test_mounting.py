@@ -73,9 +73,9 @@ def test_somebody_who_leans_on_the_tool_is_no_mounting(force_n: tuple[float, flo
     assert log.effort is not None
     pushed = arm(PLAIN).base_torque_per_newton(log.position_rad, "tool0") @ np.array(force_n)
     start = prepared(replace(log, effort=log.effort - pushed)).start
-    assert mounting(start.series, arm(PLAIN)) is None
+    assert mounting(start.table, arm(PLAIN)) is None
 
 
 def test_masses_that_are_off_are_no_mounting() -> None:
     for scale in (0.85, 1.15):
-        assert mounting(prepared(log_of(arm(settings(scale)), np.ones(3))).start.series, arm(PLAIN)) is None
+        assert mounting(prepared(log_of(arm(settings(scale)), np.ones(3))).start.table, arm(PLAIN)) is None

@@ -47,13 +47,13 @@ class EffortKind:
 
 
 def effort_kind(
-    settings: LogConfig, series: UniformSeries, robot: RobotModel
+    settings: LogConfig, table: TorqueTable | None, robot: RobotModel
 ) -> tuple[EffortKind, tuple[Finding, ...]]:
     """What ``[log] effort_kind`` states; for ``auto`` what the arm's name and the data say, which are findings.
 
     Args:
         settings: ``[log]``.
-        series: the log, all joints in model order.
+        table: the log, all joints in model order, efforts in N·m; None where they are not.
         robot: the model as described.
 
     Returns:
@@ -70,7 +70,7 @@ def effort_kind(
         source: EffortSource = "joint" if stated == "joint-torque" else "motor"
         return EffortKind(source, "stated" if stated == "gravity-compensated" else "no"), ()
     kind, findings = _by_name(robot.joint_names)
-    shares = _shares(series, robot)
+    shares = _shares(table, robot)
     if shares is None or not _without_gravity(*shares):
         return kind, findings
     (gravity, off), (inertia, spread) = shares
@@ -103,11 +103,10 @@ def _without_gravity(gravity: _Share, inertia: _Share) -> bool:
     return least > _SOME and abs(gravity[0]) + gravity[1] < _NONE * min(1.0, least)
 
 
-def _shares(series: UniformSeries, robot: RobotModel) -> tuple[_Share, _Share] | None:
+def _shares(table: TorqueTable | None, robot: RobotModel) -> tuple[_Share, _Share] | None:
     """How much of the model's gravity and inertial torque the effort holds, over all joints; None where not known."""
-    if series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials:
+    if table is None or not robot.has_inertials:
         return None
-    table = TorqueTable.of(series)
     gravity = robot.gravity_torque(table.motion[0])
     sums = table.sums(gravity=gravity, inertia=robot.inverse_dynamics(*table.motion) - gravity).values()
     of_gravity = [one.slope("effort", "gravity", *SLIDING, "inertia") for one in sums]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, UniformSeries
+from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -63,20 +63,19 @@ class Mounting:
         return f"[{roll:.1f}, {pitch:.1f}, {yaw_deg:g}]"
 
 
-def mounting(series: UniformSeries, robot: RobotModel) -> Mounting | None:
+def mounting(log: TorqueTable | None, robot: RobotModel) -> Mounting | None:
     """Where gravity lies elsewhere than stated, by efforts in N·m; None where it does not, or cannot be told.
 
     One regression over all joints: three columns of gravity, a tool and rotors that no description states, and each
     joint's friction and offset. The torque of a tool goes with gravity, so it is solved in rounds.
 
     Args:
-        series: the log, all joints in model order.
+        log: all joints in model order, efforts in N·m; None where they are not.
         robot: as described.
     """
-    if series.effort is None or series.effort_unit != "Nm" or not robot.has_inertials or not robot.gravity_m_s2.any():
+    if log is None or not robot.has_inertials or not robot.gravity_m_s2.any():
         return None
-    thin = TorqueTable.of(series)
-    table = _Columns.of(thin, robot) if thin.time_s.size else None
+    table = _Columns.of(log, robot) if log.time_s.size else None
     if table is None or not table.known.any():
         return None
     sign = table.friction_signs(robot.gravity_base_m_s2)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.identification_result import Bounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.torque_table.block_sums import BlockSums, solutions
 
 _BLOCK_S = 2.0
-_MIN_BLOCKS = 12
 _KNOTS = 8
 _TOGETHER = 4  # neighbouring blocks err alike
-_SHARE_LEFT = 1e-4  # of the column's power, to be separated from a law
+_LEAST_OWN = 0.01  # of the column's standard deviation, to be separated from a law
 
 
 #: Share of friction per unit with its interval, and a point of the line: the mean of the other, and what is off there.
@@ -50,8 +49,8 @@ def load_slope(
 def _over_time(
     time_s: FloatArray, column: FloatArray, target: FloatArray, others: FloatArray
 ) -> tuple[float, Bounds] | None:
-    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
-    return jackknifed(column, target, others, label // _TOGETHER) if blocks.size >= _MIN_BLOCKS else None
+    _, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    return jackknifed(column, target, others, label // _TOGETHER)
 
 
 def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:
@@ -70,31 +69,19 @@ def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) ->
 def jackknifed(
     column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
 ) -> tuple[float, Bounds] | None:
-    """Coefficient of one column beside others, its 95 % interval from leaving stretches of time out in turn.
+    """Coefficient of one column beside others, its 95 % interval from stretches of time.
 
     A stretch that alone separates some of the others from the column weighs as it should: without it the coefficient
     moves (MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38, 2023: the cluster jackknife).
 
     Args:
         column, target: (n,); others: (n, k).
-        cluster: (n,) number of the stretch that a sample belongs to.
+        cluster: (n,) number of the stretch that a sample belongs to, rising.
     """
-    power = float(column @ column)
-    if not power > 0:
-        return None
-    squares, products = _normal_equations(column, target, others, cluster)
-    inverse, total = _inverse(squares.sum(axis=0)), products.sum(axis=0)
-    own = 1.0 / inverse[0, 0] if inverse[0, 0] > 0 else 0.0  # what the others leave of the column
-    if own < _SHARE_LEFT:
-        return None
-    without = _without_each(squares, products)
-    share = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
-    freedom = max(1.0, float(share.sum() ** 2 / (share @ share)) - 1.0)
-    scatter = (len(squares) - 1) / len(squares) * float(np.sum((without - without.mean()) ** 2))
-    slope = float(inverse[0] @ total)
-    half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(scatter))
-    size = float(np.sqrt(power))
-    return slope / size, ((slope - half) / size, (slope + half) / size)
+    names = ("left", "column", *map(str, range(others.shape[1])))
+    sums = BlockSums.of(cluster, names, np.column_stack([target, column, others]))
+    found = sums.slope(*names, least_own=_LEAST_OWN)
+    return None if found is None else (found.value, (found.value - found.half, found.value + found.half))
 
 
 def held_out_slopes(column: FloatArray, target: FloatArray, others: FloatArray, fold: IntArray) -> FloatArray:
@@ -104,28 +91,6 @@ def held_out_slopes(column: FloatArray, target: FloatArray, others: FloatArray, 
         column, target, others: as of :func:`jackknifed`.
         fold: (n,) number of the fold that a sample belongs to, from 0 on, none without samples.
     """
-    squares, products = _normal_equations(column, target, others, fold)
-    return _without_each(squares, products) / max(float(np.linalg.norm(column)), 1e-300)
-
-
-def _normal_equations(
-    column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """(c, k, k) and (c, k) of each cluster, of columns of length one; the column that is asked for is the first."""
-    columns = np.column_stack([column, others])
-    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    order = np.argsort(cluster, kind="stable")
-    parts = np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
-    squares = np.array([columns[rows].T @ columns[rows] for rows in parts])
-    return squares, np.array([columns[rows].T @ target[rows] for rows in parts])
-
-
-def _without_each(squares: FloatArray, products: FloatArray) -> FloatArray:
-    """(c,) coefficient of the first column without each cluster: its share is taken off the sums of all."""
-    inverse = _inverse(squares.sum(axis=0) - squares)
-    return np.asarray(np.einsum("ck,ck->c", inverse[:, 0], products.sum(axis=0) - products))
-
-
-def _inverse(square: FloatArray) -> FloatArray:
-    """Pseudo-inverse of one symmetric matrix (k, k), or of each of a stack."""
-    return np.asarray(np.linalg.pinv(square, rcond=1e-9, hermitian=True))
+    every = np.column_stack([column, others, target])
+    own = np.array([rows.T @ rows for rows in (every[fold == k] for k in range(int(fold.max()) + 1))])
+    return solutions(own.sum(axis=0) - own, tuple(range(every.shape[1] - 1)))[0][:, 0]

@@ -177,7 +177,7 @@ def _regressed(
     )
     prior = np.concatenate([np.zeros(bins), _OFFSET_HELD * (np.abs(offsets).T @ count + 1.0)])
     found = estimate(products[:, None], count[:, None], np.arange(prior.size)[None], prior)
-    moved, told = found.influence[:, :bins], np.count_nonzero(count)
+    moved, told = found.influence[:, :bins], int(np.count_nonzero(count))
     covariance, pieces = moved.T @ moved * (told / max(told - prior.size, 1)), np.count_nonzero(samples, axis=0)
     own = pieces * np.diag(covariance)
     moderated = ((_PRIOR_PIECES * np.median(own) + (pieces - 1) * own) / (_PRIOR_PIECES + pieces - 1)) / pieces

@@ -125,11 +125,13 @@ class _Explained:
     Attributes:
         products: (blocks, c, c) sums over blocks of time: one, model torque and friction by each window, and the effort
             behind by each delay.
+        coefficients: (windows, 3, shifts) of each window's columns for the effort at each delay.
         totals: (windows, shifts) sums of squares that are left; of an effort without noise what rounding leaves.
         scale: mean square that the best window leaves.
     """
 
     products: FloatArray
+    coefficients: FloatArray
     totals: FloatArray
     scale: float
 
@@ -138,34 +140,24 @@ class _Explained:
         """Of (k, shifts) efforts, (k, 2) torque and friction by each window, and the block (k,) of each sample."""
         every = np.column_stack([np.ones(len(effort)), *windows, effort])
         products = products_of(every[:, None], block, _BLOCKS)[:, 0]
-        total, delays = products.sum(axis=0), np.arange(effort.shape[1])
-        left = [_solved(total, window, delays)[1] for window in range(_WINDOWS_S.size)]
-        totals = np.maximum(left, _ROUNDING * np.diag(total)[_EFFORTS:])
-        return cls(products, totals, float(totals.min()) / len(effort))
+        total = products.sum(axis=0)
+        squares = np.diag(total)[_EFFORTS:]
+        found = [explained(total[np.ix_(own, own)], total[own, _EFFORTS:], squares) for own in _COLUMNS]
+        totals = np.maximum([left for _, left in found], _ROUNDING * squares)
+        return cls(products, np.array([x for x, _ in found]), totals, float(totals.min()) / len(effort))
 
     def chance(self, best: int, delays: IntArray) -> FloatArray:
         """(windows, blocks) sums of r d, r what the best window leaves and r + d what each does, at its delay."""
-        total = self.products.sum(axis=0)
-        left = np.zeros((len(delays), len(total)))
-        for window, delay in enumerate(delays):
-            left[window, _columns(window)] = -_solved(total, window, np.array([delay]))[0][:, 0]
+        left = np.zeros((len(delays), self.products.shape[1]))
+        for window, (own, delay) in enumerate(zip(_COLUMNS, delays, strict=True)):
+            left[window, own] = -self.coefficients[window, :, delay]
             left[window, _EFFORTS + delay] = 1.0
         return np.asarray(np.einsum("c,bcd,kd->kb", left[best], self.products, left - left[best], optimize=True))
 
 
-#: Of the columns of :class:`_Explained` the first effort.
+#: Of the products of :class:`_Explained` the columns (3,) that each window explains by, and the first effort.
+_COLUMNS = [np.array([0, 2 * window + 1, 2 * window + 2]) for window in range(_WINDOWS_S.size)]
 _EFFORTS = 2 * _WINDOWS_S.size + 1
-
-
-def _columns(window: int) -> IntArray:
-    """Those that a window explains by."""
-    return np.array([0, 2 * window + 1, 2 * window + 2])
-
-
-def _solved(total: FloatArray, window: int, delays: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Coefficients (3, d) of a window's columns for the efforts at delays (d,), and squares (d,) that they leave."""
-    own, effort = _columns(window), _EFFORTS + delays
-    return explained(total[np.ix_(own, own)], total[np.ix_(own, effort)], np.diag(total)[effort])
 
 
 def _looked_at(series: UniformSeries) -> list[Span]:

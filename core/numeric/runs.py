@@ -120,14 +120,3 @@ def whole_window_minima(x: FloatArray, n: int) -> FloatArray:
     out, found = np.zeros(x.size), lowest_in_row(x, n)
     out[n // 2 : n // 2 + found.size] = found
     return out
-
-
-def trailing_means(x: FloatArray, counts: BoolArray, n: int) -> FloatArray:
-    """(m,) mean of the ``n`` values of ``x`` (m,) up to each; NaN where one of them does not count, or is missing."""
-    out = np.full(x.size, np.nan)
-    if n <= x.size:
-        total = np.append(0.0, np.cumsum(np.where(counts, x, 0.0)))
-        lost = np.append(0, np.cumsum(~counts))
-        whole = lost[n:] == lost[:-n]
-        out[n - 1 :] = np.where(whole, (total[n:] - total[:-n]) / n, np.nan)
-    return out

@@ -1,4 +1,4 @@
-"""Extremes and means of sliding windows are those of their definition."""
+"""Extremes of sliding windows are those of their definition."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from collaudit.core.numeric.runs import (
     centred_extremes,
     lowest_in_row,
     range_exceeds,
-    trailing_means,
     whole_window_minima,
 )
 
@@ -46,15 +45,3 @@ def test_too_few_samples() -> None:
     assert lowest_in_row(np.ones(4), 5).size == lowest_in_row(np.empty(0), 1).size == 0
     np.testing.assert_array_equal(whole_window_minima(np.ones(4), 5), np.zeros(4))
     assert range_exceeds(np.empty(0), 3, 1.0).size == 0
-
-
-@pytest.mark.parametrize("n", (*SIZES, 1500))
-def test_means_of_what_counts(x: FloatArray, n: int) -> None:
-    counts = np.random.default_rng(n).random(x.size) > 0.5 / n
-    counts &= np.isfinite(x)
-    found = trailing_means(x, counts, n)
-    expected = np.full(x.size, np.nan)
-    for k in range(n - 1, x.size):
-        if counts[k - n + 1 : k + 1].all():
-            expected[k] = x[k - n + 1 : k + 1].mean()
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)

@@ -43,8 +43,9 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
     if prepared.rigid_nm is None:
         return []
     gains = prepared.gains
-    if delay is not None:
-        gains = gains_at(prepared.series, prepared.rigid_nm, delay, prepared.contact_nm)
+    if delay is not None and prepared.start.table is not None:
+        table = prepared.start.table.seen(prepared.series, prepared.rigid_nm, prepared.contact_nm)
+        gains = gains_at(table, prepared.series, delay)
     known = [g for g in gains if g.known and g.joint in prepared.judged]
     if not known:
         return []

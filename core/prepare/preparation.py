@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.arm_states.payload_step import payload_findings
 from collaudit.core.arm_states.switched_effort import switched_efforts
-from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
@@ -25,13 +23,12 @@ from collaudit.core.prepare.calibration import (
     spring_findings,
     weightless_findings,
 )
-from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
-from collaudit.core.prepare.effort.channel_shift import undelayed
+from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque
+from collaudit.core.prepare.conditioned_log import conditioned
 from collaudit.core.prepare.effort.computed_effort import computed_findings, smooth_joints
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
 from collaudit.core.prepare.effort.effort_kind import (
-    effort_kind,
     friction_sign_findings,
     friction_signs,
     magnitude_findings,
@@ -42,12 +39,7 @@ from collaudit.core.prepare.effort.gain_findings import (
     raw_effort_findings,
     scale_findings,
 )
-from collaudit.core.prepare.effort.mounting import mounting, mounting_findings
-from collaudit.core.prepare.joint_selection import in_model_order, judged_joints
-from collaudit.core.prepare.log_size import refuse_larger_than_memory
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
-from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
-from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.thinned_log import TorqueTable
@@ -73,33 +65,6 @@ def prepare(
         ConfigError: a wrench lacks its frame, or the calibration is another arm's.
     """
     return modelled(conditioned(log, robot, config), config, calibration)
-
-
-def conditioned(log: JointLog, robot: RobotModel, config: Config) -> ConditionedLog:
-    """The first half of :func:`prepare`: nothing after it reads the log as recorded.
-
-    Raises:
-        NotJudgedError, LogError: as :func:`prepare`.
-    """
-    refuse_larger_than_memory(log.time_s.size, len(log.joint_names), log.source.name)
-    log_of_arm = in_model_order(log, robot)
-    series = undelayed(condition(log_of_arm, config.conditioning, robot.sliding, config.detect), config.log)
-    judged = judged_joints(config, series.joint_names, log.source.name)
-    labels, more = _phases(series, robot, config)
-    findings = [*series.findings, *robot.findings, *more]
-    units = config.log.units
-    findings += position_findings(series, robot, units)
-    findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
-    table = None if series.effort is None else TorqueTable.of(series)
-    torques = table if series.effort_unit == "Nm" else None
-    turned = mounting(torques, robot) if config.log.effort_kind not in ("external", "gravity-compensated") else None
-    findings += mounting_findings(turned, config.robot.base_rpy_deg[2])
-    if turned is not None and turned.far:
-        robot = robot.under_gravity(turned.gravity_m_s2)
-    kind, about_effort = effort_kind(config.log, torques, robot)
-    if kind.compensated == "stated":
-        robot = robot.without_gravity()
-    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind, table=table)
 
 
 def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
@@ -181,12 +146,12 @@ def modelled(
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     scale += weightless_findings(start.robot, calibration.identified, start.judged)
     checks = _EffortChecks()
-    if table is not None and rigid is not None:
+    if table is not None:
         table, signless = table.seen(series), magnitude_findings(series)
         if signless:
             checks = _EffortChecks(findings=signless)
         else:
-            checks = _effort_checks(start, series, robot, rigid, contact, table, calibration, config)
+            checks = _effort_checks(start, series, robot, contact, table, calibration, config)
         if not switched and not signless:
             findings += _payload_findings(start, series, robot, table, calibration, checks.gains)
     scale += checks.scale
@@ -247,13 +212,21 @@ def _effort_checks(
     start: ConditionedLog,
     series: UniformSeries,
     robot: RobotModel,
-    rigid: FloatArray,
     contact: FloatArray | None,
     table: TorqueTable,
     calibration: Calibration,
     config: Config,
 ) -> _EffortChecks:
-    """Gains, signs, delay and scale of a log's effort; series, robot and torques (n, j) are as calibrated."""
+    """Gains, signs, delay and scale of a log's effort.
+
+    Args:
+        start: the log before its model torque.
+        series, robot: as calibrated.
+        contact: (n, j) torque of the commanded tool force, or None.
+        table: of the series, with its model torque.
+        calibration: what is known of the arm.
+        config: what is stated of the effort.
+    """
     gains = tuple(g for g in effort_gains(table) if g.joint in start.judged)
     sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
     smooth = smooth_joints(series) if config.log.effort_kind == "auto" else ()
@@ -265,7 +238,7 @@ def _effort_checks(
     findings, delay = effort_findings(
         series,
         robot,
-        rigid,
+        table,
         contact,
         gains,
         start.judged,
@@ -330,28 +303,13 @@ def _gains_with_free_tool(
     )
 
 
-def _rigid(start: ConditionedLog, series: UniformSeries, robot: RobotModel) -> FloatArray:
-    """(n, j) rigid-body torque with that of the log's known load."""
-    rigid_nm = robot.inverse_dynamics(*series.motion)
-    return rigid_nm if start.load_nm is None else np.asfortranarray(rigid_nm + start.load_nm)
-
-
 def _signed(config: Config) -> frozenset[str]:
     """Joints, by the model's names and the log's, whose effort's sign the configuration states."""
     renamed = config.log.joint_names
     return frozenset(name for key in config.log.units.effort_sign for name in (key, renamed.get(key, key)))
 
 
-def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:
-    """Phases as configured, else as the log states them, else found from the wrench when that is asked for."""
-    labels = label_phases(series.time_s, config.phases)
-    if configured(config.phases):
-        return labels, []
-    if series.phases:
-        return logged_phases(series.time_s, series.phases, config.phases)
-    if config.phases.find == "off":
-        return labels, []
-    force, _ = tool_force(series, robot, labels, config)
-    if force is None:
-        return labels, []
-    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s), []
+def _rigid(start: ConditionedLog, series: UniformSeries, robot: RobotModel) -> FloatArray:
+    """(n, j) rigid-body torque with that of the log's known load."""
+    rigid_nm = robot.inverse_dynamics(*series.motion)
+    return rigid_nm if start.load_nm is None else np.asfortranarray(rigid_nm + start.load_nm)

@@ -36,7 +36,7 @@ _SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertial
 def effort_findings(
     series: UniformSeries,
     robot: RobotModel,
-    rigid: FloatArray,
+    table: TorqueTable,
     contact: FloatArray | None,
     gains: tuple[EffortGain, ...],
     judged: tuple[str, ...],
@@ -49,7 +49,7 @@ def effort_findings(
     Args:
         series: the log.
         robot: with inertials.
-        rigid: (n, j) rigid-body torque.
+        table: of it, with its model torque.
         contact: (n, j) torque of the commanded tool force, or None.
         gains: effort against both together.
         judged: joints to speak of.
@@ -67,7 +67,7 @@ def effort_findings(
     delay = effort_shift(series, robot, [g.joint for g in gains], contact)
     if not isinstance(delay, Delay) or delay.ci95[0] < _LATE_S:
         return findings, None
-    undone = {g.joint for g in gains_at(series, rigid, delay, contact) if not g.inverted} & inverted
+    undone = {g.joint for g in gains_at(table, series, delay) if not g.inverted} & inverted
     if not undone:
         return findings, None
     low, high = (1e3 * x for x in delay.ci95)
@@ -84,13 +84,10 @@ def effort_findings(
     return [Finding("effort-delay", severity, text), *findings], delay
 
 
-def gains_at(
-    series: UniformSeries, expected: FloatArray, delay: Delay, contact: FloatArray | None = None
-) -> tuple[EffortGain, ...]:
-    """Gains of the effort with a delay taken off."""
+def gains_at(table: TorqueTable, series: UniformSeries, delay: Delay) -> tuple[EffortGain, ...]:
+    """Gains by the table of a series, whose effort has a delay taken off."""
     assert series.effort is not None
-    shifted = replace(series, effort=moved(series.effort, series, delay.seconds))
-    return effort_gains(TorqueTable.of(shifted, expected, contact))
+    return effort_gains(table.seen(replace(series, effort=moved(series.effort, series, delay.seconds))))
 
 
 def sign_findings(

@@ -274,11 +274,15 @@ def audit(
     prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.45))
     from collaudit.core.audit import audit_log  # a log that is refused while it is read needs none of it
     from collaudit.core.provenance import make_provenance
+    from collaudit.core.robot.sibling_robots import sibling_robots
 
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
+    siblings = sibling_robots(settings.config.robot, settings.base_dir, prepared.robot.joint_names)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)
-    return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals, known, earlier)
+    return audit_log(
+        prepared, settings.config, friction, provenance, truth, judging, on_signals, known, earlier, siblings
+    )
 
 
 def audits(

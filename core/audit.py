@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from hashlib import sha256
 
@@ -33,6 +33,7 @@ from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
 from collaudit.core.residual.detector import detector_named
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.verdict.coverage import exclusions, measure_coverage
@@ -53,6 +54,7 @@ def audit_log(
     on_signals: OnSignals | None = None,
     known: Precedents | None = None,
     earlier: Sequence[CycleReference] = (),
+    siblings: Iterable[tuple[str, RobotModel]] = (),
 ) -> Audit:
     """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict; again with the load that it tells.
 
@@ -68,6 +70,7 @@ def audit_log(
         on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
         earlier: what passed nights say of the program's cycles, in their order.
+        siblings: other descriptions of the arm's family, by name; looked at where a cause is sought.
 
     Raises:
         LogError: the known events cannot be understood.
@@ -75,14 +78,23 @@ def audit_log(
     """
     stated = config.robot.tool.mass_kg != "estimate"
     audit = _judged(
-        prepared, config, friction, provenance, truth, progress, on_signals if stated else None, known, earlier
+        prepared,
+        config,
+        friction,
+        provenance,
+        truth,
+        progress,
+        on_signals if stated else None,
+        known,
+        earlier,
+        siblings,
     )
     if stated:
         return audit
     load = told_load(audit.result.causes)
     if load is not None:
         laden = carrying(prepared, *load, config)
-        audit = _judged(laden, config, friction, provenance, truth, progress, None, known, earlier)
+        audit = _judged(laden, config, friction, provenance, truth, progress, None, known, earlier, ())
     if on_signals is not None:
         on_signals(audit.signals, prepared.series.source.sha256)
     return audit
@@ -98,6 +110,7 @@ def _judged(
     on_signals: OnSignals | None,
     known: Precedents | None,
     earlier: Sequence[CycleReference],
+    siblings: Iterable[tuple[str, RobotModel]],
 ) -> Audit:
     """One log, with the model that it was prepared with; arguments as of :func:`audit_log`."""
     step = stage(progress, 0.0, 1.0)
@@ -197,7 +210,7 @@ def _judged(
             config.policy.max_collisions, config.policy.max_near_misses_per_hour, config.policy.min_coverage
         ),
         arm=arm,
-        causes=find_causes(prepared, run, applied.laws, inputs.rule.gamma_nm, judged.thresholds, config)
+        causes=find_causes(prepared, run, applied.laws, inputs.rule.gamma_nm, judged.thresholds, config, siblings)
         if verdict != "pass" and (contacts or any(finding.doubts_alarms for finding in findings))
         else (),
         cycles=None if run.cycles is None else run.cycles.facts,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +28,7 @@ _NO_MORE = 0.05
 _WORTH_A_LINE = 0.1
 #: A gravity that is stronger or weaker than this share of the stated one is no mounting.
 _GRAVITY = 0.03
-#: Efforts are in each other's place if all of them are, to this share.
+#: Efforts are in each other's place, and an arm is another, if the whole of it is, to this share.
 _WHOLE = 0.3
 #: A hand on the arm for the whole log. Any other cause must be told from that: to state it would hide the hand.
 _PERSON = frozenset({"force", "pull"})
@@ -45,6 +45,7 @@ def find_causes(
     gamma_nm: Mapping[str, float],
     fitted: FittedThresholds | None,
     config: Config,
+    siblings: Iterable[tuple[str, RobotModel]] = (),
 ) -> tuple[Cause, ...]:
     """Causes of what a log's residual has beyond that of the fitted motion, the best first; none without such excess.
 
@@ -55,6 +56,7 @@ def find_causes(
         gamma_nm: thresholds by joint.
         fitted: the usual residual of joints, where a friction file tells it.
         config: what is stated of tool and mounting.
+        siblings: other descriptions of the arm's family, by name.
     """
     table = excess_of(prepared, run, laws, gamma_nm, fitted)
     if table is None:
@@ -64,7 +66,8 @@ def find_causes(
         return ()
     robot = prepared.robot
     weighed = prepared.start.effort_kind.compensated == "no" and bool(robot.gravity_base_m_s2.any())
-    found = [solved(table, one, before) for one in trials(table, robot, weighed)]
+    every = trials(table, robot, prepared.start.robot, weighed, siblings)
+    found = [solved(table, one, before) for one in every]
     least_kg = -np.inf if prepared.robot is not prepared.start.robot else -stated_kg(config)
     tried = sorted(
         (one for one in found if one is not None and _tells(one, robot, least_kg)), key=lambda one: -one.share
@@ -121,7 +124,7 @@ def _tells(one: Solved, robot: RobotModel, least_kg: float) -> bool:
         size = float(np.linalg.norm(robot.gravity_base_m_s2))
         if abs(float(np.linalg.norm(robot.gravity_base_m_s2 + one.value)) / size - 1.0) > _GRAVITY:
             return False
-    if one.trial.kind == "swapped" and abs(one.value[0] - 1.0) > _WHOLE:
+    if one.trial.kind in ("swapped", "description") and abs(one.value[0] - 1.0) > _WHOLE:
         return False
     return bool((np.abs(one.value) > one.half_width).any())
 
@@ -227,6 +230,12 @@ def _tool(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tupl
     return text, f'[robot.tool] frame = "{frame}", mass_kg = {total:.2f}, com_m = [{place}]'
 
 
+def _description(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
+    share = f"share {one.value[0]:.2g} ± {one.half_width[0]:.1g}"
+    text = f"another arm of the family: the torques are those of {one.trial.what} ({share})"
+    return text, f'[robot] urdf = "{one.trial.what}"'
+
+
 def _force(one: Solved, table: Excess, robot: RobotModel, config: Config) -> tuple[str, str]:
     place = f"the link of {one.trial.joints[0]}" if one.trial.joints else "the tool"
     return f"a steady force of {_newtons(one)} on {place} that does not turn with it: someone who leans on it", ""
@@ -254,6 +263,7 @@ _WORDS: dict[str, Callable[[Solved, Excess, RobotModel, Config], tuple[str, str]
     "swapped": _swapped,
     "mounting": _mounting,
     "tool": _tool,
+    "description": _description,
     "force": _force,
     "pull": _pull,
 }

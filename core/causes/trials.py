@@ -5,7 +5,7 @@ With the residual r = effort - model of eq. (5), a cause with parameters b expla
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -26,21 +26,31 @@ class Trial:
         joints: those that it is about; empty for the arm.
         columns_nm: (n, j, k) torque for one unit of each parameter.
         prior_sd: (k,) physical width of the parameters, which holds what the motion does not tell.
+        what: the name of what is tried, beside joints.
     """
 
     kind: str
     joints: tuple[str, ...]
     columns_nm: FloatArray
     prior_sd: FloatArray
+    what: str = ""
 
 
-def trials(table: Excess, robot: RobotModel, gravity: bool) -> Iterator[Trial]:
+def trials(
+    table: Excess,
+    robot: RobotModel,
+    described: RobotModel,
+    gravity: bool,
+    siblings: Iterable[tuple[str, RobotModel]] = (),
+) -> Iterator[Trial]:
     """Every cause, the simplest first.
 
     Args:
         table: what is left over.
         robot: as the log was judged with, its tool included.
+        described: the same without what a fit found.
         gravity: whether the effort holds that of gravity.
+        siblings: other descriptions of the family, by name, on the same base and with the same tool.
     """
     yield Trial("friction", (), table.friction_nm[:, :, None], np.array([1.0]))
     yield Trial("scale", (), table.model_nm[:, :, None], np.array([2.0]))
@@ -58,6 +68,8 @@ def trials(table: Excess, robot: RobotModel, gravity: bool) -> Iterator[Trial]:
     if gravity:
         yield Trial("mounting", (), _of(table, robot.gravity_regressor), np.full(3, 10.0))
         yield Trial("tool", (), _load(table, robot), np.array([20.0, 5.0, 5.0, 5.0]))
+        for name, sibling in siblings:
+            yield Trial("description", (), _torque(table, sibling) - _torque(table, described), np.ones(1), name)
     end = robot.tool_frame
     yield Trial("pull", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
     for at, place in (((), end), *_places(table, robot)):
@@ -77,6 +89,15 @@ def _places(table: Excess, robot: RobotModel) -> list[tuple[tuple[str, ...], str
     """The ends of the links before the last: the joint that moves each, and a frame."""
     ends = ((joint, frame) for joint in table.joints[:-1] for frame in {robot.link_of(joint), robot.outer_frame(joint)})
     return sorted(((joint,), frame) for joint, frame in ends if frame is not None)
+
+
+def _torque(table: Excess, robot: RobotModel) -> FloatArray:
+    """(n, j, 1) of rigid bodies."""
+    moving = np.isfinite(np.hstack(table.motion)).all(axis=1)
+    out = np.zeros((moving.size, len(table.columns)))
+    motion = (np.ascontiguousarray(x[moving]) for x in table.motion)
+    out[moving] = robot.inverse_dynamics(*motion)[:, table.columns]
+    return (out * table.known)[:, :, None]
 
 
 def only(torque_nm: FloatArray, j: int) -> FloatArray:

@@ -93,6 +93,20 @@ def test_the_truth_lies_in_the_intervals() -> None:
     assert held >= 10  # of 12; over 30 seeds 27 and 29 held
 
 
+def test_a_noisy_joint_counts_less() -> None:
+    """The axis acts on two joints: where one of them is noisy, the other tells it as well as before."""
+    config, widths = config_of(), []
+    for noise_nm in (0.0, 30.0):
+        log = at_joints(motor_log(config), config.robot, NAMES)
+        assert log.effort is not None
+        noise = np.random.default_rng(5).normal(0.0, noise_nm, len(log.effort))[:, None] * [0.0, 1.0, 0.0]
+        prepared = prepare(replace(log, effort=log.effort + noise), arm(config), config)
+        low, high = fit_coupled([prepared], config, with_inertia=False)[0]["joint3"].ci95["coulomb_nm"]
+        assert low is not None and high is not None
+        widths.append(high - low)
+    assert widths[1] < 2.0 * widths[0]
+
+
 def test_the_drive_inertia_of_the_axis_is_told_where_inertials_are() -> None:
     config = config_of(estimate=["friction", "inertials"])
     held = 0

@@ -66,6 +66,16 @@ def test_loads_that_do_not_differ_tell_nothing(made: Maker) -> None:
     assert not any(joint.gain_by_load for joint in found.joints.values())
 
 
+def test_a_known_load_is_part_of_the_torque_of_the_model(made: Maker) -> None:
+    files = made("free-clean", "paper6", 31, duration_s=12.0)
+    settings = load_config(files.config)
+    without = api.prepare(files.log, settings)
+    carried = loaded(without, LOAD, settings.config)
+    assert without.rigid_nm is not None and carried.rigid_nm is not None
+    np.testing.assert_allclose(carried.rigid_nm - without.rigid_nm, carried.start.load_nm, atol=1e-9)
+    assert np.nanmax(np.abs(carried.start.load_nm)) > 10.0
+
+
 @pytest.mark.parametrize("text", ["", "heavy", "1,2", "-1", "1,nan,0,0"])
 def test_what_is_no_load_is_refused(text: str, tmp_path: Path) -> None:
     from collaudit.cli.log_arguments import known_loads

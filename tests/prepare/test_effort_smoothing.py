@@ -12,7 +12,7 @@ from scipy.special import erf
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.prepare.effort.effort_smoothing import Smoothing, effort_smoothing
+from collaudit.core.prepare.effort.effort_smoothing import _WINDOWS_S, Smoothing, _Explained, effort_smoothing
 
 PERIOD_S = 0.004
 TIME_S = np.arange(0.0, 40.0, PERIOD_S)
@@ -189,3 +189,20 @@ def test_an_effort_that_is_explained_exactly_is_not_smoothed(scale: float) -> No
 
 def test_efforts_that_never_change_tell_nothing() -> None:
     assert told(np.full_like(RIGID, 3.0), 0.0) == {}
+
+
+def test_what_differs_between_windows_by_chance_is_that_of_the_samples() -> None:
+    """Sums of r d over blocks, r what the best window leaves and r + d what another does, from residuals themselves."""
+    rng = np.random.default_rng(7)
+    count, shifts = 400, 5
+    effort, block = rng.normal(size=(count, shifts)), np.arange(count) // 20
+    windows = [rng.normal(size=(count, 2)) + effort[:, [1]] for _ in _WINDOWS_S]
+    delays = rng.integers(0, shifts, len(windows))
+    left = []
+    for window, delay in zip(windows, delays, strict=True):
+        columns = np.column_stack([np.ones(count), window])
+        left.append(effort[:, delay] - columns @ np.linalg.lstsq(columns, effort[:, delay], rcond=None)[0])
+    found = _Explained.of(effort, windows, block)
+    expected = [np.bincount(block, left[3] * (one - left[3])) for one in left]
+    np.testing.assert_allclose(found.chance(3, delays), expected, atol=1e-9)
+    np.testing.assert_allclose(found.totals[np.arange(len(left)), delays], [one @ one for one in left])

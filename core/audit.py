@@ -54,7 +54,7 @@ def audit_log(
     on_signals: OnSignals | None = None,
     known: Precedents | None = None,
     earlier: Sequence[CycleReference] = (),
-    siblings: Iterable[tuple[str, RobotModel]] = (),
+    siblings: Iterable[tuple[str, RobotModel]] | None = (),
 ) -> Audit:
     """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict; again with the load that it tells.
 
@@ -70,7 +70,8 @@ def audit_log(
         on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
         earlier: what passed nights say of the program's cycles, in their order.
-        siblings: other descriptions of the arm's family, by name; looked at where a cause is sought.
+        siblings: other descriptions of the arm's family, by name; looked at where a cause is sought. None where none is
+            to be sought: no load is told then.
 
     Raises:
         LogError: the known events cannot be understood.
@@ -110,7 +111,7 @@ def _judged(
     on_signals: OnSignals | None,
     known: Precedents | None,
     earlier: Sequence[CycleReference],
-    siblings: Iterable[tuple[str, RobotModel]],
+    siblings: Iterable[tuple[str, RobotModel]] | None,
 ) -> Audit:
     """One log, with the model that it was prepared with; arguments as of :func:`audit_log`."""
     step = stage(progress, 0.0, 1.0)
@@ -211,7 +212,9 @@ def _judged(
         ),
         arm=arm,
         causes=find_causes(prepared, run, applied.laws, inputs.rule.gamma_nm, judged.thresholds, config, siblings)
-        if verdict != "pass" and (contacts or any(finding.doubts_alarms for finding in findings))
+        if siblings is not None
+        and verdict != "pass"
+        and (contacts or any(finding.doubts_alarms for finding in findings))
         else (),
         cycles=None if run.cycles is None else run.cycles.facts,
     )

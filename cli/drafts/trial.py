@@ -129,7 +129,8 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
             # What is fitted on the log itself is no evidence, and enough to see whether the log can be judged.
             trial = replace(trial, own_fit=True)
             config = config.changed({"policy": config.policy.changed({"same_log": "allow"})})
-        judged = audit_log(prepared, config, friction, origin, progress=stage(report, 0.6, 1.0))
+        causes = () if config.robot.tool.mass_kg == "estimate" else None  # a draft says none
+        judged = audit_log(prepared, config, friction, origin, progress=stage(report, 0.6, 1.0), siblings=causes)
     except CollauditError as error:
         return replace(trial, obstacle=error)
     return replace(trial, result=judged.result)

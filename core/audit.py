@@ -37,7 +37,6 @@ from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.verdict.coverage import exclusions, measure_coverage
-from collaudit.core.verdict.further_limits import further_limits
 from collaudit.core.verdict.log_time import log_time
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls, unstated_force
@@ -176,8 +175,7 @@ def _judged(
         ),
         sliding,
     )
-    limits = further_limits(config.policy, findings, log.start, friction)
-    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings, limits)
+    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,

@@ -22,7 +22,6 @@ from collaudit.core.api import LogFiles, Progress
 from collaudit.core.contacts.contact_states import Precedents, day_refusal
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.logs.log_hashing import sha256_of
-from collaudit.core.logs.opening import also_files
 from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
@@ -88,7 +87,7 @@ def _written(
     if audit.reference is not None:
         atomic_write(run / CYCLES_NAME, reference_bytes(audit.reference))
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
-    note_finished(run, files, audit.result.log.sha256, job, stamp)
+    note_finished(run, audit.result.log.sha256, job, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     rows = () if job.wanted is None else job.wanted.of_result(audit.result)
     return Outcome(replace(entry, robot=job.owner), audit.result, rows)
@@ -120,20 +119,18 @@ def remove_run(run: Path) -> None:
         run.rmdir()
 
 
-def note_finished(
-    run: Path, files: LogFiles, log_sha256: str, job: LogJob, origin: Mapping[str, str] | None = None
-) -> None:
+def note_finished(run: Path, log_sha256: str, job: LogJob, origin: Mapping[str, str] | None = None) -> None:
     """Write down, after all its other files, the inputs of a run.
 
     Args:
         run: its folder.
-        files, log_sha256, job: as of :func:`rests_on`.
+        log_sha256, job: as of :func:`rests_on`.
         origin: of a remote log what tells that it was replaced.
 
     Raises:
         CollauditError: it cannot be written.
     """
-    rested = rests_on(files, log_sha256, job)
+    rested = rests_on(log_sha256, job)
     if origin is not None:
         rested["origin"] = origin
     atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
@@ -148,12 +145,11 @@ def read_note(run: Path) -> object:
     return content.get("rests_on") if content.get("schema") == _SCHEMA else None
 
 
-def rests_on(files: LogFiles, log_sha256: str, job: LogJob) -> dict[str, object]:
+def rests_on(log_sha256: str, job: LogJob) -> dict[str, object]:
     """The inputs of the run of a log, as they are written.
 
     Args:
-        files: of the log.
-        log_sha256: their hash.
+        log_sha256: hash of the log.
         job: its settings, whose files count by their content, and what is known of its robot's contacts.
 
     Raises:
@@ -162,7 +158,6 @@ def rests_on(files: LogFiles, log_sha256: str, job: LogJob) -> dict[str, object]
     loaded, config = job.loaded, job.loaded.config
     named = [loaded.urdf_path, loaded.friction_path]
     other_files = [path for path in named if path is not None]
-    other_files += also_files(files, config.log.csv)
     for folder in config.log.msg_path:
         other_files += sorted(folder.rglob("*.msg"))
     return {
@@ -195,7 +190,7 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
     if job.problem is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
-        if job.url is None and note != rests_on(job.files, sha256_of(job.files), job):
+        if job.url is None and note != rests_on(sha256_of(job.files), job):
             return None
         if job.url is not None and not _unchanged(job, note):
             return None
@@ -209,8 +204,8 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
 
 def _unchanged(job: LogJob, note: object) -> bool:
     """Whether a remote log is as it was, by what its store tells, with settings as they were; not where in doubt."""
-    if not isinstance(note, dict) or job.url is None or job.loaded.config.log.csv.also:
+    if not isinstance(note, dict) or job.url is None:
         return False
     stamp = remote_stamp(job.url)
-    alike = note == {**rests_on((), str(note.get("log")), job), "origin": stamp}
+    alike = note == {**rests_on(str(note.get("log")), job), "origin": stamp}
     return alike and not set(stamp) <= {"size"}

@@ -47,8 +47,8 @@ def command(
     """Write a contact of an audit, by its id, into accepted.toml: it breaks the policy no more, until the day.
 
     The entry means contacts of the same robot and program, of these joints, no harder than this one, with the tool at
-    the same place. A harder one breaks the policy again. The file lies beside the configuration, or where [policy]
-    accepted says; review it like code. An entry counts for 90 days at most.
+    the same place. A harder one breaks the policy again. The file lies beside the configuration;
+    review it like code. An entry counts for 90 days at most.
 
     Exit codes: 0 written; 2 no such contact, or something is missing.
     """
@@ -58,7 +58,7 @@ def command(
     from collaudit.reports.files.atomic import atomic_write
 
     loaded = load_settings()
-    path, _ = accepted_path(loaded)
+    path = accepted_path(loaded)
     text = read_text(path, "") if path.is_file() else ""
     entries = parse_accepted(text, path)
     if prune:

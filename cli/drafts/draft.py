@@ -213,7 +213,8 @@ class Draft:
             csv.add("rate_hz", 1000.0, "rows per second, where there is no time column", active=False)
         labels = [name.strip() for name in self.summary.csv_columns if is_label(name)]
         if labels:
-            csv.add("labels", labels, "may mark true events, by the name; see also [detect] true_events", active=False)
+            words = "columns that may mark true events, by the name; see also [detect] true_events"
+            self.sections["log"].add("labels", labels, words, active=False)
         self._wrench_columns()
         for key in ("delimiter", "decimal"):
             if (value := getattr(guess, key)) != "auto":

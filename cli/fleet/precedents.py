@@ -26,11 +26,9 @@ STORE_NAME = "store.json"
 SUMMARY_NAME = "summary.json"
 
 
-def accepted_path(loaded: LoadedConfig) -> tuple[Path, bool]:
-    """The file of accepted contacts, and whether the configuration names it; else it lies beside the configuration."""
-    stated = loaded.config.policy.accepted
-    folder = Path() if loaded.path is None else loaded.path.parent
-    return (folder / ACCEPTED_NAME, False) if stated is None else (stated, True)
+def accepted_path(loaded: LoadedConfig) -> Path:
+    """The file of accepted contacts: it lies beside the configuration."""
+    return (Path() if loaded.path is None else loaded.path.parent) / ACCEPTED_NAME
 
 
 def read_accepted(loaded: LoadedConfig) -> tuple[Acceptance, ...]:
@@ -39,7 +37,7 @@ def read_accepted(loaded: LoadedConfig) -> tuple[Acceptance, ...]:
     Raises:
         ConfigError: it cannot be used.
     """
-    return load_accepted(*accepted_path(loaded))
+    return load_accepted(accepted_path(loaded))
 
 
 def precedents_of_log(files: LogFiles, loaded: LoadedConfig) -> Precedents:

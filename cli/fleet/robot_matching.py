@@ -1,13 +1,11 @@
-"""Which robots of a fleet a log is of, by path, topics, joint names or serial number, and the settings it then has."""
+"""Which robots of a fleet a log is of, by path, topics, or joint names, and the settings it then has."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
 
 from collaudit.core.api import LogFiles, describe
 from collaudit.core.config import LoadedConfig, config_sha256, load_config
@@ -15,10 +13,6 @@ from collaudit.core.config.schema import FleetConfig, FleetRobot
 from collaudit.core.contacts.name_patterns import matches
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.logs.log_summary import LogSummary
-from collaudit.core.small_files import read_small
-
-_HEAD_BYTES = 1 << 16
-_WORD = re.compile(r"[^\s,;:=\"'#]+")
 
 
 class LogTraits:
@@ -44,11 +38,6 @@ class LogTraits:
         """Names of all joints in it, and of a table its columns."""
         named = {joint for topic in self._summary.topics for joint in topic.joints}
         return named | {column.strip() for column in self._summary.csv_columns}
-
-    @cached_property
-    def serials(self) -> set[str]:
-        """Values that may be serial numbers."""
-        return stated_serials(self._files())
 
 
 def robots_of(traits: LogTraits, robots: Mapping[str, FleetRobot]) -> list[str]:
@@ -83,8 +72,6 @@ def _is_of(traits: LogTraits, robot: FleetRobot) -> bool:
     """Paths first, which cost nothing."""
     if robot.paths and not matches(traits.place, robot.paths):
         return False
-    if robot.serials and not _shared(robot.serials, traits.serials):
-        return False
     if robot.topics and not _shared(robot.topics, traits.topics):
         return False
     return not robot.joints or set(robot.joints) <= traits.joints
@@ -92,56 +79,6 @@ def _is_of(traits: LogTraits, robot: FleetRobot) -> bool:
 
 def _shared(asked: Collection[str], there: Collection[str]) -> bool:
     return not set(asked).isdisjoint(there)
-
-
-def stated_serials(files: LogFiles) -> set[str]:
-    """Values of MCAP metadata records, of a bag folder's ``custom_data``, and words of a table's leading ``#`` lines.
-
-    Args:
-        files: of one log.
-    """
-    found: set[str] = set()
-    for path in files:
-        if path.is_dir():
-            found |= _of_bag_folder(path)
-            found |= {value for part in sorted(path.glob("*.mcap")) for value in _of_file(part)}
-        else:
-            found |= _of_file(path)
-    return found
-
-
-def _of_file(path: Path) -> set[str]:
-    with path.open("rb") as file:
-        head = file.read(_HEAD_BYTES)
-    if head.startswith(b"\x89MCAP"):
-        from collaudit.core.logs.mcap.mcap_records import metadata_values
-
-        return metadata_values(path)
-    words: set[str] = set()
-    for line in head.decode("utf-8", "replace").splitlines():
-        if not line.startswith("#"):
-            break
-        words |= set(_WORD.findall(line))
-    return words
-
-
-def _of_bag_folder(path: Path) -> set[str]:
-    """The indented ``key: value`` lines below ``custom_data:`` of metadata.yaml."""
-    try:
-        lines = read_small(path / "metadata.yaml").decode("utf-8", errors="replace").splitlines()
-    except OSError:
-        return set()
-    found: set[str] = set()
-    depth: int | None = None
-    for line in lines:
-        indent = len(line) - len(line.lstrip())
-        if line.strip() == "custom_data:":
-            depth = indent
-        elif depth is not None and indent > depth and ":" in line:
-            found.add(line.partition(":")[2].strip().strip("\"'"))
-        elif depth is not None and line.strip():
-            depth = None
-    return found
 
 
 def robot_settings(

@@ -23,17 +23,13 @@ _HEADING = """# Contacts that a named person answers for: they do not break the 
 """
 
 
-def load_accepted(path: Path, stated: bool = True) -> tuple[Acceptance, ...]:
-    """The entries of a file, in its order.
-
-    Args:
-        path: the file.
-        stated: it must be there; else its absence means no entries.
+def load_accepted(path: Path) -> tuple[Acceptance, ...]:
+    """The entries of a file, in its order; none where there is no such file.
 
     Raises:
         ConfigError: it cannot be read or understood, with its line.
     """
-    if not stated and not path.is_file():
+    if not path.is_file():
         return ()
     return parse_accepted(read_text(path, "collaudit accept OUT CONTACT writes one"), path)
 

@@ -17,6 +17,7 @@ import msgspec
 from msgspec import inspect
 
 from collaudit.core.config.config_table import KeyedError
+from collaudit.core.config.removed_keys import REMOVED
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import KeyPath, to_toml
 from collaudit.core.errors import ConfigError
@@ -232,6 +233,10 @@ def _unknown_key(path: KeyPath, places: Places, model: type[msgspec.Struct]) -> 
     names = tuple(part for part in front if isinstance(part, str))
     holder = next((key.table for key in all_keys(model) if key.path == names and key.table is not None), model)
     siblings = [key.path[-1] for key in keys_of(holder)]
+    instead = REMOVED.get(".".join((*names, str(last)))) if model is Config else None
+    if instead is not None:
+        text = f"[{_dotted(tuple(front))}] has no key {str(last)!r} any more"
+        return ConfigError(text, where=places.text(path), hint=instead)
     close = difflib.get_close_matches(str(last), siblings, n=1, cutoff=0.6)
     likely = close or [key.dotted for key in all_keys(model) if key.path[-1] == last and key.path[:1] != ("fleet",)]
     return ConfigError(

@@ -61,12 +61,6 @@ class PlanConfig(ConfigTable, frozen=True, kw_only=True):
     torque_nm: Annotated[
         _ByJoint, about("Highest torque of the drive, by joint, N·m (N if prismatic); at most 0.8 of it is asked for.")
     ] = {}
-    link_radius_m: Annotated[
-        dict[str, Positive],
-        about(
-            "Radius of the capsule that stands for a joint's link, m; absent, that of a body with the density of water."
-        ),
-    ] = {}
     tool_tip_m: Annotated[
         Vec3 | None,
         about("Where the tool ends, in `[robot.tool] frame`, m; where absent, at the farthest frame of the last link."),
@@ -127,7 +121,6 @@ class RobotConfig(ConfigTable, frozen=True, kw_only=True):
         dict[str, float], about("Joints that are not in the log and stand still, and where, rad (m if prismatic).")
     ] = {}
     base_rpy_deg: Annotated[Vec3, about("Roll, pitch, yaw of the base in the world, degrees.")] = (0.0, 0.0, 0.0)
-    gravity_m_s2: Annotated[Vec3, about("Gravity in the world, m/s².")] = (0.0, 0.0, -9.80665)
     armature_kg_m2: Annotated[
         list[NonNegative] | dict[str, NonNegative] | None,
         about("Reflected rotor inertia per judged joint (list in the order of `joints`, or by name), kg·m²."),

@@ -47,13 +47,6 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     ] = None
     n: Annotated[Annotated[int, Meta(ge=1)] | None, about("Persistence in samples, instead of persistence_ms.")] = None
     watch: Annotated[Literal["auto"] | list[str], about("Joints whose residual is judged.")] = "auto"
-    friction_level: Annotated[
-        Literal["followed", "fixed"],
-        about(
-            "followed: the level of friction against its calibration (warm-up) is tracked over a minute; "
-            "fixed: taken as calibrated."
-        ),
-    ] = "followed"
     hand_guiding: Annotated[
         Literal["found", "off"],
         about(
@@ -100,9 +93,6 @@ class CyclesConfig(ConfigTable, frozen=True, kw_only=True):
         str | None, about("Label or phase of the log (by name, topic or column) whose stretches are the cycles.")
     ] = None
     spans_s: Annotated[list[Interval], about("Start and end of each cycle, s from the log's first sample.")] = []
-    least: Annotated[
-        int, Meta(ge=3), about("Other cycles, or passed nights of a store, that a reference needs at each place.")
-    ] = 4
 
     def __post_init__(self) -> None:
         for start, end in self.spans_s:

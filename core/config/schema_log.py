@@ -1,6 +1,6 @@
 """[log]: topics, columns, units, names of a log."""
 
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Annotated, Literal
 
 from msgspec import Meta
@@ -49,9 +49,9 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     wrench: Annotated[ListOfColumns | None, about("Six columns: fx, fy, fz, mx, my, mz.")] = None
     delimiter: Annotated[str, about("`auto`, or the character between cells.")] = "auto"
     decimal: Annotated[Literal["auto", ".", ","], about("Decimal mark.")] = "auto"
-    header: Annotated[bool | Literal["auto"], about("Whether the first line holds column names.")] = "auto"
-    skip_rows: Annotated[
-        Annotated[int, Meta(ge=0)] | Literal["auto"], about("Lines of the file before the line of column names.")
+    header: Annotated[
+        bool | Annotated[int, Meta(ge=1)] | Literal["auto"],
+        about("Whether the first line holds column names; or the number of the line that does."),
     ] = "auto"
     units_row: Annotated[
         bool | Literal["auto"], about("Whether a row with the units of the columns stands below their names.")
@@ -59,11 +59,6 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
     comment: Annotated[
         list[str], about("Beginnings of lines that are no rows, such as `Samples:`; # and % are known.")
     ] = []
-    also: Annotated[list[PurePath], about("Further files with other quantities and the same time column.")] = []
-    labels: Annotated[
-        list[str], about("Columns that are neither 0, false nor empty while a flag or a mark of a true event holds.")
-    ] = []
-    phase: Annotated[str | None, about("Column that holds the phase of each row, as a number or a word.")] = None
     run: Annotated[
         str | int | None,
         about("Column that numbers the runs of a table which holds several; common names are recognised."),
@@ -73,6 +68,11 @@ class CsvConfig(ConfigTable, frozen=True, kw_only=True):
         self.check_kinds("position", "velocity", "effort", "temperature", "joint_torque", "wrench")
         if self.time is not None and self.rate_hz is not None:
             raise ValueError("time and rate_hz each say when a row was taken: keep one")
+
+    @property
+    def lines_before(self) -> int:
+        """Lines of the file before the line of column names, as far as it is stated."""
+        return 0 if isinstance(self.header, bool | str) else self.header - 1
 
     @property
     def row_period_s(self) -> float | None:
@@ -99,13 +99,13 @@ class FieldsConfig(ConfigTable, frozen=True, kw_only=True):
         str | None, about("Path of the torques behind the gears, N·m, beside `effort` of the drives.")
     ] = None
     stamp: Annotated[
-        str | None, about("Paths of the stamp's seconds and nanoseconds: `header.stamp.sec,header.stamp.nanosec`.")
+        str | None,
+        about("Paths of the stamp's seconds and nanoseconds, in both: `header.stamp.sec,header.stamp.nanosec`."),
     ] = None
     wrench: Annotated[
         str | None,
         about("Path of the six numbers (N, N·m) on the topic `wrench`; without it, that is read by its type."),
     ] = None
-    wrench_stamp: Annotated[str | None, about("Paths of the wrench's stamp, as `stamp`.")] = None
 
 
 class UnitsConfig(ConfigTable, frozen=True, kw_only=True):
@@ -196,15 +196,16 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
         dict[str, str],
         about("Log name = model name, where they differ; it wins over a joint of the log that is called so."),
     ] = {}
-    label_topics: Annotated[
+    labels: Annotated[
         list[str],
         about(
-            "Topics of flags or of marks of true events, `/topic` or `/topic:field` or `/topic:field==3`; one "
-            "holds while its value is not zero, or is the one given."
+            "Flags or marks of true events: topics, `/topic` or `/topic:field` or `/topic:field==3`, or columns of a "
+            "table. One holds while its value is not zero, false or empty, or is the one given."
         ),
     ] = []
-    phase_topic: Annotated[
-        str | None, about("Topic, `/topic` or `/topic:field`, whose value (text or whole number) is the phase.")
+    phase: Annotated[
+        str | None,
+        about("Topic, `/topic` or `/topic:field`, or column, whose value (text or whole number) is the phase."),
     ] = None
     msg_path: Annotated[
         list[Path], about("Folders of .msg files, for types whose definitions a log does not hold.")

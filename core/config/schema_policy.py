@@ -5,8 +5,10 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, about
-from collaudit.core.findings import CODES
+from collaudit.core.config.config_table import ConfigTable, NonNegative, Positive, about
+
+#: A push that must alarm lasts so long, s.
+PUSH_S = 0.2
 
 
 class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
@@ -29,9 +31,9 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     observable_n: Annotated[
         dict[str, Positive],
         about(
-            "Contact force that must alarm, N, by place: `tool`, `forearm` (its outer end), or a link's name. Of a "
-            "place that is absent: 100 at the tool, 150 at the forearm, at most half of what the arm can exert there. "
-            "None is asked where the table is absent and `observable_nm` covers every watched joint."
+            "Contact force that must alarm within 0.2 s, N, by place: `tool`, `forearm` (its outer end), or a link's "
+            "name. Of a place that is absent: 100 at the tool, 150 at the forearm, at most half of what the arm can "
+            "exert there. None is asked where the table is absent and `observable_nm` covers every watched joint."
         ),
     ] = {}
     observable_share: Annotated[
@@ -43,7 +45,6 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
             "judged. If the arm never moves, of all time."
         ),
     ] = 0.9
-    observable_ms: Annotated[Positive, about("Duration of the push that must alarm, ms.")] = 200.0
     observable_nm: Annotated[
         Positive | dict[str, Positive] | None,
         about("External torque that must alarm, N·m (N if prismatic); one number, or by joint. Absent: none is asked."),
@@ -72,21 +73,6 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
             "unless the joint rested at one place before and after."
         ),
     ] = 0.8
-    max_fit_age_days: Annotated[
-        Positive | None,
-        about(
-            "The audit fails if friction was fitted on logs recorded longer than this before the log, days. A "
-            "log or a fit without a date is not judged."
-        ),
-    ] = None
-    findings: Annotated[list[str], about("Codes of findings that break the policy, beside their own effect.")] = []
-    accepted: Annotated[
-        Path | None,
-        about(
-            "File of accepted contacts, relative to this configuration; absent: `accepted.toml` beside it, if there is "
-            "one. `collaudit accept` writes it."
-        ),
-    ] = None
     known: Annotated[
         Literal["break", "allow"],
         about(
@@ -104,11 +90,6 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         ),
     ] = "not_judged"
 
-    def __post_init__(self) -> None:
-        for code in self.findings:
-            if code not in CODES:
-                raise KeyedError("findings", f"{code!r} is no finding's code: docs/findings.md lists them")
-
 
 class FleetRobot(ConfigTable, frozen=True, kw_only=True):
     """One robot of a fleet: whose logs are its own, and what differs for it."""
@@ -122,13 +103,6 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
     ] = []
     topics: Annotated[list[str], about("Topics, one of which its logs have.")] = []
     joints: Annotated[list[str], about("Joint names, or columns, that its logs have, all of them.")] = []
-    serials: Annotated[
-        list[str],
-        about(
-            "Serial numbers, one of which its logs state: as a value of MCAP metadata or of a bag's "
-            "`custom_data`, or in the leading `#` lines of a table."
-        ),
-    ] = []
     config: Annotated[
         Path | None,
         about(
@@ -143,8 +117,8 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
     ] = None
 
     def __post_init__(self) -> None:
-        if not (self.paths or self.topics or self.joints or self.serials):
-            raise ValueError("no rule tells which logs are this robot's: give paths, topics, joints or serials")
+        if not (self.paths or self.topics or self.joints):
+            raise ValueError("no rule tells which logs are this robot's: give paths, topics or joints")
         if isinstance(self.gamma_nm, str) and self.gamma_nm not in ("auto", "sharpest"):
             raise ValueError('gamma_nm is a number, a table by joint, "auto" or "sharpest"')
 

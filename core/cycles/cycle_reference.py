@@ -39,6 +39,8 @@ from collaudit.core.residual.torque_zero import balanced_zero, follow_zero
 #: At a place the speed of a sample may differ from the usual one by such a share, and by so many places a second where
 #: the arm hardly moves.
 _LIKE_SPEED, _LIKE_PLACES_S = 0.25, 10.0
+#: Other cycles, or passed nights of a store, that a reference needs at each place: a median and a spread of them.
+LEAST_CYCLES = 4
 #: A night's path is this one's where at nearly all places no joint is further off, rad: it then has the same torque.
 _SAME_PATH_RAD, _MOST_PLACES = 0.01, 0.99
 
@@ -74,13 +76,13 @@ def cycle_residual(
         series: the judged joints.
         residual: the ordinary one.
         rule: joints with a threshold, and the persistence.
-        config: how cycles are known, how many a reference needs, whether friction's level is followed.
+        config: how cycles are known.
         inputs: laws, and how far the zero of a torque is followed.
         earlier: what passed nights say of this residual of the program, in their order.
     """
     if config.cycles.find == "off":
         return None
-    drawn, least = DrawnPath.of(series), config.cycles.least
+    drawn = DrawnPath.of(series)
     on_path, nights = _on_known_path(drawn, earlier)
     if on_path is None:
         spans = find_cycles(series, drawn, config.cycles)
@@ -90,14 +92,14 @@ def cycle_residual(
     drifting, friction = _not_followed(series, residual, inputs)
     speed = along_path_speeds(on_path, series)
     speeds = on_path.at_places(speed)[:, :, 0]
-    classes = [SpeedClass.of(members, speeds, nights, least) for members in speed_classes(speeds)]
+    classes = [SpeedClass.of(members, speeds, nights, LEAST_CYCLES) for members in speed_classes(speeds)]
     # what drifts is followed on the difference, which errors of the model do not move
     first = on_path.at_places(drifting)
     difference = _beside(on_path, drifting, speed, classes, lambda one: one.references(first, 1))
-    steady = drifting - _drift(difference, friction, series, inputs, config)
+    steady = drifting - _drift(difference, friction, series, inputs)
     table = on_path.at_places(steady)
-    torque = _beside(on_path, steady, speed, classes, lambda one: one.references(table, least))
-    scale = _beside(on_path, np.zeros_like(steady), speed, classes, lambda one: one.weights(table, least))
+    torque = _beside(on_path, steady, speed, classes, lambda one: one.references(table, LEAST_CYCLES))
+    scale = _beside(on_path, np.zeros_like(steady), speed, classes, lambda one: one.weights(table, LEAST_CYCLES))
     gamma = (-scale * _levels(torque, -scale, rule, series)).astype(np.float32)
     torque[np.isnan(gamma)] = np.nan
     place = (on_path.place / (on_path.path.share.size - 1)).astype(np.float32)
@@ -106,7 +108,7 @@ def cycle_residual(
     facts = _facts(
         series, signals, on_path.spans, drawn, steady, config, max((len(x.nights) for x in classes), default=0)
     )
-    reference = None if largest is None else largest.kept(table, least, on_path.path)
+    reference = None if largest is None else largest.kept(table, LEAST_CYCLES, on_path.path)
     proven = np.isin(on_path.number, [int(k) for one in classes if one.nights for k in one.members])
     return CycleResidual(signals, proven, facts, reference)
 
@@ -124,19 +126,16 @@ def _not_followed(series: UniformSeries, residual: Residual, inputs: ResidualInp
     return torque, friction
 
 
-def _drift(
-    difference: FloatArray, friction: FloatArray, series: UniformSeries, inputs: ResidualInputs, config: Config
-) -> FloatArray:
+def _drift(difference: FloatArray, friction: FloatArray, series: UniformSeries, inputs: ResidualInputs) -> FloatArray:
     """(n, j) friction's level and the torque's zero as a difference to other cycles shows them."""
     out = np.zeros_like(difference)
 
     def of_joint(j: int) -> None:
         there = np.isfinite(difference[:, j])
         rest = np.where(there, difference[:, j], 0.0)
-        if config.detect.friction_level == "followed":
-            centred = rest - balanced_zero(rest, series.velocity_rad_s[:, j], there, series.period_s, False)
-            level = follow_level(centred, friction[:, j], there, series.period_s, FRICTION_LEVEL_SD, False)
-            out[:, j] = friction[:, j] * level.deviation
+        centred = rest - balanced_zero(rest, series.velocity_rad_s[:, j], there, series.period_s, False)
+        level = follow_level(centred, friction[:, j], there, series.period_s, FRICTION_LEVEL_SD, False)
+        out[:, j] = friction[:, j] * level.deviation
         bound = inputs.zero_bound_nm.get(series.joint_names[j], 0.0)
         zero = follow_zero(rest - out[:, j], there, series.period_s, bound, False)
         if zero is not None:
@@ -186,7 +185,7 @@ def _facts(
         duration_s=(float(lengths.min()), median_of(lengths), float(lengths.max())),
         path_rad=float(drawn.way_rad[spans[0].stop - 1] - drawn.way_rad[spans[0].start]),
         compared=compared,
-        least=config.cycles.least,
+        least=LEAST_CYCLES,
         nights=nights,
         gamma_nm={joint: float(np.nanmin(signals.gamma_nm[:, j])) for joint, j in named.items()},
         spread_share={
@@ -194,7 +193,7 @@ def _facts(
             for joint, j in named.items()
         },
         judged_s={joint: float(np.count_nonzero(known[:, j])) * series.period_s for joint, j in named.items()},
-        unseen=_unseen(len(spans), compared, config.cycles.least, nights),
+        unseen=_unseen(len(spans), compared, nights),
     )
 
 
@@ -226,7 +225,7 @@ def _levels(torque: FloatArray, scale: FloatArray, rule: RuleFacts, series: Unif
     return out
 
 
-def _unseen(cycles: int, compared: int, least: int, nights: int) -> tuple[str, ...]:
+def _unseen(cycles: int, compared: int, nights: int) -> tuple[str, ...]:
     """What the comparison of cycles does not cover."""
     where = f"in every cycle of {nights} nights" if nights else "in most cycles"
     texts = [
@@ -236,7 +235,7 @@ def _unseen(cycles: int, compared: int, least: int, nights: int) -> tuple[str, .
     ]
     if compared < cycles:
         texts.append(
-            f"{cycles - compared} of {cycles} cycles have no reference: fewer than {least} others, or nights, that "
-            "run as fast."
+            f"{cycles - compared} of {cycles} cycles have no reference: fewer than {LEAST_CYCLES} others, or nights, "
+            "that run as fast."
         )
     return tuple(texts)

@@ -57,7 +57,6 @@ class LevelFacts:
     Attributes:
         lowest, median, highest: friction over its calibration, 1 = as calibrated.
         sd: median standard error.
-        followed: False when the level was taken as calibrated.
         mean: over the motion that tells it; None without any.
     """
 
@@ -65,7 +64,6 @@ class LevelFacts:
     median: float
     highest: float
     sd: float
-    followed: bool
     mean: float | None = None
 
 

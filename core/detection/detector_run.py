@@ -140,19 +140,16 @@ def delay_facts(kernel: Kernel, rule: RuleFacts, period_s: float) -> DelayFacts:
     return DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s), exactly)
 
 
-def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]:
-    """Range and standard error of each joint's friction level; ``followed``: whether it was more than assumed."""
+def friction_levels(residual: Residual) -> dict[str, LevelFacts]:
+    """Range and standard error of each joint's friction level."""
     facts = {}
     for joint, level in residual.levels.items():
-        # A fixed level is one number for all samples.
-        deviation, sd = (x[:1] if x.strides == (0,) else x for x in (level.deviation, level.sd))
-        share = 1.0 + deviation
+        share = 1.0 + level.deviation
         facts[joint] = LevelFacts(
             lowest=float(share.min()),
             median=median_of(share),
             highest=float(share.max()),
-            sd=median_of(sd),
-            followed=followed,
+            sd=median_of(level.sd),
             mean=1.0 + level.mean,
         )
     return facts

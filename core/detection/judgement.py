@@ -200,7 +200,7 @@ def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config
         causal=detect.causal,
         equation=run.detector.equation,
         delay=delay_facts(run.residual.balance.kernel, rule, series.period_s),
-        friction_level=friction_levels(run.residual, detect.friction_level == "followed"),
+        friction_level=friction_levels(run.residual),
         flags=(),
         torque_zero=torque_zeros(run.residual),
     )

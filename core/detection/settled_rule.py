@@ -139,9 +139,9 @@ def _thresholds_of_parts(lowest_nm: Mapping[str, float], parts: Sequence[Mapping
 
 def _with_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
     """How far efforts are smoothed, beside contact: a controller that yields to it looks like a filter there."""
-    whole = with_effort_smoothing(prepared, friction, config)
+    whole = with_effort_smoothing(prepared, friction)
     if not any(one.shown for one in whole.effort_smoothing.values()):
         return whole
     contact, facts = find_contact(prepared)
-    beside = with_effort_smoothing(prepared, friction, config, contact)
+    beside = with_effort_smoothing(prepared, friction, contact)
     return whole if facts.refused or not beside.effort_smoothing else beside

@@ -126,11 +126,6 @@ def without_errors_of(findings: Iterable[Finding], joints: Collection[str]) -> t
     )
 
 
-def findings_named(findings: Iterable[Finding], codes: Collection[str]) -> list[Finding]:
-    """The findings of codes that a user names, as in ``[policy] findings``."""
-    return [finding for finding in findings if finding.code in codes]
-
-
 #: What is written of turning joints, and in its place of sliding ones; longer ones first.
 _SLIDING = (
     ("N·m·s/rad", "N·s/m"),

@@ -420,7 +420,7 @@ KINDS: dict[str, Kind] = {
     ),
     "phases-unknown": Kind(
         "When contact is intended is not known, was found from the force alone, or is not known of all of the log.",
-        'State phases in [phases] or [log] phase_topic; [phases] find = "wrench" guesses them.',
+        'State phases in [phases] or [log] phase; [phases] find = "wrench" guesses them.',
         _EXCLUDES,
     ),
     "tool-force-unusual": Kind(

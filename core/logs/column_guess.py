@@ -30,7 +30,7 @@ from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 #: Keys that say how a table is written.
-_LAYOUT = ("delimiter", "decimal", "header", "skip_rows", "units_row", "comment")
+_LAYOUT = ("delimiter", "decimal", "header", "units_row", "comment")
 #: So many lines before the names of columns, and kinds of remarks between rows, are looked for.
 _MOST_LINES, _MOST_REMARKS = 20, 8
 
@@ -105,12 +105,12 @@ def guess_layout(paths: Sequence[Path], settings: LogConfig, robot: Sequence[str
     """
     keys: dict[str, object] = {}
     csv = settings.csv
-    for skipped in range(1, _MOST_LINES if csv.skip_rows == "auto" else 1):
+    for line in range(2, _MOST_LINES if csv.header == "auto" else 2):
         if guess_csv_columns(paths, robot, csv) is not None:
             break
-        if guess_csv_columns(paths, robot, csv.changed({"skip_rows": skipped})) is not None:
-            keys["log.csv.skip_rows"] = skipped
-            csv = csv.changed({"skip_rows": skipped})
+        if guess_csv_columns(paths, robot, csv.changed({"header": line})) is not None:
+            keys["log.csv.header"] = line
+            csv = csv.changed({"header": line})
     for _ in range(_MOST_REMARKS):
         try:
             join_tables(open_tables(paths, csv), settings.changed({"csv": csv}), robot)

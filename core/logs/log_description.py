@@ -16,7 +16,6 @@ from collaudit.core.logs.log_formats import format_of, is_table
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.opening import (
-    also_files,
     check_there,
     data_files,
     log_name,
@@ -209,12 +208,12 @@ def _describe_tables(paths: Sequence[Path], settings: LogConfig, robot: Sequence
     """Columns, joints, rate and gaps of one log of tables; without joint signals, its columns."""
     readers = open_tables(paths, settings.csv)
     files = assign_columns(readers, settings.csv, robot)  # columns that are configured and absent are an error
-    columns = describe_columns(files, settings.csv)
+    columns = describe_columns(files, settings)
     findings: tuple[Finding, ...] = ()
     name, layout = log_name(paths), readers[0].layout
     start, duration = None, None
     try:
-        table = join_tables([*readers, *open_tables(also_files(paths, settings.csv), settings.csv)], settings, robot)
+        table = join_tables(readers, settings, robot)
     except LogError as error:
         topic = TopicInfo(
             name,

@@ -15,7 +15,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_hashing import Hashing
 from collaudit.core.logs.opening import (
-    also_files,
     check_there,
     data_files,
     log_name,
@@ -106,9 +105,8 @@ def _read_tables(
     from collaudit.core.logs.tables.table_reading import read_table_log
 
     try:
-        files = [*paths, *also_files(paths, settings.csv)]
-        readers = open_tables(files, settings.csv)
-        bounds = ReadingBounds.of(files, log_name(paths), settings.memory_gb)
+        readers = open_tables(paths, settings.csv)
+        bounds = ReadingBounds.of(paths, log_name(paths), settings.memory_gb)
         bounds.check_columns(sum(len(reader.names) for reader in readers))
         return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, judged, hashing, bounds)
     except LogError as error:

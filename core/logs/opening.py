@@ -192,15 +192,3 @@ def misnamed(path: Path, error: LogError) -> LogError:
         found=error.found,
         hint="check that the file was copied whole, and not as a Git LFS pointer or an error page",
     )
-
-
-def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
-    """The further files of the configuration, beside the log when relative."""
-    out = []
-    for extra in map(Path, settings.also):
-        path = extra if extra.is_absolute() or extra.is_file() else paths[0].parent / extra
-        if not path.is_file():
-            raise LogError(f"the file {extra} of [log.csv] also does not exist", where=str(paths[0]))
-        if path.resolve() not in {p.resolve() for p in paths}:
-            out.append(path)
-    return out

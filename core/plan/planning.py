@@ -166,7 +166,7 @@ def move_check(
     limits = arm_limits(robot, description, config.robot, config.plan, speed_scale)
     around = _around(settings)
     urdf = settings.base_dir / config.robot.urdf if config.robot.urdf is not None else None
-    shapes = ArmShapes(robot, padded(around), config.plan.link_radius_m, urdf)
+    shapes = ArmShapes(robot, padded(around), urdf)
     touching = shapes.touching(limits.start[None])
     if touching is not None and not config.plan.start_rad:
         limits = _started_free(limits, shapes)
@@ -176,8 +176,7 @@ def move_check(
             "the motion cannot start where it is to",
             where="[plan] start_rad",
             found=f"closer than {padded(around).clearance_m:.3g} m there: {touching[1]}",
-            hint="state a start that is free, the table's height (table_z_m), the workspace, or how thick a link is "
-            "(link_radius_m)",
+            hint="state a start that is free, the table's height (table_z_m), or the workspace",
         )
     laws = {name: law for name, fit in (friction.joints if friction else {}).items()
             if fit.effort_unit in ("N·m", "N") and (law := FrictionModel.of(fit)) is not None}  # fmt: skip

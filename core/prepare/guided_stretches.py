@@ -11,6 +11,7 @@ import numpy as np
 from collaudit.core.arm_states.arm_states import without_states
 from collaudit.core.arm_states.hand_guiding import Friction, Gravity, HandGuiding, hand_guiding
 from collaudit.core.config.schema import Config
+from collaudit.core.config.schema_policy import PUSH_S
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -49,14 +50,13 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
 
 
 def with_effort_smoothing(
-    prepared: Prepared, friction: Mapping[str, Friction], config: Config, contact: BoolArray | None = None
+    prepared: Prepared, friction: Mapping[str, Friction], contact: BoolArray | None = None
 ) -> Prepared:
     """The log with how far its efforts are smoothed, and a finding where that is more than a drive does, or unknown.
 
     Args:
         prepared: the log to be judged.
         friction: sliding friction by joint.
-        config: ``[policy] observable_ms``, the push that must alarm.
         contact: (n,) samples that are not looked at.
     """
     known = _known(prepared, friction)
@@ -69,7 +69,7 @@ def with_effort_smoothing(
     shown = {joint: one for joint, one in found.items() if one.shown}
     findings = prepared.findings
     if shown:
-        text = smoothing_words(shown, config.policy.observable_ms / 1e3)
+        text = smoothing_words(shown, PUSH_S)
         findings = (*findings, Finding("effort-filtered", "warning", text))
     if unknown := [joint for joint, one in found.items() if not (one.bounded or one.shown)]:
         text = (

@@ -40,11 +40,6 @@ class FrictionLevel:
     mean: float = 0.0
 
 
-def fixed_level(n: int, prior_sd: float) -> FrictionLevel:
-    """The calibration as it is, with its stated uncertainty."""
-    return FrictionLevel(np.broadcast_to(0.0, n), np.broadcast_to(prior_sd, n))
-
-
 def follow_level(
     excess: FloatArray, friction: FloatArray, usable: BoolArray, period_s: float, prior_sd: float, causal: bool
 ) -> FrictionLevel:

@@ -22,7 +22,7 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance, balance_from_momentum
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
-from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
+from collaudit.core.residual.friction_level import FrictionLevel, follow_level
 from collaudit.core.residual.isolation import EachJoint, Isolation
 from collaudit.core.residual.torque_zero import TorqueZero, balanced_zero, follow_zero
 
@@ -225,12 +225,9 @@ def _fill_joint(
     ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
     total -= ripple
     sd = float(np.hypot(FRICTION_LEVEL_SD, band.level_sd))
-    if config.friction_level == "fixed":
-        level = fixed_level(total.size, sd)
-    else:
-        excess = total - friction
-        excess -= balanced_zero(excess, velocity, usable, series.period_s, config.causal)
-        level = follow_level(excess, friction, usable, series.period_s, sd, config.causal)
+    excess = total - friction
+    excess -= balanced_zero(excess, velocity, usable, series.period_s, config.causal)
+    level = follow_level(excess, friction, usable, series.period_s, sd, config.causal)
     steady_nm = friction * (1.0 + level.deviation)
     zero = None
     if zero_bound_nm > 0.0:

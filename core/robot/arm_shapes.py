@@ -6,7 +6,7 @@ Pinocchio places the shapes, Coal finds what is closer than the clearance. Both 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,10 +52,8 @@ class ArmShapes:
             between them.
     """
 
-    def __init__(
-        self, robot: RobotModel, around: Surroundings, radius_m: Mapping[str, float], urdf: Path | None = None
-    ) -> None:
-        """``radius_m``: of capsules, by joint; ``urdf``: file whose collision shapes are used, None for none."""
+    def __init__(self, robot: RobotModel, around: Surroundings, urdf: Path | None = None) -> None:
+        """``urdf``: file whose collision shapes are used, None for none."""
         assert robot.bodies is not None
         self._robot, self._model = robot, robot.bodies.library_model()
         self._data, self._shapes = self._model.createData(), pin.GeometryModel()
@@ -63,7 +61,7 @@ class ArmShapes:
         self._of_joint: dict[int, list[int]] = {}
         described, whole = ([], set()) if urdf is None else self._add_described(urdf)
         self.described = tuple(described)
-        self.capsules = self._add_capsules(radius_m, whole)
+        self.capsules = self._add_capsules(whole)
         self._add_surroundings()
         self.unchecked = self._pair_links()
         self._state = pin.GeometryData(self._shapes)
@@ -122,7 +120,7 @@ class ArmShapes:
                 self._add(f"{name}#{k}", frame.parentJoint, place, shape)
         return links, some - lacking
 
-    def _add_capsules(self, radius_m: Mapping[str, float], whole: Set[int]) -> dict[str, float]:
+    def _add_capsules(self, whole: Set[int]) -> dict[str, float]:
         """Capsules from each joint to the next, but of joints whose links all have a shape (``whole``).
 
         The base's is as thick as the first link's.
@@ -131,19 +129,16 @@ class ArmShapes:
         for joint in range(self._model.njoints):
             name, end = str(self._model.names[joint]), self._end(joint)
             length = float(np.linalg.norm(end))
-            radius = self._radius(max(joint, 1), length, radius_m)
-            if joint not in whole or name in radius_m:
+            radius = self._radius(max(joint, 1), length)
+            if joint not in whole:
                 place = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), end).matrix(), 0.5 * end)
                 shape = coal.Capsule(radius, length) if length > 1e-6 else coal.Sphere(radius)
                 self._add(f"{self._label(joint)}#", joint, place if length > 1e-6 else pin.SE3.Identity(), shape)
                 made["base" if joint == 0 else name] = radius
         return made
 
-    def _radius(self, joint: int, length: float, radius_m: Mapping[str, float]) -> float:
-        """As stated, else of a capsule of water of the link's mass: pi r² (length + 4 r / 3) = mass / density."""
-        name = str(self._model.names[joint])
-        if name in radius_m:
-            return radius_m[name]
+    def _radius(self, joint: int, length: float) -> float:
+        """Of a capsule of water of the link's mass: pi r² (length + 4 r / 3) = mass / density."""
         volume = float(self._model.inertias[joint].mass) / _WATER_KG_M3
         if volume <= 0.0:
             return _MASSLESS_M
@@ -203,7 +198,7 @@ class ArmShapes:
 
     def _thick(self, joint: int) -> float:
         name = str(self._model.names[joint])
-        return self.capsules.get(name) or self._radius(max(joint, 1), float(np.linalg.norm(self._end(joint))), {})
+        return self.capsules.get(name) or self._radius(max(joint, 1), float(np.linalg.norm(self._end(joint))))
 
     def _between(self, i: int, j: int) -> float:
         """Length of the links between two of one chain, m; infinite where neither carries the other."""

@@ -22,6 +22,9 @@ from collaudit.core.robot.robot_model import RobotModel, Tool, Weightless
 from collaudit.core.robot.urdf_file import JointFacts
 from collaudit.core.vendors.joint_words import GRIPPER
 
+#: Standard gravity in the world, m/s²; [robot] base_rpy_deg says how the arm stands in it.
+GRAVITY_M_S2 = (0.0, 0.0, -9.80665)
+
 
 def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> RobotModel:
     """Build the rigid-body model for the joints a log has.
@@ -73,7 +76,7 @@ def _model(
     locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
     model = whole.locked(locked)
     expansion, offset = _expansion(model.joint_names, names, follow)
-    gravity = np.array(config.gravity_m_s2)
+    gravity = np.array(GRAVITY_M_S2)
     base_gravity = rotation_rpy(config.base_rpy_deg).T @ gravity
     model.set_gravity(base_gravity)
     given = {} if config.armature_kg_m2 is None else config.armature_kg_m2
@@ -177,7 +180,7 @@ def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
     )
     names, nothing = tuple(joints), np.full(len(joints), math.nan)
     kinds: tuple[JointType, ...] = tuple("revolute" for _ in names)
-    gravity = frozen(np.array(config.gravity_m_s2))
+    gravity = frozen(np.array(GRAVITY_M_S2))
     return RobotModel(
         joint_names=names,
         joint_types=kinds,
@@ -202,6 +205,7 @@ def _sha256(config: RobotConfig, content: str | None) -> str:
     log_side = {"reduction", "joint_offset_rad", "motor_side"}
     left_out = {"urdf", "dh", "dh_convention", *(log_side - config.given)}
     settings = {name: value for name, value in config.plain().items() if name not in left_out}
+    settings["gravity_m_s2"] = GRAVITY_M_S2  # was a setting; hashes in friction files stay what they are
     text = json.dumps([content, settings], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -94,8 +94,7 @@ def label_times(labels: Sequence[Annotation], wanted: Sequence[str]) -> list[tup
 
 def missing_labels(series: UniformSeries, config: Config) -> list[Finding]:
     """That the log lacks labels which mark true events; of columns and topics of labels its reader says so."""
-    read = {*config.log.csv.labels, *config.log.label_topics}
-    names = [name for name in config.detect.true_events if name not in read]
+    names = [name for name in config.detect.true_events if name not in config.log.labels]
     absent = [name for name in names if not any(is_named(one, [name]) for one in series.annotations)]
     return absent_labels(absent, "[detect] true_events", series.source.name)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config, PolicyConfig
+from collaudit.core.config.schema_policy import PUSH_S
 from collaudit.core.data.sensitivity_result import (
     TOOL,
     AskedTorque,
@@ -120,7 +121,7 @@ class _PushedLog:
         cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config, time: LogTime
     ) -> _PushedLog:
         series, rule = prepared.judged_series, inputs.rule
-        known = (config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
+        known = (PUSH_S, run.residual.balance.kernel, rule.n, series.period_s)
         shown = {joint: Push.of(*known, smoothing.high_s) for joint, smoothing in prepared.effort_smoothing.items()}
         push = Push.of(*known)
         run = replace(run, detected=replace(run.detected, state=time.state))

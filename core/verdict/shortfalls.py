@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from collaudit.core.config.schema import PolicyConfig
+from collaudit.core.config.schema_policy import PUSH_S, PolicyConfig
 from collaudit.core.data.audit_result import Coverage, RuleFacts
 from collaudit.core.data.identification_result import EstimateChoice
 from collaudit.core.data.sensitivity_result import TOOL, JointSensitivity, Sensitivity
@@ -47,7 +47,7 @@ def shortfalls(
         choice: what the fit identified, and what would have left less.
     """
     if not sensitivity.push_alarms:
-        return (_finding(_too_short(policy, inputs.rule)),)
+        return (_finding(_too_short(inputs.rule)),)
     out = []
     lost, too_much = _lost_s(coverage), too_much_lost(coverage, policy.min_coverage)  # which says it for every joint
     for joint, s in sensitivity.joints.items():
@@ -96,12 +96,11 @@ def _finding(text: str, joint: str | None = None) -> Finding:
     return Finding("coverage-low", "warning", text, joint=joint)
 
 
-def _too_short(policy: PolicyConfig, rule: RuleFacts) -> str:
+def _too_short(rule: RuleFacts) -> str:
     """Why no push of the duration asked for can alarm."""
     return (
-        f"A push of {policy.observable_ms:g} ms cannot alarm, however hard it is: the rule asks for {rule.n} samples "
-        f"in a row, {1e3 * rule.persistence_s:.4g} ms. Shorten [detect] persistence_ms or n, log faster, or state a "
-        "longer push: [policy] observable_ms."
+        f"A push of {PUSH_S:g} s cannot alarm, however hard it is: the rule asks for {rule.n} samples in a row, "
+        f"{1e3 * rule.persistence_s:.4g} ms. Shorten [detect] persistence_ms or n, or log faster."
     )
 
 

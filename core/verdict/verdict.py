@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from scipy.special import gammaincinv as gamma_quantile
 
@@ -19,7 +19,6 @@ from collaudit.core.data.signals import reason_text
 from collaudit.core.findings import Finding, without_errors_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import by_joint, seconds_text, too_much_lost
-from collaudit.core.verdict.further_limits import LimitReasons
 from collaudit.core.verdict.noticed_words import noticed_sentence
 
 #: So many joints are named in a reason.
@@ -37,7 +36,6 @@ class Evidence:
         sensitivity: how little would have alarmed on them, and on the arm.
         shortfalls: where that is less than the policy asks for.
         findings: of the log and its detection; their effects count.
-        limits: what further limits of the policy say.
     """
 
     contacts: Sequence[Contact]
@@ -46,7 +44,6 @@ class Evidence:
     sensitivity: Sensitivity
     shortfalls: Sequence[Finding]
     findings: Sequence[Finding]
-    limits: LimitReasons = field(default_factory=LimitReasons)
 
 
 def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
@@ -105,14 +102,13 @@ def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     return [
         *contact_breach(counting(evidence.contacts, policy), policy.max_collisions, evidence.findings),
         *near_miss_breach(near_misses, recorded_s, policy.max_near_misses_per_hour),
-        *evidence.limits.broken,
     ]
 
 
 def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     """Why the log cannot pass, whatever happened in it: findings that forbid it, then what the policy lacks."""
     coverage = evidence.coverage
-    reasons = [*_texts([f for f in evidence.findings if f.forbids_pass]), *evidence.limits.unknown]
+    reasons = _texts([f for f in evidence.findings if f.forbids_pass])
     if too_much_lost(coverage, policy.min_coverage):
         lack = " or lack a value of a watched joint" if coverage.missing_s > 0 else ""
         reasons.append(

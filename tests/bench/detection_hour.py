@@ -92,8 +92,7 @@ def hour_log(minutes: float) -> Path:
         "robot": {"urdf": path.with_suffix(".urdf").name, **description.keys},
         "log": {"joint_states": "/joint_states", "wrench": "/ft_sensor/wrench", "wrench_frame": ARM.sensor_frame,
                 "wrench_bias": [0.0] * 6, "joint_names": names},
-        "detect": {"detector": "momentum", "gamma_nm": GAMMA_NM, "n": N, "observer_gain_per_s": GAIN_PER_S,
-                   "friction_level": "fixed"},
+        "detect": {"detector": "momentum", "gamma_nm": GAMMA_NM, "n": N, "observer_gain_per_s": GAIN_PER_S},
         "friction": {"file": path.with_suffix(".friction.json").name},
     }  # fmt: skip
     path.with_suffix(".toml").write_text(tomlkit.dumps(tables), encoding="utf-8")

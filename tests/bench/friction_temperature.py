@@ -37,7 +37,6 @@ STARTS["colder than the fit, 10 to 14 °C"] = (10.0, 4.0, 30.0)
 MODES: dict[str, dict[str, object]] = {
     "followed": {},
     "followed, causal": {"causal": True},
-    "fixed": {"friction_level": "fixed"},
 }
 NOBODY = Provenance("0", {})
 

@@ -144,7 +144,7 @@ REAL_LOGS = (
 #: An arm at rest that a person touches; the column that says when.
 TOUCH_LOGS = tuple(
     RealLog(
-        f"touch {k}", (f"franka_touch_csv/touch_0{k}.csv",), "urdf/panda.urdf", stated='[log.csv]\nlabels = ["label"]\n'
+        f"touch {k}", (f"franka_touch_csv/touch_0{k}.csv",), "urdf/panda.urdf", stated='[log]\nlabels = ["label"]\n'
     )
     for k in range(1, 7)
 )

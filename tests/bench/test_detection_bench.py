@@ -20,6 +20,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 import detection_hour as hour
 import detection_script as script
+from fixed_level import with_fixed_level
 from test_logs_bench import bare_decompression, say
 
 from collaudit.core.config import load_config
@@ -52,7 +53,9 @@ def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, flo
     series = prepared.judged_series
     laws, _ = friction_models(read_friction(path.with_suffix(".friction.json")).joints, series)
     rule, watch = make_rule(series, prepared.phases, loaded.config)
-    found = run_detector(prepared, DetectionInputs(laws, frozenset(), rule, watch), loaded.config)
+    with pytest.MonkeyPatch.context() as patch:
+        with_fixed_level(patch)  # as the script has it
+        found = run_detector(prepared, DetectionInputs(laws, frozenset(), rule, watch), loaded.config)
     marks.append(time.perf_counter())
     stages = ("read", "condition, dynamics, wrench", "observer, friction, rule")
     return prepared, found, dict(zip(stages, np.diff(marks), strict=True))

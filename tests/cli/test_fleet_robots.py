@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from camera_log import write_camera_log
 
-from collaudit.cli.fleet.robot_matching import LogTraits, robot_settings, robots_of, stated_serials
+from collaudit.cli.fleet.robot_matching import LogTraits, robot_settings, robots_of
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.contacts.name_patterns import matches, program_of, runs_program
@@ -69,24 +69,21 @@ def test_a_log_of_no_robot_or_of_two_is_not_judged(arm, collaudit, tmp_path: Pat
     assert verdicts["stray.csv"] == verdicts["right/night.csv"] == "not_judged" != verdicts["left/night.csv"]
 
 
-def test_joints_and_serials_tell_robots_apart(arm, collaudit, tmp_path: Path) -> None:
-    text = '[fleet.robots.a]\nserials = ["SN-1"]\n[fleet.robots.b]\nserials = ["SN-2"]\njoints = ["joint2"]\n'
+def test_joints_and_paths_tell_robots_apart(arm, collaudit, tmp_path: Path) -> None:
+    text = '[fleet.robots.a]\npaths = ["left/*"]\n[fleet.robots.b]\npaths = ["right/*"]\njoints = ["joint2"]\n'
     config = _fleet(tmp_path, arm, text)
-    for side, number in (("left", 1), ("right", 2)):
-        log = tmp_path / "logs" / side / "night.csv"
-        log.write_text(f"# controller: X1, serial: SN-{number}\n{log.read_text()}")
     collaudit("audit", tmp_path / "logs", "-c", config, "--friction", arm.friction, "-o", tmp_path / "out")
     robots = {name: entry["robot"] for name, entry in _logs(tmp_path / "out").items()}
     assert robots == {"a/logs/left/night.csv": "a", "b/logs/right/night.csv": "b"}
 
 
 def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: Path) -> None:
-    """Topics, joints and serial of a real MCAP; several rules of one robot must all hold; two robots are refused."""
+    """Topics and joints of a real MCAP; several rules of one robot must all hold; two robots are refused."""
     table = tmp_path / "table.csv"
     table.write_text("".join(arm.clean.read_text().splitlines(keepends=True)[:20]))
     log = tmp_path / "cell1" / "night.mcap"
     log.parent.mkdir()
-    write_camera_log(log, table, images=1, serial="SN-7")
+    write_camera_log(log, table, images=1)
     loaded = parse_config("", None)
     traits = LogTraits(log.as_posix(), lambda: (log,), loaded)
     assert traits.topics == {"/joint_states", "/camera"} and traits.joints == {"joint1", "joint2"}
@@ -98,11 +95,14 @@ def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: 
     for rule in (
         {"topics": ["/camera"]},
         {"joints": ["joint2"]},
-        {"serials": ["SN-7"]},
-        {"paths": ["cell1/*"], "topics": ["/left/joint_states", "/joint_states"], "serials": ["SN-7"]},
+        {"paths": ["cell1/*"], "topics": ["/left/joint_states", "/joint_states"]},
     ):
         assert whose(other, rule) == ["r2"]
-    for rule in ({"topics": ["/joint"]}, {"joints": ["joint2", "joint3"]}, {"paths": ["cell1/*"], "serials": ["SN-8"]}):
+    for rule in (
+        {"topics": ["/joint"]},
+        {"joints": ["joint2", "joint3"]},
+        {"paths": ["cell1/*"], "topics": ["/joint"]},
+    ):
         with pytest.raises(NotJudgedError, match="no robot of the fleet"):
             whose(other, rule)
     with pytest.raises(NotJudgedError, match="several robots") as caught:
@@ -110,21 +110,6 @@ def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: 
     assert caught.value.found == "r1, r2"
     assert whose({"joints": ["joint2"]}, {"joints": ["joint1"]}, other) == ["r1", "r2"]
     assert whose({"topics": ["/joint_states"]}, {"topics": ["/camera"]}, other) == ["r1", "r2"]
-
-
-def test_serials_of_mcap_and_bag_folder(tmp_path: Path) -> None:
-    from mcap.writer import Writer
-
-    with (tmp_path / "log.mcap").open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        writer.add_metadata("robot", {"model": "X1", "serial": "SN-7"})
-        writer.finish()
-    assert stated_serials((tmp_path / "log.mcap",)) == {"X1", "SN-7"}
-    bag = tmp_path / "bag"
-    bag.mkdir()
-    (bag / "metadata.yaml").write_text("info:\n  custom_data:\n    serial: 'SN-8'\n  version: 9\n")
-    assert stated_serials((bag,)) == {"SN-8"}
 
 
 @pytest.mark.parametrize(

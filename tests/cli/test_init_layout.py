@@ -58,11 +58,11 @@ def echoed(lines: Lines) -> Lines:
 HEAD = "a,b,c,d,e,f,g"
 #: How the lines of a plain table are changed, and what the configuration must state for them.
 LAYOUTS: dict[str, tuple[Callable[[Lines], Lines], dict[str, object]]] = {
-    "a title as wide as rows": (lambda p: [HEAD, *p], {"skip_rows": 1}),
-    "titles as wide as rows": (lambda p: [HEAD, "h,i,j,k,l,m,n", *p], {"skip_rows": 2}),
-    "a title and an empty line": (lambda p: [HEAD, "", HEAD, *p], {"skip_rows": 3}),
+    "a title as wide as rows": (lambda p: [HEAD, *p], {"header": 2}),
+    "titles as wide as rows": (lambda p: [HEAD, "h,i,j,k,l,m,n", *p], {"header": 3}),
+    "a title and an empty line": (lambda p: [HEAD, "", HEAD, *p], {"header": 4}),
     "a row of other words": (lambda p: [p[0], "-,angle,angle,,,,x", *p[1:]], {"units_row": True}),
-    "a title and a row of a word": (lambda p: [HEAD, p[0], "z,,,,,,", *p[1:]], {"skip_rows": 1, "units_row": True}),
+    "a title and a row of a word": (lambda p: [HEAD, p[0], "z,,,,,,", *p[1:]], {"header": 2, "units_row": True}),
     "a remark": (lambda p: between(p, "paused"), {"comment": ["paused"]}),
     "a remark as wide as rows": (lambda p: between(p, "note,,,,,,x"), {"comment": ["note"]}),
     "two kinds of remarks": (lambda p: between(p, "paused by A", "go, on", "paused by A"),
@@ -94,7 +94,7 @@ def test_what_detect_needs_is_written_as_a_guess(
     assert {key: csv[key] for key in stated} == stated
     for key in stated:
         assert re.search(rf"^{key} = .*# GUESS", text, re.MULTILINE), "nobody stated it"
-    assert "skip_rows" in stated or "skip_rows" not in csv
+    assert "header" in stated or "header" not in csv
     if layout == "a row of other words":  # words that are no unit
         assert outcome.code == 3
         assert "a unit that is not converted" in outcome.err
@@ -111,9 +111,9 @@ def test_what_detect_needs_is_written_as_a_guess(
 def test_a_stated_key_stays_and_no_other_is_guessed(plain: Lines, robot: Path, collaudit: Any, tmp_path: Path) -> None:
     log, written = tmp_path / "run.csv", tmp_path / "written.toml"
     log.write_text("\n".join([HEAD, *between(plain, "paused", "resumed")]) + "\n", encoding="utf-8")
-    given = ("--set", "log.csv.skip_rows=1", "--set", 'log.csv.comment=["paused"]')
+    given = ("--set", "log.csv.header=2", "--set", 'log.csv.comment=["paused"]')
     collaudit("init", log, "-c", robot, *given, "-o", written)
     text = written.read_text(encoding="utf-8")
     csv = tomllib.loads(text)["log"]["csv"]
-    assert (csv["skip_rows"], csv["comment"]) == (1, ["paused", "resumed"])
-    assert not re.search(r"^skip_rows = .*GUESS", text, re.MULTILINE)
+    assert (csv["header"], csv["comment"]) == (2, ["paused", "resumed"])
+    assert not re.search(r"^header = .*GUESS", text, re.MULTILINE)

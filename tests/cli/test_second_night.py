@@ -210,15 +210,6 @@ def test_what_cannot_be_accepted_says_why(arguments, said, arm, collaudit, night
     assert done.code == 2 and said in done.err and not (tmp_path / "accepted.toml").exists()
 
 
-def test_limits_beyond_contacts_stand_in_the_same_verdict(arm, night) -> None:
-    _, _, (audit,) = night([arm.clean])
-    code = audit["findings"][0]["code"]
-    done, _, (audit,) = night([arm.clean], text=f'[policy]\nfindings = ["{code}"]\n')
-    assert done.code == 1 and f"Finding {code}:" in " ".join(audit["reasons"])
-    done, _, (audit,) = night([arm.clean], text="[policy]\nmax_fit_age_days = 30\n")
-    assert done.code == 3 and audit["verdict"] == "not_judged"
-
-
 def test_a_baseline_that_is_none_is_an_error(arm, collaudit, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     run = collaudit("audit", arm.clean, "-c", arm.config, "-o", tmp_path / "out", "--baseline", tmp_path / "empty")

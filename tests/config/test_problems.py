@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
@@ -11,14 +12,16 @@ import numpy as np
 import pytest
 
 from collaudit.core.config import parse_config
+from collaudit.core.config.describe import all_keys
+from collaudit.core.config.removed_keys import REMOVED
 from collaudit.core.config.schema import Config, CsvConfig, PhasesConfig, RobotConfig, UnitsConfig
 from collaudit.core.errors import ConfigError
 
 #: TOML, and what is said of the first thing that is wrong with it.
 CASES = {
     "an item of an array": ('detect.true_events = ["push", 2]', "detect.true_events[1] has a value"),
-    "an array of fixed length": ("robot.gravity_m_s2 = [0, 1]", "robot.gravity_m_s2 has a value"),
-    "an item of such an array": ('robot.gravity_m_s2 = ["a", 1, 2]', "robot.gravity_m_s2[0] has a value"),
+    "an array of fixed length": ("robot.base_rpy_deg = [0, 1]", "robot.base_rpy_deg has a value"),
+    "an item of such an array": ('robot.base_rpy_deg = ["a", 1, 2]', "robot.base_rpy_deg[0] has a value"),
     "a value under a name": ("[detect.gamma_nm]\nbase = 4\nelbow = -1", "detect.gamma_nm has a value"),
     "below a name": (
         "[fleet.robots.b]\npaths = ['x']\ngamma_nm = -1",
@@ -51,6 +54,21 @@ def test_the_first_problem_has_its_place(case: str) -> None:
     assert expected in caught.value.message
 
 
+@pytest.mark.parametrize("key", REMOVED)
+def test_a_key_of_earlier_versions_says_what_to_do_instead(key: str) -> None:
+    """One error with its line; the keys that it names in backticks are keys."""
+    *tables, last = key.split(".")
+    front = ".".join(tables).replace("fleet.robots", "fleet.robots.cell1")
+    with pytest.raises(ConfigError) as caught:
+        parse_config(f"[{front}]\n{last} = 1\n", Path("c.toml"))
+    assert f"has no key '{last}' any more" in caught.value.message and caught.value.where in ("c.toml:1", "c.toml:2")
+    assert caught.value.hint == REMOVED[key]
+    known = {one.dotted for one in all_keys()}
+    assert key not in known
+    for table, named in re.findall(r"\[([\w.]+)\] `(\w+)`", REMOVED[key]):
+        assert f"{table}.{named}" in known
+
+
 def test_names_with_dots_and_signs_are_refused_by_their_table() -> None:
     with pytest.raises(ConfigError, match=r"detect\.gamma_nm"):
         parse_config("", None, {"detect.gamma_nm": {"left.arm` - at `$.x`": -1.0}})
@@ -75,7 +93,7 @@ def test_what_was_given_is_remembered() -> None:
 def test_what_is_made_in_code_was_given_where_it_differs() -> None:
     assert UnitsConfig(effort="raw", position="rad").given == {"effort"}
     assert RobotConfig(motor_side=["position", "velocity", "effort"]).given == frozenset()
-    assert CsvConfig(also=[]).given == frozenset()
+    assert CsvConfig(comment=[]).given == frozenset()
 
 
 def test_defaults_are_nobodys_to_change() -> None:

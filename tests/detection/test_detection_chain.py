@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixed_level import with_fixed_level
 from origins import NOBODY
 from strong_pushes import strong_pushes
 
@@ -67,7 +68,8 @@ def test_with_the_level_fixed_friction_off_its_calibration_costs_alarms(
 ) -> None:
     """The weakness that following the level cures, kept visible."""
     monkeypatch.setattr(residual, "FRICTION_LEVEL_SD", 0.001)
-    fixed = audited(hits, off(friction, 1 / 0.85), detect__friction_level="fixed")
+    with_fixed_level(monkeypatch)
+    fixed = audited(hits, off(friction, 1 / 0.85))
     assert missed_and_false(fixed, hits)[1] > 2
 
 

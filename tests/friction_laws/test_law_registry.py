@@ -86,9 +86,7 @@ def audited(friction: FrictionFile | None, model: str) -> tuple[FrictionFile, Au
     """A level pendulum of 1 kg·m² with the added law's friction: fitted on slow strokes, and judged on them."""
     row = {"a": 0.4, "mass_kg": 6.0, "com_m": [0, 0, 0], "inertia_kg_m2": [0, 0, 0.04, 0, 0, 0]}
     robot_keys = {"dh_convention": "standard", "dh": [row]}  # the axis is upright: no gravity
-    config = Config.of(
-        {"robot": robot_keys, "friction": {"model": model}, "detect": {"gamma_nm": 2.0, "friction_level": "fixed"}}
-    )
+    config = Config.of({"robot": robot_keys, "friction": {"model": model}, "detect": {"gamma_nm": 2.0}})
     q, v = strokes(np.geomspace(0.03, 1.0, 12))
     effort = true_friction(v) + np.gradient(v, PERIOD)
     effort = effort + np.random.default_rng(1).normal(0.0, 0.1, q.size)

@@ -19,7 +19,7 @@ _IMAGE_BYTES = 1 << 20
 _BEFORE = b"\x00\x01\x00\x00"
 
 
-def write_camera_log(out: Path, table: Path, images: int, *, summary: bool = True, serial: str = "") -> None:
+def write_camera_log(out: Path, table: Path, images: int, *, summary: bool = True) -> None:
     """Joint states of a table (t, q1, q2, dq1, dq2, tau1, tau2), and images of 1 MB in chunks of their own."""
     rows = np.loadtxt(table, delimiter=",", skiprows=1)
     image = np.random.default_rng(0).integers(0, 256, _IMAGE_BYTES, dtype=np.uint8).tobytes()
@@ -27,8 +27,6 @@ def write_camera_log(out: Path, table: Path, images: int, *, summary: bool = Tru
         bare = {} if summary else {"index_types": IndexType.NONE, "repeat_schemas": False, "use_statistics": False}
         writer = Writer(file, chunk_size=_IMAGE_BYTES, **bare)
         writer.start("ros2", "tests")
-        if serial:
-            writer.add_metadata("robot", {"serial": serial})
         states = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", (_STATES + _HEADER).encode())
         joints = writer.register_channel("/joint_states", "cdr", states)
         camera = writer.register_channel("/camera", "cdr", 0)

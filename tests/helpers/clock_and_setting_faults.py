@@ -122,7 +122,6 @@ _SETTINGS: dict[str, list[object]] = {
     "conditioning.velocity": ["position", "logged"],
     "robot.tool": [{"mass_kg": 1.0}, {"mass_kg": 5.0}, {"mass_kg": 50.0}, {"mass_kg": 1.0, "com_m": [0, 0, 5.0]}],
     "robot.base_rpy_deg": [[0, 0, 0], [90, 0, 180], [-90, 0, 0]],
-    "robot.gravity_m_s2": [[0, 0, 0], [0, 0, 9.80665]],
     "robot.armature_kg_m2": [[1.0, 1.0], [100.0, 100.0]],
     "log.effort_delay_ms": [50.0, -500.0],
     "policy.max_collisions": [5],

@@ -270,8 +270,7 @@ def heated_log(first_c: float, rise_c: float) -> JointLog:
 
 @pytest.fixture(scope="module")
 def warmed() -> tuple[Config, FrictionFile]:
-    fixed = {"friction_level": "fixed", "gamma_nm": 4.0, "watch": list(NAMES)}
-    keys = {**given_values(settings()), "fit": {"motion": "any"}, "detect": fixed}
+    keys = {**given_values(settings()), "fit": {"motion": "any"}, "detect": {"gamma_nm": 4.0, "watch": list(NAMES)}}
     config = Config.of(keys)
     return config, fit_logs([prepared(heated_log(25.0, 10.0), config)], config, NOBODY)
 

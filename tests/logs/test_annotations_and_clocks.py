@@ -57,7 +57,7 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_labels_of_a_topic(marked: Path) -> None:
-    log = read(marked, label_topics=["/bumper", "/step:data==7"])
+    log = read(marked, labels=["/bumper", "/step:data==7"])
     bumper, step = log.annotations
     assert (bumper.name, bumper.source, step.name, step.source) == ("bumper", "/bumper", "data==7", "/step")
     np.testing.assert_allclose(bumper.intervals_s, [(100.5 * PERIOD_S, 150.5 * PERIOD_S)], atol=1e-9)
@@ -68,8 +68,8 @@ def test_labels_of_a_topic(marked: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"label_topics": ["/step:speed"]}, "hold no number at speed|cannot be read as a label"),
-        ({"phase_topic": "/nothing"}, r"phase_topic: the log has no topic /nothing"),
+        ({"labels": ["/step:speed"]}, "hold no number at speed|cannot be read as a label"),
+        ({"phase": "/nothing"}, r"\[log\] phase: the log has no topic /nothing"),
         ({"wrench": "/nothing"}, r"wrench: the log has no topic /nothing"),
         ({"joint_states": "/nothing"}, "there is no topic /nothing"),
     ],
@@ -84,7 +84,7 @@ def test_a_topic_that_is_named_and_absent_is_refused(marked: Path, settings: dic
     "settings",
     [
         *({key: "nothing{i}"} for key in ("position", "velocity", "effort", "temperature")),
-        *({"phase": "nothing"}, {"time": "nothing"}),
+        {"time": "nothing"},
         {"wrench": ["nothing", "b", "c", "d", "e", "f"]},
     ],
     ids=str,
@@ -92,18 +92,25 @@ def test_a_topic_that_is_named_and_absent_is_refused(marked: Path, settings: dic
 def test_a_column_that_is_named_and_absent_is_refused(settings: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("t,q1,tau1,hit\n" + "".join(f"{0.01 * k},{0.1 * k},1.5,0\n" for k in range(50)))
-    read(path, csv={"labels": ["hit"]})
+    read(path, labels=["hit"])
     stated = {"time": "t", "position": "q{i}", "effort": "tau{i}", **settings}
     with pytest.raises(LogError):
         read(path, csv=stated)
+
+
+def test_a_phase_column_that_is_absent_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,q1,tau1\n" + "".join(f"{0.01 * k},{0.1 * k},1.5\n" for k in range(50)))
+    with pytest.raises(LogError, match="no columns 'nothing'"):
+        read(path, phase="nothing")
 
 
 def test_absent_labels_are_no_labels(marked: Path, tmp_path: Path) -> None:
     """A folder holds logs with and without them."""
     path = tmp_path / "log.csv"
     path.write_text("t,q1,hit\n" + "".join(f"{0.01 * k},{0.1 * k},0\n" for k in range(50)))
-    of_table = read(path, csv={"labels": ["hit", "nothing"]})
-    of_topics = read(marked, label_topics=["/bumper", "/nothing"])
+    of_table = read(path, labels=["hit", "nothing"])
+    of_topics = read(marked, labels=["/bumper", "/nothing"])
     for log, names in ((of_table, ["hit"]), (of_topics, ["bumper"])):
         assert [label.name for label in log.annotations] == names
         assert [found.code for found in log.findings].count("log-label-missing") == 1
@@ -116,13 +123,13 @@ def test_labels_are_compared_as_numbers(no: str, yes: str, tmp_path: Path) -> No
     path = tmp_path / "log.csv"
     rows = [f"{k / 100},{k / 50},{yes if 20 <= k < 30 or k >= 80 else no}" for k in range(90)]
     path.write_text("t,q1,hit\n" + "\n".join(rows) + "\n")
-    (hit,) = read(path, csv={"labels": ["hit"]}).annotations
+    (hit,) = read(path, labels=["hit"]).annotations
     assert hit.intervals_s == ((0.2, 0.29), (0.8, 0.89))
 
 
 @pytest.mark.parametrize("topic", ["/phase", "/step:data"])
 def test_phases_of_a_topic(marked: Path, topic: str) -> None:
-    log = read(marked, phase_topic=topic)
+    log = read(marked, phase=topic)
     found = {phase.name: phase.intervals_s for phase in log.phases}
     end = 399 * PERIOD_S
     expected = {"approach": [(0, 0.4)], "contact": [(0.4, end)]}
@@ -137,7 +144,7 @@ def test_labels_and_phases_of_a_table(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = [f"{k / 100},{k / 50},{'true' if 20 <= k < 30 else ''},{'free' if k < 50 else 'contact'}" for k in range(90)]
     path.write_text("t,q1,hit,phase\n" + "\n".join(rows) + "\n")
-    log = read(path, csv={"labels": ["hit"], "phase": "phase"})
+    log = read(path, labels=["hit"], phase="phase")
     assert [(label.name, label.intervals_s) for label in log.annotations] == [("hit", ((0.2, 0.29),))]
     assert [(phase.name, phase.intervals_s) for phase in log.phases] == [
         ("free", ((0.0, 0.5),)), ("contact", ((0.5, 0.89),)),

@@ -134,9 +134,9 @@ def test_columns_are_stated_labelled_and_joined_as_of_a_csv(writer: Any, tmp_pat
     position, effort = tmp_path / "a", tmp_path / "b"
     writer(position, {"t": TIME_S, "Winkel A": COLUMNS["q1"], "Winkel B": COLUMNS["q2"], "flag": TIME_S > 0.3})
     writer(effort, {"t": TIME_S, "Kraft A": COLUMNS["tau1"], "Kraft B": COLUMNS["tau2"]})
-    stated = {"time": "t", "position": "Winkel {joint}", "effort": "Kraft {joint}", "labels": ["flag"]}
+    stated = {"time": "t", "position": "Winkel {joint}", "effort": "Kraft {joint}"}
     assert group_inputs([position, effort], LogConfig.of({"csv": stated})) == [(position, effort)]
-    log = read(position, effort, csv=stated)
+    log = read(position, effort, csv=stated, labels=["flag"])
     assert log.joint_names == ("A", "B")
     np.testing.assert_array_equal(log.effort[:, 1], COLUMNS["tau2"])
     assert log.annotations[0].intervals_s[0][0] == pytest.approx(0.31)

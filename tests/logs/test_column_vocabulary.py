@@ -138,7 +138,7 @@ def test_joints_named_in_paths_and_labels(tmp_path: Path) -> None:
     log = read_log((path,), LogConfig(), robot_joints=["pan", "lift"])
     assert log.position_rad[0].tolist() == [2.0, 1.0]
     (label,) = (column for column in describe((path,)).columns if column.name == "label")
-    assert label.role == "label?" and "[log.csv] labels" in label.why
+    assert label.role == "label?" and "[log] labels" in label.why
     guess = guess_csv_columns([path])
     assert guess is not None and guess.csv.position == "joint_states/{joint}/position"
     again = read_log((path,), LogConfig(csv=guess.csv), robot_joints=["pan", "lift"])

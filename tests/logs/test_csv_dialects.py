@@ -83,12 +83,13 @@ def test_marks_between_thousands(mark: str, decimal: str, tmp_path: Path) -> Non
 
 #: What is refused, the line that is proposed, and what stating it is.
 ASKED: dict[str, tuple[list[str], str, dict[str, Any]]] = {
-    "a row of other words": ([HEADER, "x,y,y,z,z", *BODY], "units_row = true", {"skip_rows": 2, "header": False,
-                             "time": 1, "position": [2, 3], "effort": [4, 5]}),
+    "a row of other words": ([HEADER, "x,y,y,z,z", *BODY], "units_row = true",
+                             {"header": False, "comment": ["t,", "x,"], "time": 1,
+                              "position": [2, 3], "effort": [4, 5]}),
     "remarks as wide as rows": ([HEADER, *BODY[:9], "note,a,b,c,d", *BODY[9:]], 'comment = ["note"]',
                                 {"comment": ["note"]}),
     "remarks between": ([HEADER, *BODY[:9], "paused", *BODY[9:]], 'comment = ["paused"]', {"comment": ["paused"]}),
-    "lines before as wide as rows": (["a,b,c,d,e", "f,g,h,i,j", HEADER, *BODY], "skip_rows", {"skip_rows": 2}),
+    "lines before as wide as rows": (["a,b,c,d,e", "f,g,h,i,j", HEADER, *BODY], "header", {"header": 3}),
 }  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from collaudit.core.logs.log_reading import read_log
 COUNT = 30
 FIELDS = {
     "names": "arm[*].id", "position": "arm[*].q", "effort": "arm[*].tau", "stamp": "at.s,at.ns",
-    "wrench": "load.f,load.m", "wrench_stamp": "at.s,at.ns",
+    "wrench": "load.f,load.m",
 }  # fmt: skip
 
 

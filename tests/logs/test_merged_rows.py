@@ -99,7 +99,7 @@ def test_time_at_the_end_without_joints_stays(tmp_path: Path) -> None:
 def test_a_label_holds_in_rows_of_other_sensors(tmp_path: Path) -> None:
     table = joints("q", "dq", "tau").assign(contact=0)
     table.loc[100:200, "contact"] = 1
-    log = merged(tmp_path / "log.csv", table, OTHERS["an IMU"], csv={"labels": ["contact"]})
+    log = merged(tmp_path / "log.csv", table, OTHERS["an IMU"], labels=["contact"])
     (label,) = log.annotations
     assert list(label.intervals_s) == [pytest.approx((0.2, 0.4), abs=0.003)]
 

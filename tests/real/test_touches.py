@@ -25,10 +25,10 @@ TOUCHES = (15, 16, 15, 15, 15, 16)
 def settings(data_dir: Path, tmp_path: Path, effort: str) -> LoadedConfig:
     config = tmp_path / "c.toml"
     names = "\n".join(f'joint{k} = "panda_joint{k}"' for k in range(1, 8))
-    columns = 'labels = ["label"]\nposition = "q{i0}"\nvelocity = "dq{i0}"\n' + f'effort = "{effort}"'
+    columns = 'position = "q{i0}"\nvelocity = "dq{i0}"\n' + f'effort = "{effort}"'
     urdf = data_dir / "urdf" / "panda.urdf"
     config.write_text(
-        f'[robot]\nurdf = "{urdf}"\n[log.joint_names]\n{names}\n[log.csv]\n{columns}\n'
+        f'[robot]\nurdf = "{urdf}"\n[log]\nlabels = ["label"]\n[log.joint_names]\n{names}\n[log.csv]\n{columns}\n'
         '[detect]\ntrue_events = ["label"]\n',
         encoding="utf-8",
     )

@@ -67,7 +67,7 @@ Held = tuple[HeldOutResidual, ArmFit, Prepared, Config]
 def held(made: Callable[..., SimulatedFiles]) -> Held:
     """The held-out residual of clean motion, with the fit and the log it is of."""
     files = made("free-clean", "paper6", seed=4, duration_s=100.0)
-    fixed = {"log.csv.wrench": None, "log.wrench_frame": None, "fit.blocks": 3, "detect.friction_level": "fixed"}
+    fixed = {"log.csv.wrench": None, "log.wrench_frame": None, "fit.blocks": 3}
     settings = load_config(files.config, fixed)
     log = open_log(files.log, settings)
     prepared, config = prepare(log, load_robot(settings, log.joint_names), settings.config), settings.config

@@ -15,7 +15,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.prepare.reversal_travel import settled
 from collaudit.core.residual.friction_bounds import friction_bounds
-from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
+from collaudit.core.residual.friction_level import LARGEST, follow_level
 
 T = 0.002
 A, B, C, D = 7.1, 2.5, 26.3, 17.0
@@ -170,7 +170,6 @@ def test_without_data_the_calibration_and_its_stated_uncertainty_stand() -> None
     found = follow_level(excess, friction, np.zeros(excess.size, bool), T, 0.1, False)
     assert np.allclose(found.deviation, 0.0)
     assert np.allclose(found.sd, 0.1)
-    assert np.allclose(fixed_level(5, 0.1).sd, 0.1)
 
 
 def test_a_level_beyond_belief_is_held_at_the_limit() -> None:

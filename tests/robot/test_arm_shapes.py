@@ -38,7 +38,7 @@ def shapes(folder: Path, upper: str = "", fore: str = "", table_z_m: float = -1.
     path = folder / "arm.urdf"
     path.write_text(ARM.format(upper=upper, fore=fore))
     robot = build_robot(RobotConfig.of({"urdf": "arm.urdf"}), folder, ["a", "b"])
-    return ArmShapes(robot, Surroundings(0.01, table_z_m), {}, path)
+    return ArmShapes(robot, Surroundings(0.01, table_z_m), path)
 
 
 def test_a_capsule_weighs_what_its_link_does_in_water(tmp_path: Path) -> None:

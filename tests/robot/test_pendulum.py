@@ -15,16 +15,16 @@ from collaudit.core.robot.robot_building import build_robot
 HERE = Path()
 L1, L2, C1, C2 = 0.4, 0.3, 0.17, 0.11  # link lengths and centres of mass from their joints, m
 M1, M2, I1, I2 = 3.0, 2.0, 0.05, 0.03  # kg, kg·m² about the centres of mass
-G = 9.81
+G = 9.80665
 
 
 def pendulum(**more: Any) -> RobotConfig:
-    """Two standard DH rows turning about z; gravity along -y, so that q = 0 is horizontal."""
+    """Two standard DH rows turning about z; rolled by 90°, gravity is along -y, so that q = 0 is horizontal."""
     rows = [
         dh_row(M1, (C1 - L1, 0, 0), (I1, I1, I1), a=L1),
         dh_row(M2, (C2 - L2, 0, 0), (I2, I2, I2), a=L2),
     ]
-    return RobotConfig.of({**dh_robot(rows, gravity_m_s2=(0, -G, 0)), **more})
+    return RobotConfig.of({**dh_robot(rows, base_rpy_deg=(90, 0, 0)), **more})
 
 
 def by_hand(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -67,8 +67,7 @@ def test_rotor_inertia_adds_to_the_diagonal(motion: Any) -> None:
 
 def test_base_tilt_turns_gravity(motion: Any) -> None:
     """Gravity along world -z with the base rolled by +90° is gravity along -y of the base."""
-    tilted = pendulum(gravity_m_s2=(0, 0, -G), base_rpy_deg=(90, 0, 0))
-    robot = build_robot(tilted, HERE, ["joint1", "joint2"])
+    robot = build_robot(pendulum(), HERE, ["joint1", "joint2"])
     np.testing.assert_allclose(robot.gravity_base_m_s2, [0, -G, 0], atol=1e-12)
     np.testing.assert_allclose(robot.inverse_dynamics(*motion), by_hand(*motion), atol=1e-10)
 

@@ -18,6 +18,7 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
+from collaudit.core.verdict import sensitivity
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -46,11 +47,19 @@ def height_of(result: AuditResult, joint: str, share: float) -> float:
     ],
 )
 def test_a_push_alarms_as_often_as_is_said(
-    made: Made, friction_of: Fitted, push_ms: float, detect: dict[str, Any], share: float, least: float, most: float
+    made: Made,
+    friction_of: Fitted,
+    push_ms: float,
+    detect: dict[str, Any],
+    share: float,
+    least: float,
+    most: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """At any moment, whichever its sign, on joints with much and with little friction; the half within two errors."""
     files, friction = made("free-clean", "paper6", seed=4, duration_s=90.0), friction_of("paper6")
-    settings = load_config(files.config, {"policy.observable_ms": push_ms, **detect})
+    monkeypatch.setattr(sensitivity, "PUSH_S", push_ms / 1e3)
+    settings = load_config(files.config, detect)
     log = open_log(files.log, settings)
     robot = load_robot(settings, log.joint_names)
 

@@ -28,6 +28,7 @@ from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual import residual
 from collaudit.core.robot.robot_building import build_robot
+from collaudit.core.verdict import sensitivity
 from collaudit.core.verdict.noticed_push import Push, _height
 
 NAMES = ("joint1", "joint2")
@@ -277,14 +278,21 @@ def test_a_threshold_that_grows_never_makes_a_log_easier_to_pass(friction: Frict
         ({"observable_n": {"tool": 30.0}}, "pass"),
         ({"observable_n": {"tool": 30.0}, "observable_share": 0.999}, "not_judged"),
         ({"observable_n": {"tool": 15.0}, "observable_nm": 6.0}, "not_judged"),
-        ({"observable_n": {"tool": 100.0}, "observable_ms": 10.0}, "not_judged"),
-        ({"observable_n": {"tool": 100.0}, "observable_ms": 60.0}, "pass"),
     ],
 )
 def test_the_policy_says_what_is_to_be_noticeable(friction: FrictionFile, policy: dict[str, Any], verdict: str) -> None:
     found = audit(log_of(one_standing(30.0)), friction, policy=policy)
     assert found.verdict == verdict, found.reasons
     assert any(f.code == "coverage-low" for f in found.findings) == (verdict == "not_judged")
+
+
+@pytest.mark.parametrize(("push_s", "verdict"), [(0.01, "not_judged"), (0.06, "pass")])
+def test_a_push_shorter_than_the_persistence_is_never_noticed(
+    friction: FrictionFile, push_s: float, verdict: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sensitivity, "PUSH_S", push_s)
+    found = audit(log_of(one_standing(30.0)), friction, policy={"observable_n": {"tool": 100.0}})
+    assert found.verdict == verdict, found.reasons
 
 
 def test_a_torque_asked_for_on_every_joint_takes_the_place_of_the_default_force(friction: FrictionFile) -> None:

@@ -191,7 +191,7 @@ class CsvTable:
             keys = {"log.csv.units_row": True}
             hint = (
                 "[log.csv] units_row = true, if this row holds the units of the columns; "
-                f"[log.csv] skip_rows = {line - 1}, if it holds their names"
+                f"[log.csv] header = {line}, if it holds their names"
             )
         elif not numbers and first:
             begins = [*self.dialect.comment[len(COMMENT) :], first[:40]]

@@ -123,9 +123,10 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     if len(head) == HEAD_BYTES and len(lines) > 1:
         lines.pop()
     comment = (*COMMENT, *settings.comment)
-    skipped = 0 if settings.skip_rows == "auto" else settings.skip_rows
     of_data = (
-        i for i, line in enumerate(lines) if i >= skipped and line.strip() and not line.lstrip().startswith(comment)
+        i
+        for i, line in enumerate(lines)
+        if i >= settings.lines_before and line.strip() and not line.lstrip().startswith(comment)
     )
     rows = [(i, lines[i].rstrip("\n")) for i in islice(of_data, _SAMPLE_LINES)]
     if not rows:
@@ -135,10 +136,10 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     delimiter = stated if stated != "auto" else _delimiter(sample)
     cut = [split(line, delimiter) for line in sample]
     decimal = settings.decimal if settings.decimal != "auto" else _decimal(cut)
-    before = _before(cut, decimal) if settings.skip_rows == "auto" and settings.header == "auto" else 0
+    before = _before(cut, decimal) if settings.header == "auto" else 0
     rows, cut = rows[before:], cut[before:]
     first_cells = cut[0]
-    header = _has_header(first_cells, decimal) if settings.header == "auto" else settings.header
+    header = _has_header(first_cells, decimal) if settings.header == "auto" else bool(settings.header)
     if header and len(rows) < 2:
         raise LogError("the file holds no rows of data", where=str(path), found="only a line of column names")
     start, cells = rows[1 if header else 0][0], cut[1 if header else 0]

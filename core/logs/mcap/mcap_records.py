@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import dataclass, field
 from io import BytesIO
-from pathlib import Path
 from typing import Any
 
 from mcap import records
@@ -72,23 +70,6 @@ def summary_of(file: RandomFile) -> bytes:
     start = parsed(FOOTER, tail[9:-8]).summary_start
     size = file.size - _TAIL - start
     return file.read(start, size) if start >= len(MAGIC) and 0 < size <= _MAX_SUMMARY else b""
-
-
-def metadata_values(path: Path) -> set[str]:
-    """Values of all metadata records that the file's summary lists; none where it has no usable summary.
-
-    Args:
-        path: an MCAP file.
-    """
-    found: set[str] = set()
-    with closing(RandomFile(path)) as file:
-        summary = summary_of(file)
-        for op, at, length in record_places(summary):
-            index = parsed(op, summary[at + 9 : at + 9 + length]) if op == METADATA_INDEX else None
-            record = b"" if index is None else file.read(index.offset, min(index.length, MAX_SMALL))
-            metadata = parsed(METADATA, record[9:]) if record[:1] == bytes([METADATA]) else None
-            found |= set() if metadata is None else set(metadata.metadata.values())
-    return found
 
 
 @dataclass(slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from collaudit.core.config.schema import CsvConfig
+from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
@@ -37,12 +37,12 @@ _UNITS = {**UNIT_OF_WORD, **UNIT_WORDS}
 _Guess = tuple[str, str, str, str]
 
 
-def describe_columns(files: Sequence[AssignedTable], settings: CsvConfig) -> tuple[ColumnInfo, ...]:
+def describe_columns(files: Sequence[AssignedTable], settings: LogConfig) -> tuple[ColumnInfo, ...]:
     """Name, unit, range and likely role of every column of one log, file after file."""
     return tuple(info for file in files for info in _of_file(file, settings))
 
 
-def _of_file(file: AssignedTable, settings: CsvConfig) -> list[ColumnInfo]:
+def _of_file(file: AssignedTable, settings: LogConfig) -> list[ColumnInfo]:
     values = _numbers(file)
     derived = _derivatives(values)
     known = _known(file, settings)
@@ -69,20 +69,20 @@ def _of_file(file: AssignedTable, settings: CsvConfig) -> list[ColumnInfo]:
     return out
 
 
-def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, _Guess]:
+def _known(file: AssignedTable, settings: LogConfig) -> dict[int, _Guess]:
     """What names or the configuration say of columns; what is taken or stated comes last and wins."""
     out: dict[int, _Guess] = {}
     names, assignment = file.reader.names, file.assignment
     if file.reader.named:
         labels = [index for index, name in enumerate(names) if is_label(name)]
-        out |= dict.fromkeys(labels, ("label?", "by its name; see [log.csv] labels", "", ""))
+        out |= dict.fromkeys(labels, ("label?", "by its name; see [log] labels", "", ""))
     for group in numbered_groups(names):
         measured, quantity = is_measured(group.meaning), group.meaning.quantity
         text = "several groups may be the measured one" if measured else "not taken for a measurement"
         role = f"{quantity}?" if measured else f"{group.meaning.role} {quantity}"
         why = f"by its name, {group.pattern}: {text}"
         out |= {index: (role, why, f"joint{number}", "") for number, index in enumerate(group.columns, 1)}
-    offered = find_wrench(names) if file.reader.named and settings.wrench is None else None
+    offered = find_wrench(names) if file.reader.named and settings.csv.wrench is None else None
     if offered is not None:
         role = "estimated wrench" if offered.estimated else "wrench?"
         out |= {names.index(name): (role, "by its name; see [log.csv] wrench", "", "") for name in offered.names}
@@ -93,7 +93,8 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, _Guess]:
         by = "by its name" if role in assignment.guessed else "as stated"
         out[index] = (role, f"{by}, {pattern}" if pattern else by, joint, "")
     out |= dict.fromkeys(assignment.wrench, ("wrench", "as stated", "", ""))
-    for key, role in [*((name, "label") for name in settings.labels), (settings.phase, "phase"), (settings.run, "run")]:
+    named = [*((name, "label") for name in settings.labels), (settings.phase, "phase"), (settings.csv.run, "run")]
+    for key, role in named:
         place = column_index(names, key) if key is not None else None
         if place is not None:
             out[place] = (role, "as stated", "", "")

@@ -224,7 +224,7 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     alone = {RUN: run_column(file, settings.csv), FRACTION: fraction if period_s is None else None}
     groups |= {name: (index,) for name, index in alone.items() if index is not None}
     groups |= {"wrench": assignment.wrench} if assignment.wrench else {}
-    asked = {*settings.csv.labels, settings.csv.phase, *mode_columns(file.reader.names)}
+    asked = {*settings.labels, settings.phase, *mode_columns(file.reader.names)}
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
     dated = () if split else parts
     columns = file.reader.read(groups, None if dated else time, [*texts, *(set(dated) - set(texts))])

@@ -8,7 +8,7 @@ from math import isnan
 
 import numpy as np
 
-from collaudit.core.config.schema import CsvConfig, LogConfig, UnitsConfig
+from collaudit.core.config.schema import LogConfig, UnitsConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
@@ -55,7 +55,7 @@ def read_table_log(
     if table.obstacle is not None:
         raise LogError(f"{table.obstacle.code}: {table.obstacle.text}", where=name)
     bounds.take_values(table.time_s.size, 1 + sum(values.shape[1] for values in table.columns.values()))
-    _check_stated(table, settings.csv, name)
+    _check_stated(table, settings, name)
     names = list(table.names)
     kept = map_names(
         names,
@@ -82,7 +82,7 @@ def read_table_log(
         if samples is not None:
             texts = {column: held_words(words, samples) for column, words in texts.items()}
             time_s = time_s[samples]
-    annotations, phases, annotations_missing = _annotations(texts, table.time_s, settings.csv, name)
+    annotations, phases, annotations_missing = _annotations(texts, table.time_s, settings, name)
     unit = to_si(columns, kept, units, prismatic, name)
     findings = [*table.findings, *said, *unit_findings, *kept.findings]
     findings += [*annotations_missing, *annotation_findings(annotations)]
@@ -120,16 +120,17 @@ def _wrench(time_s: FloatArray, wrench: FloatArray, name: str) -> WrenchSeries:
     return WrenchSeries(frozen(time_s), frozen(wrench), name)
 
 
-def _check_stated(table: JointTable, settings: CsvConfig, where: str) -> None:
+def _check_stated(table: JointTable, settings: LogConfig, where: str) -> None:
     """Refuse a table without columns that the configuration names."""
-    held = {quantity: quantity in table.columns for quantity in QUANTITIES}
-    held |= {"wrench": table.wrench is not None, "phase": settings.phase in table.texts}
-    for key, present in held.items():
-        stated = getattr(settings, key)
-        if stated is not None and not present:
+    stated = {f"[log.csv] {quantity}": getattr(settings.csv, quantity) for quantity in (*QUANTITIES, "wrench")}
+    held = [*(quantity in table.columns for quantity in QUANTITIES), table.wrench is not None]
+    for (key, columns), present in zip(
+        {**stated, "[log] phase": settings.phase}.items(), [*held, settings.phase in table.texts], strict=True
+    ):
+        if columns is not None and not present:
             raise LogError(
-                f"the table has no columns {stated!r}",
-                where=f"{where}, [log.csv] {key}",
+                f"the table has no columns {columns!r}",
+                where=f"{where}, {key}",
                 hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
             )
 
@@ -172,7 +173,7 @@ def _converted(quantity: str, named: str, where: str) -> str:
 
 
 def _annotations(
-    texts: Mapping[str, tuple[str, ...]], time_s: FloatArray, settings: CsvConfig, where: str
+    texts: Mapping[str, tuple[str, ...]], time_s: FloatArray, settings: LogConfig, where: str
 ) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
     """Annotations and phases of a table, and what of them cannot be used.
 
@@ -183,7 +184,7 @@ def _annotations(
         where: the file, for findings.
     """
     absent = [name for name in settings.labels if name not in texts]
-    findings = absent_labels(absent, "[log.csv] labels", where)
+    findings = absent_labels(absent, "[log] labels", where)
     if not texts:
         return [], [], findings
     good = np.flatnonzero(np.isfinite(time_s))

@@ -25,7 +25,7 @@ DEFAULT_FIELD = "data"
 _PHASE = f"{ANNOTATION}phase"
 _STATED = "configured-"
 #: Where each is configured.
-_KEYS: dict[Role, str] = {"label": "[log] label_topics", "phase": "[log] phase_topic"}
+_KEYS: dict[Role, str] = {"label": "[log] labels", "phase": "[log] phase"}
 
 
 def alarm_series(decoded: Decoded, profile: Profile) -> list[Series]:
@@ -77,12 +77,12 @@ def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> tuple[lis
         LogError: the log does not have the topic configured as the phase, or a topic has not the field.
     """
     chosen = [topic for topic in topics if _is_known(topic)]
-    absent = [entry for entry in settings.label_topics if named(topics, entry.partition(":")[0]) is None]
-    for entry in (entry for entry in settings.label_topics if entry not in absent):
+    absent = [entry for entry in settings.labels if named(topics, entry.partition(":")[0]) is None]
+    for entry in (entry for entry in settings.labels if entry not in absent):
         topic = _configured(topics, entry, "label")
         chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
-    if settings.phase_topic is not None:
-        chosen.append(_configured(topics, settings.phase_topic, "phase"))
+    if settings.phase is not None:
+        chosen.append(_configured(topics, settings.phase, "phase"))
     return chosen, absent
 
 

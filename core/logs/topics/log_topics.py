@@ -175,7 +175,7 @@ def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | Non
             joint_torque=fields.joint_torque if of_joints else None,
         )
     if fields.wrench is not None and _same(topic, settings.wrench):
-        return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.wrench_stamp, wrench=fields.wrench)
+        return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.stamp, wrench=fields.wrench)
     return None
 
 

@@ -119,7 +119,7 @@ def read_message_log(
     times = Times(base, clock, origin)
     annotations, phases, unreadable = _annotations(annotated, times)
     annotations = [*alarm_annotations(alarms, clock, origin, joints.name), *annotations]
-    findings += [*unreadable, *absent_labels(absent, "[log] label_topics", name)]
+    findings += [*unreadable, *absent_labels(absent, "[log] labels", name)]
     findings += annotation_findings(annotations)
     scale = angle_factor(settings.units.position)
     conflicts = [found for p in publishers for found in disagreement(p, p.stamps(clock), scale, joints.name)]

@@ -9,9 +9,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from enum import Enum
-from functools import wraps
-from typing import Any, TextIO
+from typing import TextIO
 
 import click
 
@@ -133,24 +131,6 @@ def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool =
         say(f"  {more} in full: -v", err=err)
 
 
-class Detail(Enum):
-    """How much is printed."""
-
-    VERDICT = "verdict"
-    SCREEN = "screen"
-    ALL = "all"
-
-
-def detail_options(function: Callable[..., int]) -> Callable[..., int]:
-    """Add ``-v`` and ``-q`` to a command, which gets them as ``detail``."""
-
-    @click.option("-v", "--verbose", is_flag=True, help="Print everything: every alarm, near miss and finding.")
-    @click.option("-q", "--quiet", is_flag=True, help="Print the verdict alone.")
-    @wraps(function)
-    def wrapped(*args: Any, verbose: bool, quiet: bool, **kwargs: Any) -> int:
-        if verbose and quiet:
-            raise click.UsageError("give either -v or -q")
-        detail = Detail.ALL if verbose else Detail.VERDICT if quiet else Detail.SCREEN
-        return function(*args, detail=detail, **kwargs)
-
-    return wrapped
+verbose_option = click.option(
+    "-v", "--verbose", is_flag=True, help="Print everything: every alarm, near miss and finding."
+)

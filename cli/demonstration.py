@@ -44,7 +44,7 @@ class Demo:
         )
 
 
-def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
+def simulate_all(out: Path) -> dict[str, SimulatedFiles]:
     """Simulate the friction run and both polishing runs, two at a time.
 
     Returns:
@@ -53,7 +53,7 @@ def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         scenarios = {"friction": "friction", **_RUNS}
         futures: dict[str, Future[SimulatedFiles]] = {
-            name: pool.submit(simulate_to, scenario, ROBOT, seed, "mcap", out / f"{scenario}.mcap")
+            name: pool.submit(simulate_to, scenario, ROBOT, 1, "mcap", out / f"{scenario}.mcap")
             for name, scenario in scenarios.items()
         }
         return {name: future.result() for name, future in futures.items()}

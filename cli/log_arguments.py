@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.settings import all_of, free_option
 from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
@@ -23,16 +22,12 @@ if TYPE_CHECKING:
     from collaudit.core.prepare.known_load import KnownLoad
 
 _NUMBERS = (1, 4)
-#: ``--truth`` and ``--free-of-contact``.
-contact_options = all_of(
-    click.option(
-        "--truth",
-        multiple=True,
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
-    ),
-    free_option,
+truth_option = click.option(
+    "--truth",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
 )
 #: Studies that are printed: what one log tells of its rule, others tell alike.
 _MOST = 2

@@ -96,16 +96,6 @@ def _keep_config(ctx: click.Context, _param: click.Parameter, value: Path | None
     ctx.meta[_PATH] = value
 
 
-def _switch(name: str, key: str, value: object, words: str) -> Decorator:
-    """A flag without a value of its own: given, it overrides ``key`` by ``value``."""
-
-    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
-        if given:
-            ctx.meta.setdefault(_OVERRIDES, {})[key] = value
-
-    return click.option(name, is_flag=True, callback=keep, expose_value=False, help=words)
-
-
 def _flag(name: str, key: str, kind: Any, metavar: str, words: str, multiple: bool = False) -> Decorator:
     """An option whose value, of a type or by a function from its text, overrides ``key``; without one it has keys."""
 
@@ -121,22 +111,6 @@ def _flag(name: str, key: str, kind: Any, metavar: str, words: str, multiple: bo
     )
 
 
-def _gamma(text: str) -> float | str | dict[str, float]:
-    if text in ("auto", "sharpest"):
-        return text
-    if "=" not in text:
-        return _number(text)
-    pairs = [part.rpartition("=") for part in text.split(",")]
-    return {name.strip(): _number(value) for name, _, value in pairs}
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise click.BadParameter(f"{text!r} is not a number") from None
-
-
 def _assignment(text: str) -> tuple[str, object]:
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
@@ -148,8 +122,6 @@ def _assignment(text: str) -> tuple[str, object]:
     except tomllib.TOMLDecodeError:
         return key.strip(), value.strip()
 
-
-_WHAT_FREE = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
 
 #: ``-c``, and any key.
 config_option = all_of(
@@ -173,16 +145,10 @@ config_option = all_of(
 )
 #: Which robot.
 urdf_option = _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model.")
-#: Which robot, and which part of a log.
-robot_options = all_of(
-    urdf_option,
+#: Which part of a log.
+part_options = all_of(
     _flag("--from", "log.from_s", float, "S", "Judge the log from here on only, s from its first sample."),
     _flag("--to", "log.to_s", float, "S", "Judge it up to here only."),
 )
-#: Rule (6).
-rule_options = all_of(
-    _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit)."),
-    _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto, or sharpest."),
-    _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
-)
-free_option = _switch("--free-of-contact", "fit.contact", "none", _WHAT_FREE)
+#: What it is judged by.
+friction_option = _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit).")

@@ -25,7 +25,7 @@ _FORMER = ("policy.json", "manifest.json", "manifest.json.minisig")
 
 
 @contextmanager
-def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], force: bool) -> Iterator[None]:
+def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str]) -> Iterator[None]:
     """Make ``out`` ready for an audit; while it runs, and where it never ends, a marker stands in place of a verdict.
 
     Index, summaries, assets and all runs of earlier audits are removed before the first log is judged: those
@@ -36,12 +36,11 @@ def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], fo
         out: folder of the audit, made when missing.
         folders: names of the run folders.
         kept: those of them whose runs stay.
-        force: take a folder that holds something else than an audit.
 
     Raises:
         CollauditError: the folder is not ours, another audit writes into it, or it cannot be written.
     """
-    _check_owner(out, force)
+    _check_owner(out)
     marker = out / MARKER
     finished = [note.parent.name for note in out.glob(f"*/{FINISHED}") if read_note(note.parent) is not None]
     runs = {*folders, *_marked(marker), *finished}
@@ -85,7 +84,7 @@ def _marked(marker: Path) -> list[str]:
     return [name for name in texts if Path(name).name == name != ".."]
 
 
-def _check_owner(out: Path, force: bool) -> None:
+def _check_owner(out: Path) -> None:
     try:
         content = sorted(entry.name for entry in out.iterdir()) if out.exists() else []
     except OSError as error:
@@ -96,13 +95,13 @@ def _check_owner(out: Path, force: bool) -> None:
     is_audit = not summary.is_symlink() and str(read_object(summary, 1 << 30).get("schema")).startswith(_SCHEMA)
     if MARKER in content:
         _check_idle(out / MARKER)
-    elif content and not is_audit and not force:
+    elif content and not is_audit:
         raise CollauditError(
             "the output folder holds something else than an audit",
             where=str(out),
             found=", ".join(content[:3]) + (f" and {len(content) - 3} more" if len(content) > 3 else ""),
             expected="a new or empty folder, or one that collaudit audit wrote",
-            hint="name another folder, or add --force to write beside these files",
+            hint="name another folder",
         )
 
 

@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.console import (
-    Detail,
-    detail_options,
     note,
     progress,
     say_json,
     say_result,
     terminal_width,
+    verbose_option,
 )
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, load_settings, overrides, robot_options, rule_options
+from collaudit.cli.settings import config_option, friction_option, load_settings, overrides, part_options
 from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
 
 #: Lines of a screen.
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
     "collaudit audit run.mcap -c collaudit.toml -o out/",
     "collaudit audit nightly/ -c collaudit.toml --friction friction.json -o out/ -j 4",
     "find nightly -name '*.mcap' | collaudit audit - -c fleet.toml -o out/",
-    "collaudit audit 'logs/*.bag' --urdf arm.urdf --gamma 4 --n 13 -o out/ --format junit",
+    "collaudit audit 'logs/*.bag' -c collaudit.toml --set detect.gamma_nm=4 -o out/ --format junit",
     common=(
         "--output",
         "--jobs",
@@ -108,17 +107,6 @@ if TYPE_CHECKING:
 @click.option(
     "--as-of", type=_DAY, metavar="YYYY-MM-DD", help="Day on which acceptances are looked at; today (UTC) when absent."
 )
-@click.option(
-    "--log-json",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Log of the run itself: a JSON object a line for its start, each log, its end.",
-)
-@click.option(
-    "--keep-going",
-    is_flag=True,
-    help="An argument that names no log is listed as not judged instead of ending the audit.",
-)
 @click.option("--store", metavar="STORE", help="Append the results to a store over nights: a folder or URL.")
 @click.option("--robot", metavar="NAME", help="Robot of these logs, for a store; {folder} is the folder of each log.")
 @click.option(
@@ -135,12 +123,11 @@ if TYPE_CHECKING:
     help="Names of logs begin below this folder; default: found from robot, configuration, or a folder that is a date.",
 )
 @click.option("--link", default="", metavar="URL", help="What links in messages begin with: where OUT will be found.")
-@click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
-@detail_options
+@verbose_option
 @config_option
-@robot_options
-@rule_options
+@part_options
+@friction_option
 def command(
     logs: tuple[str, ...],
     output: Path,
@@ -153,16 +140,13 @@ def command(
     baseline: str | None,
     against: Path | None,
     as_of: datetime | None,
-    log_json: Path | None,
-    keep_going: bool,
     store: str | None,
     robot: str | None,
     day: datetime | None,
     root: Path | None,
     link: str,
-    force: bool,
     as_json: bool,
-    detail: Detail,
+    verbose: bool,
 ) -> int:
     """Judge one log or thousands; write a run folder and a report for each, and an index page.
 
@@ -171,8 +155,8 @@ def command(
     OUT holds index.html, summary.json, assets that reports share, each friction file once and, per log, audit.json,
     signals.parquet and report.html. Without a friction file, friction is fitted on each log itself, and its result says
     so. A log that cannot be judged is listed with its reason and stops no other: also one that takes too long, or
-    whose process dies. All results of earlier audits in OUT are removed first; until the new ones are complete, OUT
-    holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
+    whose process dies, and an argument that names no log. All results of earlier audits in OUT are removed first;
+    until the new ones are complete, OUT holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
 
     Each log has one verdict, in audit.json, report, index and all formats. A contact that earlier nights had, too, is
     called known and breaks the policy like a new one; only accepted.toml (collaudit accept) takes one out. Files of a
@@ -197,7 +181,6 @@ def command(
         with_precedents,
         with_references,
     )
-    from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
     from collaudit.core.history.joint_nights import joint_nights
     from collaudit.core.history.night_groups import night_groups
@@ -207,14 +190,14 @@ def command(
     from collaudit.reports.page.index import summarise
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
-    from collaudit.reports.values.entries import nights_before, verdict_counts
+    from collaudit.reports.values.entries import nights_before
     from collaudit.reports.values.night import left_out_entries
     from collaudit.reports.values.night_words import change_section, explained_night
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
     accepted = read_accepted(loaded)
-    found, of_robots, others = night_of(logs, loaded, overrides(), keep_going, root)
+    found, of_robots, others = night_of(logs, loaded, overrides(), root)
     _say_left_out(others)
     frictions = sorted({path for settings in of_robots if (path := settings.friction_path) is not None})
     for friction in frictions:
@@ -229,18 +212,12 @@ def command(
     folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished earlier; their results are kept")
-    with run_log(log_json) as events, audit_under_way(output, folders, kept_folders, force):
+    with audit_under_way(output, folders, kept_folders):
         keep_friction(output, frictions)
-        events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
-
-        def came(outcome: Outcome) -> None:
-            events.judged(outcome)
-            _say_error(outcome)
-
         left = len(work) - len(kept)
         with progress(f"auditing {left} log{'s' if left != 1 else ''}") as report:
             limits = Limits(jobs, timeout, memory_limit, scheduler)
-            outcomes = audit_logs(work, kept, output, limits, report, came)
+            outcomes = audit_logs(work, kept, output, limits, report, _say_error)
         entries = [*(outcome.entry for outcome in outcomes), *left_out_entries(others)]
         results = [outcome.result for outcome in outcomes if outcome.result is not None]
         tonight = night_rows(work, outcomes)
@@ -263,17 +240,15 @@ def command(
             keep_references(store, output, work, outcomes, tonight)
             note(f"{len(tonight)} logs added to the store {store}")
         code = exit_code([night.verdict(entries)])
-        events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
     _say_copies(results)
     _say_stale(night)
     if as_json:
         say_json(json_text(summarise(entries, night)))
     else:
-        _say(entries, results, night, detail)
+        _say(entries, results, night, verbose)
         if night.changes:
             say_result(f"\n{section_text(change_section(night.changes), terminal_width())}")
-    if detail is not Detail.VERDICT:
-        note(f"index page: {output / 'index.html'}")
+    note(f"index page: {output / 'index.html'}")
     return code
 
 
@@ -328,27 +303,19 @@ def _write_night(
         atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread, night))
 
 
-def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: NightFacts, detail: Detail) -> None:
+def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: NightFacts, verbose: bool) -> None:
     """Print as much as was asked for: of one log its screen, of several the worst."""
-    from collaudit.reports.terminal.command_texts import summary_table, total_text
+    from collaudit.reports.terminal.command_texts import summary_table
     from collaudit.reports.terminal.screen_text import audit_text, screen_text
     from collaudit.reports.values.visible_text import visible, wrapped
-    from collaudit.reports.values.words import VERDICT_WORD
 
     width = terminal_width()
-    if detail is Detail.VERDICT:
-        text = f"{VERDICT_WORD[night.verdict(entries)]}  {total_text(entries)}"
-        if len(entries) == 1:
-            text = f"{entries[0].word}  {visible(entries[0].name)}\n"
-        say_result(text)
-        return
     if len(entries) == 1 and results:
-        whole = detail is Detail.ALL
-        text = audit_text(results[0], width) if whole else screen_text(results[0], width, "-v; the index page")
+        text = audit_text(results[0], width) if verbose else screen_text(results[0], width, "-v; the index page")
         say_result(text)
         return
     say_result(f"{wrapped(visible(night.sentence), width)}\n\n")
-    say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
+    say_result(summary_table(entries, width, None if verbose else _MOST_LOGS))
     for text in night.breaches:
         say_result(f"FAIL  {visible(text)}\n")
 

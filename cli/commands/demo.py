@@ -11,7 +11,7 @@ from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
 
-@example_command("demo", "collaudit demo", "collaudit demo -o demo-out --seed 7")
+@example_command("demo", "collaudit demo", "collaudit demo -o demo-out")
 @click.option(
     "-o",
     "--output",
@@ -21,9 +21,8 @@ from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
     metavar="OUT",
     help="Folder for logs, runs and the report.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same bytes.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: friction, pushes and residual beside their truth.")
-def command(output: Path, seed: int, as_json: bool) -> int:
+def command(output: Path, as_json: bool) -> int:
     """Run the whole chain on simulated logs: a friction run, two polishing runs with a person pushing the arm.
 
     Simulates the logs, identifies friction, judges both runs, writes the report, and prints what was found
@@ -39,7 +38,7 @@ def command(output: Path, seed: int, as_json: bool) -> int:
     if compiler_missing():
         note(HINT)
     note("simulating the friction run and polishing runs A and B (about a minute) …")
-    files = simulate_all(output, seed)
+    files = simulate_all(output)
     with progress("auditing") as report:
         demo = evaluate(files, output, report)
     if as_json:

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import Detail, detail_options, note, progress, say, say_json, say_result, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, say_result, terminal_width, verbose_option
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import audit_files, one_log
 from collaudit.cli.settings import (
     config_option,
+    friction_option,
     load_settings,
-    robot_options,
-    rule_options,
+    part_options,
 )
 from collaudit.core.data.audit_result import AuditResult
 
@@ -25,9 +25,9 @@ SCORE_SCHEMA = "collaudit/score/1"
 @example_command(
     "detect",
     "collaudit detect run.mcap -c collaudit.toml --friction friction.json -o run/",
-    "collaudit detect run.bag --urdf arm.urdf --gamma 4 --n 13 --json",
+    "collaudit detect run.bag --set robot.urdf=arm.urdf --set detect.gamma_nm=4 --set detect.n=13 --json",
     "collaudit detect hits.mcap -c hits.toml --friction friction.json --truth hits.truth.json",
-    "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --set 'detect.watch=[\"joint1\"]'",
+    "collaudit detect run.db3 -c collaudit.toml --set 'detect.gamma_nm={joint1=4, joint2=6}'",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
@@ -40,11 +40,11 @@ SCORE_SCHEMA = "collaudit/score/1"
     metavar="FILE",
     help="Known events to score against: NAME.truth.json, or a .csv with onset_s, end_s, joint.",
 )
-@detail_options
+@verbose_option
 @config_option
-@robot_options
-@rule_options
-def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Path | None, detail: Detail) -> int:
+@part_options
+@friction_option
+def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Path | None, verbose: bool) -> int:
     """Judge one log: residual torque against gamma for n samples; contacts and near misses.
 
     Several files are taken as CSV parts of one recording. Without a friction file, friction is fitted on
@@ -74,30 +74,25 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     if as_json:
         say_json(result_json(audit.result))
     else:
-        _say(audit.result, output, detail)
-    if output is not None and detail is not Detail.VERDICT:
+        _say(audit.result, output, verbose)
+    if output is not None:
         command = shlex.join(["collaudit", "report", str(output), "-o", "report.html"])
         note(f"run written to {output}: {command} makes the page")
     return exit_code([audit.result.verdict])
 
 
-def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
+def _say(result: AuditResult, output: Path | None, verbose: bool) -> None:
     from collaudit.reports.sections.event_sections import score_section
     from collaudit.reports.terminal.screen_text import audit_text, detection_text, screen_text
     from collaudit.reports.terminal.text_table import section_text
-    from collaudit.reports.values.visible_text import visible
-    from collaudit.reports.values.words import verdict_word
 
     width = terminal_width()
-    if detail is Detail.VERDICT:
-        say_result(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n")
-        return
-    if detail is Detail.ALL:
+    if verbose:
         say_result(audit_text(result, width))
     else:
         kept = "" if output is None else f"; {output / 'audit.json'}"
         say_result(screen_text(result, width, f"-v{kept}"))
-    if detail is Detail.ALL:
+    if verbose:
         say(detection_text(result, width), nl=False)
     elif result.detection is not None and result.detection.scores:
         say("\n" + section_text(score_section(result.detection.scores), width), nl=False)

@@ -7,7 +7,7 @@ import click
 from collaudit.cli.console import progress, say, say_object, say_result, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.log_arguments import audit_files, one_log
-from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.settings import config_option, friction_option, load_settings
 
 EXPLAIN_SCHEMA = "collaudit/explain/1"
 
@@ -20,8 +20,7 @@ EXPLAIN_SCHEMA = "collaudit/explain/1"
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: causes with share, interval and line to paste.")
 @config_option
-@robot_options
-@rule_options
+@friction_option
 def command(logs: tuple[str, ...], as_json: bool) -> int:
     """Try causes on a log that fails or is not judged: tool, mounting, scale, friction, zero, delay, exchanged joints.
 

@@ -9,15 +9,15 @@ import click
 
 from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import contact_options, known_contact, known_loads
-from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.cli.log_arguments import known_contact, known_loads, truth_option
+from collaudit.cli.settings import config_option, load_settings
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 
 @example_command(
     "fit",
     "collaudit fit friction-run.mcap -c collaudit.toml -o friction.json",
-    "collaudit fit day1.bag day2.bag --urdf arm.urdf -o friction.json",
+    "collaudit fit day1.bag day2.bag -c collaudit.toml -o friction.json",
     "collaudit fit run.db3 -c collaudit.toml --set friction.model=coulomb-viscous --json",
     "collaudit fit empty.mcap laden.mcap -c collaudit.toml --load 0 --load 2.5,0,0,0.06 -o friction.json",
     "collaudit fit earlier.mcap planned.mcap -c collaudit.toml --plan plan/plan.json -o friction.json",
@@ -47,9 +47,8 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
     metavar="FILE",
     help="A plan.json that the logs carried out: also say what it delivered beside its predictions.",
 )
-@contact_options
+@truth_option
 @config_option
-@robot_options
 def command(
     logs: tuple[str, ...],
     output: Path | None,

@@ -23,7 +23,7 @@ def _names(_context: click.Context, _param: click.Parameter, text: str | None) -
     "plan",
     "collaudit plan friction.json -c collaudit.toml -o plan/",
     "collaudit plan run.mcap -c collaudit.toml -o plan/ --minutes 5",
-    "collaudit plan out/*/ -c collaudit.toml -o plan/ --gamma 4",
+    "collaudit plan out/*/ -c collaudit.toml -o plan/ --set detect.gamma_nm=4",
     "collaudit plan -c collaudit.toml -o plan/ --joints joint1,joint2 --speed-scale 0.3",
     "collaudit fit planned.mcap -c collaudit.toml --plan plan/plan.json -o friction.json",
 )
@@ -42,9 +42,6 @@ def _names(_context: click.Context, _param: click.Parameter, text: str | None) -
     "--speed-scale", type=click.FloatRange(min=0.01, max=1.0), default=1.0, show_default=True,
     help="Share of the highest speeds; accelerations shrink by its square, jerks by its cube.",
 )  # fmt: skip
-@click.option(
-    "--gamma", type=click.FloatRange(min=0.0, min_open=True), metavar="NM", help="Threshold to have clean hours for."
-)
 @click.option("--json", "as_json", is_flag=True, help="Print plan.json instead of a table.")
 @config_option
 def command(
@@ -53,14 +50,13 @@ def command(
     minutes: float,
     joints: tuple[str, ...],
     speed_scale: float,
-    gamma: float | None,
     as_json: bool,
 ) -> int:
     """Plan a motion that would settle what logs so far leave open, within hard limits.
 
     Sweeps of every joint at the speeds that its friction law lacks; moves between poses that tell inertials, rotors,
-    gains and load friction; and how many clean hours thresholds need. Known friction comes from FRICTION (a
-    friction.json), from a RUN's folder, or is fitted on LOGs; without any, all is open.
+    gains and load friction; and how many clean hours thresholds need, and the one that [detect] gamma_nm states. Known
+    friction comes from FRICTION (a friction.json), from a RUN's folder, or is fitted on LOGs; without any, all is open.
 
     The motion starts and ends at rest at [plan] start_rad and keeps the limits of the description or of [plan]: range,
     speed, acceleration, jerk, torque, links apart, table, workspace. A limit that neither states is refused. It is a
@@ -78,6 +74,8 @@ def command(
 
     loaded = load_settings()
     friction, audits = _known(inputs, loaded)
+    detect = loaded.config.detect
+    gamma = detect.gamma_nm if "gamma_nm" in detect.given and isinstance(detect.gamma_nm, float | int) else None
     request = PlanRequest(minutes, joints or None, speed_scale=speed_scale, gamma_nm=gamma)
     with progress("planning") as report:
         plan = make_plan(loaded, friction, audits, request, make_provenance(loaded, None, None), report)

@@ -11,8 +11,8 @@ import click
 
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import contact_options
-from collaudit.cli.settings import config_option, load_settings, overrides, rule_options
+from collaudit.cli.log_arguments import truth_option
+from collaudit.cli.settings import config_option, friction_option, load_settings, overrides
 from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
@@ -21,16 +21,13 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
-#: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
-DEFAULT_PER_HOUR = 0.1
-
 
 @example_command(
     "recommend",
     "collaudit recommend run/",
     "collaudit recommend out/ --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
-    "collaudit recommend run/ --per-hour 0.01 --n 9",
+    "collaudit recommend run/ --set detect.n=9",
     "collaudit recommend run/ --write collaudit.toml",
     "collaudit recommend run/ --plot planes.html",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
@@ -47,76 +44,59 @@ DEFAULT_PER_HOUR = 0.1
 @click.option("-v", "--verbose", is_flag=True, help="Print the evidence: tables, what is left out, what to confirm.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: every assumption, the hours, what to confirm.")
 @click.option(
-    "--per-hour",
-    type=click.FloatRange(min=0.0, min_open=True),
-    default=DEFAULT_PER_HOUR,
-    show_default=True,
-    help="False alarms of the whole arm per hour that the hours should show; it moves no threshold.",
-)
-@click.option(
     "--plot",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
     help="Write a page (HTML): each joint's alarms over gamma and persistence, drawn and as a table.",
 )
-@click.option(
-    "--snippet",
-    type=click.Choice(["config", "franka", "kuka", "ur"]),
-    help="Print text to paste: the configuration's [detect] table, or a controller's call.",
-)
-@contact_options
+@truth_option
 @config_option
-@rule_options
+@friction_option
 def command(
     inputs: tuple[str, ...],
     robot: str | None,
     target: Path | None,
     verbose: bool,
     as_json: bool,
-    per_hour: float,
     plot: Path | None,
-    snippet: str | None,
     truth: tuple[Path, ...],
 ) -> int:
     """Recommend gamma per joint, between what motion does and what must be noticed, with what it rests on.
 
     All inputs count together, all runs of an audit's folder included; the same log twice counts once. What the clean
     hours show of false alarms is counted, with its bound (95 %), and how many more hours would show the rate asked
-    for. Alarms and near misses of all joints, and what lies far
-    beyond the usual, are left out and listed to be confirmed: --truth or [detect] true_events say what was contact, and
-    --free-of-contact that nothing touched the arm.
+    for. Alarms and near misses of all joints, and what lies far beyond the usual, are left out and listed to be
+    confirmed: --truth or [detect] true_events say what was contact, and --set fit.contact=none that nothing touched the
+    arm.
 
     Three lines say what to set, what it rests on, and what it notices; -v prints the evidence. Of a fleet,
     each robot gets an answer.
 
-    The persistence stays as it was set; --n states another. How many alarms other thresholds and
+    The persistence stays as it was set; --set detect.n states another. How many alarms other thresholds and
     persistences would have given in the clean time, --plot shows for each joint.
 
     Exit code 3 when nothing could be recommended for any joint of a robot.
     """
     from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
-    from collaudit.reports.files.rule_snippets import snippet as text_to_paste
 
     evidence = run_evidence(inputs, truth)
     arms = by_arm(evidence, robot)
-    if len(arms) > 1 and (as_json or snippet is not None):
+    if len(arms) > 1 and as_json:
         names = ", ".join(arms)
         raise ConfigError("these are runs of several robots", where="--robot", found=names, expected="the name of one")
     answers = {}
     for name, judged in arms.items():
         audits = [audit for audit, *_ in judged]
         with progress("recommending") as report:
-            found = _found(judged, per_hour)
+            found = _found(judged)
             report(8, 10)
         answers[name] = found
         if as_json:
             say_object("collaudit/recommend/1", _answer(found))
-        elif snippet is not None:
-            say(text_to_paste(snippet, found), nl=False)
         else:
             say(f"Robot {name}\n" if len(arms) > 1 else "", nl=False)
             _say(audits, found, verbose)
-        if found.to_confirm and not (verbose and snippet is None and not as_json):
+        if found.to_confirm and not (verbose and not as_json):
             count = len(found.to_confirm)
             note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
     if target is not None:
@@ -131,12 +111,12 @@ def command(
     return EXIT_PASS if all(known) else EXIT_NOT_JUDGED
 
 
-def _found(judged: Sequence[Judged], per_hour: float) -> ArmRecommendation:
+def _found(judged: Sequence[Judged]) -> ArmRecommendation:
     from collaudit.core.api import recommend_arm
 
     audits = [audit for audit, *_ in judged]
     persistence_s, why = _persistence(audits)
-    found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged], per_hour)
+    found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged])
     return replace(found, chosen_by=why)
 
 
@@ -156,7 +136,7 @@ def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) 
     """
     from collaudit.core.config import load_config, parse_config
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.rule_snippets import written_into
+    from collaudit.reports.files.rule_writing import written_into
 
     load_config(target)
     text = target.read_text(encoding="utf-8")

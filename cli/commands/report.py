@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +21,6 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     "report",
     "collaudit report run/ -o report.html",
     "collaudit report monday/ tuesday/ -o week.html",
-    "collaudit report run/ -o signed.html --stamp",
     "collaudit report run/ -o report.html --format html,json,junit",
     "collaudit report run/ -o - --format markdown",
     "collaudit report run/ -o run.mcap --format mcap,csv",
@@ -46,7 +43,6 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     metavar="LIST",
     help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
-@click.option("--stamp", is_flag=True, help="State in the page when (UTC) and on which computer it was made.")
 @click.option(
     "--limits",
     type=click.Path(path_type=Path),
@@ -76,7 +72,6 @@ def command(
     runs: tuple[Path, ...],
     output: Path | None,
     formats: str,
-    stamp: bool,
     limits: Path | None,
     overlay: str | None,
     clips: Path | None,
@@ -118,8 +113,6 @@ def command(
     if overlay is not None:
         return _write_overlay(runs, output, overlay)
     wanted = parse_formats(formats)
-    computer = platform.node() or "computer without a name"
-    made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC, {computer}" if stamp else None
     paths = {} if str(output) == "-" else report_paths(output, wanted)
     read = open_run if wanted == ["html"] else read_run  # a page draws joint by joint, and needs no more in memory
     audits = []
@@ -142,12 +135,12 @@ def command(
         if len(wanted) > 1:
             raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
         with progress("drawing") as step:
-            text = report_text(audits, wanted[0], progress=step, made=made)
+            text = report_text(audits, wanted[0], progress=step)
         (say_json if wanted[0] in ("json", "sarif") else say_document)(text)
     files: dict[str, list[str]] = {}
     for name, path in paths.items():
         with progress(f"writing {name}") as step:
-            files[name] = [str(each) for each in write_report(path, audits, name, progress=step, made=made)]
+            files[name] = [str(each) for each in write_report(path, audits, name, progress=step)]
         note(f"report written to {' and '.join(files[name])}")
     if as_json:
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}

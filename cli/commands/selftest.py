@@ -12,11 +12,9 @@ from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
 
-@example_command("selftest", "collaudit selftest", "collaudit selftest -o selftest.json", "collaudit selftest --seed 7")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Keep the result as JSON.")
+@example_command("selftest", "collaudit selftest", "collaudit selftest --json")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of the simulated logs.")
-def command(output: Path | None, as_json: bool, seed: int) -> int:
+def command(as_json: bool) -> int:
     """Simulate logs whose truth is known, audit them on this machine, and compare.
 
     Friction curves, pushes and their delay, clean motion without alarms, the same audit from every log
@@ -26,7 +24,6 @@ def command(output: Path | None, as_json: bool, seed: int) -> int:
     """
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.installation_checks import run_selftest
-    from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.terminal.command_texts import checks_text
 
@@ -34,11 +31,8 @@ def command(output: Path | None, as_json: bool, seed: int) -> int:
         note(HINT)
     note("simulating and auditing known-truth logs (a minute or two) …")
     with TemporaryDirectory(prefix="collaudit-selftest-") as scratch, progress("selftest") as report:
-        result = run_selftest(Path(scratch), seed=seed, progress=report)
+        result = run_selftest(Path(scratch), progress=report)
     text = json_text(result)
-    if output is not None:
-        atomic_write(output, text)
-        note(f"result written to {output}")
     rows = [(row.passed, row.robot, row.check, row.wanted, row.found) for row in result.rows]
     if as_json:
         say_json(text)

@@ -58,27 +58,27 @@ def night_of(
     arguments: Sequence[str],
     loaded: LoadedConfig,
     flags: Mapping[str, object],
-    keep_going: bool = False,
     root: Path | None = None,
 ) -> Night:
-    """What arguments stand for.
+    """What arguments stand for; one that names nothing, beside others that do, is a log that is not judged.
 
     Args:
         arguments: files, folders, patterns, URLs, or ``-`` for a list of them on stdin, one a line.
         loaded: the common configuration.
         flags: settings given as flags, which win over those of a robot.
-        keep_going: an argument that names nothing becomes a log that is not judged, not an error.
         root: folder that names of logs are told from; None: found.
 
     Raises:
-        ConfigError: an argument names nothing, a log is not below the root, or fleet and robots are not described as
+        ConfigError: no argument names anything, a log is not below the root, or fleet and robots are not described as
             they should be.
         LogError: a folder holds no log, or an argument is a pipe or a device.
     """
     robots = loaded.config.fleet.robots
     settings = robot_settings(loaded, flags, robots)
     asked = with_stdin(arguments)
-    listed, missing = _there(asked, loaded) if keep_going else (asked, [])
+    listed, missing = _there(asked, loaded)
+    if not listed:  # nothing would be judged: an error, and not a night
+        listed, missing = asked, []
     local = [argument for argument in listed if not is_url(argument)]
     logs: list[LogFiles] = find_logs(local, loaded) if local else []
     urls = [None] * len(logs) + list(

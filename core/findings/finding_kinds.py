@@ -74,7 +74,7 @@ KINDS: dict[str, Kind] = {
         of_format=True,
     ),
     "part-of-log": Kind(
-        "Only a part of the log was read, as --from and --to ask for.",
+        "Only a part of the log was read, as [log] from_s and to_s (--from, --to) ask for.",
         "Judge the other parts too; this verdict says nothing of them.",
         {"warning": "excludes"},
         setting="log.from_s",

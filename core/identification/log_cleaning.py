@@ -24,7 +24,7 @@ _CAUSES = (
     "if nothing touched the arm, check the description (is it of this arm?), its mounting ([robot] base_rpy_deg), the "
     "order of the joints, sign and unit of their efforts ([log.units]), and whether it carried a load for a part of "
     "the time. If something did, record a run without contact, or say where it was: --truth, [detect] true_events. "
-    "Last, --free-of-contact: all is fitted, what looks like contact too, and thresholds grow by it"
+    'Last, [fit] contact = "none": all is fitted, what looks like contact too, and thresholds grow by it'
 )
 Times = Sequence[tuple[float, float]]
 

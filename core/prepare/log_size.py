@@ -27,5 +27,5 @@ def refuse_larger_than_memory(rows: int, columns: int, name: str) -> None:
             where=name,
             found=f"{rows} samples of {columns} joints: {needed / 1e9:.3g} GB of tables",
             expected=f"at most {there / 1e9:.3g} GB",
-            hint="judge it in parts: --from 0 --to 3600, then --from 3600 --to 7200 (seconds)",
+            hint="judge it in parts: --set log.to_s=3600, then --set log.from_s=3600 --set log.to_s=7200",
         )

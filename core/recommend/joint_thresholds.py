@@ -151,7 +151,7 @@ def _missing(one: JointEvidence) -> tuple[str, ...]:
     missing = []
     if one.left_out_s > 0:
         missing.append(
-            f"a statement on {one.left_out_s:.3g} s around alarms, taken for contact here (--free-of-contact, --truth "
+            f"a statement on {one.left_out_s:.3g} s around alarms, taken for contact here ([fit] contact, --truth "
             "or [detect] true_events): if nothing touched the arm then, gamma has to be higher"
         )
     if peaks.log_of_window.size and peaks.log_of_window.max() == 0:

@@ -29,20 +29,19 @@ class ReportFormat:
             results without their signals, lines of logs that could not be audited, and what is said of all of them.
         of_many: whether ``collaudit audit --format`` offers it, for all logs together.
         files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
-        takes: keywords of the function: ``progress``, called with steps done and in all; ``made``, when and where the
-            report is made, or None.
+        steps: whether the function takes ``progress``, called with steps done and in all.
     """
 
     suffix: str
     writer: str
     of_many: bool = False
     files: bool = False
-    takes: tuple[str, ...] = ()
+    steps: bool = False
 
 
 #: Name, as on the command line, to format; the order is that of help and messages.
 FORMATS: dict[str, ReportFormat] = {
-    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", takes=("progress", "made")),
+    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", steps=True),
     "json": ReportFormat(".json", "collaudit.reports.files.run_files:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
@@ -51,7 +50,7 @@ FORMATS: dict[str, ReportFormat] = {
     "text": ReportFormat(".message.txt", "collaudit.reports.formats.message:message_text", of_many=True),
     "slack-json": ReportFormat(".slack.json", "collaudit.reports.formats.message:slack_text", of_many=True),
     "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
-    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, takes=("progress",)),
+    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, steps=True),
 }
 
 
@@ -66,7 +65,6 @@ def write_report(
     fmt: str = "html",
     unread: Sequence[IndexEntry] = (),
     progress: Progress | None = None,
-    made: str | None = None,
 ) -> tuple[Path, ...]:
     """Write a report of one or several audits.
 
@@ -76,7 +74,6 @@ def write_report(
         fmt: one of :data:`FORMATS`.
         unread: logs that could not be audited; formats of many logs list them.
         progress: called with steps done and in all, by formats that take long: html, mcap.
-        made: when and where, for the page's block to sign; without it, the same audits give the same bytes.
 
     Returns:
         The files written: ``path``, and those beside it that belong to the format.
@@ -91,7 +88,7 @@ def write_report(
     known = format_named(fmt)
     if known.files and audits:
         return cast("tuple[Path, ...]", _called(known, path, audits, progress=progress))
-    atomic_write(path, report_text(audits, fmt, unread, progress, made))
+    atomic_write(path, report_text(audits, fmt, unread, progress))
     return (path,)
 
 
@@ -100,7 +97,6 @@ def report_text(
     fmt: str,
     unread: Sequence[IndexEntry] = (),
     progress: Progress | None = None,
-    made: str | None = None,
 ) -> str:
     """The report as text; arguments and errors as for :func:`write_report`."""
     known = format_named(fmt)
@@ -110,7 +106,7 @@ def report_text(
         raise ConfigError("this format is written to files", found=fmt, hint="name a file with -o")
     if known.of_many:
         return summary_text([audit.result for audit in audits], fmt, unread)
-    return cast("str", _called(known, audits, progress=progress, made=made))
+    return cast("str", _called(known, audits, progress=progress))
 
 
 def summary_text(
@@ -151,8 +147,8 @@ def format_named(name: str) -> ReportFormat:
     return FORMATS[name]
 
 
-def _called(known: ReportFormat, *arguments: object, **offered: object) -> object:
-    """What the format's function makes of the arguments, and of those keywords that it takes."""
+def _called(known: ReportFormat, *arguments: object, progress: Progress | None = None) -> object:
+    """What the format's function makes of the arguments."""
     module, _, function = known.writer.partition(":")
-    options = {name: value for name, value in offered.items() if name in known.takes}
+    options = {"progress": progress} if known.steps else {}
     return getattr(import_module(module), function)(*arguments, **options)

@@ -50,7 +50,6 @@ def html_text(
     audits: Sequence[Audit | StoredRun],
     progress: Progress | None = None,
     assets: str | None = None,
-    made: str | None = None,
 ) -> str:
     """The page as text; of several logs less is drawn of each.
 
@@ -58,7 +57,6 @@ def html_text(
         audits: at least one.
         progress: called with steps done and in all.
         assets: as of :func:`write_html`.
-        made: when and where the page is made, for the block to sign; None: lines to fill in.
     """
     ordered = sorted(audits, key=lambda audit: _SEVERITY[audit.result.verdict])
     views = []
@@ -73,7 +71,6 @@ def html_text(
         .render(
             views=views,
             version=", ".join(versions),
-            made=made,
             scripts=scripts,
             plot_style=page_style(),
             blocks={view.key: signal_block(view) for view in views},

@@ -75,7 +75,7 @@ def claim(arm: ArmRate) -> str:
 #: More stretches than this are counted, not listed.
 _LISTED = 8
 _TO_CONFIRM = (
-    "left out as possible contact; please confirm (--free-of-contact if nothing touched the arm, else --truth)"
+    "left out as possible contact; please confirm (--set fit.contact=none if nothing touched the arm, else --truth)"
 )
 _COUNTED = "counted as clean, as stated, though higher than usual in such motion"
 _NOTICES = "Notices: an external torque of this size that lasts n samples alarms at 95 % of the judged moments."

@@ -210,8 +210,8 @@ def measure(work: Path, settings: list[object], night: Path) -> None:
     logs = sorted(path for path in night.rglob("robot-0*.csv"))[:SAMPLE_LOGS]
     ways = {
         "detect, one by one": lambda: [run("detect", log, *settings, "-o", work / "run") for log in logs],
-        "audit -j 1": lambda: run("audit", *logs, *settings, "-o", work / "out-1", "--force"),
-        "audit -j 2": lambda: run("audit", *logs, *settings, "-o", work / "out-2", "--force", "-j", 2),
+        "audit -j 1": lambda: run("audit", *logs, *settings, "-o", work / "out-1"),
+        "audit -j 2": lambda: run("audit", *logs, *settings, "-o", work / "out-2", "-j", 2),
     }
     for name, way in ways.items():
         before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()

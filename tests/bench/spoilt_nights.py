@@ -65,7 +65,7 @@ class Night:
         shutil.copy(self.clean, logs / "one.csv")
         fill(logs)
         out = self.folder / f"{name}-out"
-        code = said("audit", logs, "-c", self.config, "--friction", self.friction, "-o", out, "--force", *options)
+        code = said("audit", logs, "-c", self.config, "--friction", self.friction, "-o", out, *options)
         return OUTCOMES.get(code, f"exit {code}")
 
     def left_out(self) -> Iterator[str]:

@@ -57,13 +57,13 @@ def test_urdf_that_is_none(
     command: str, name: str, text: str, expected: str, arm, collaudit: Run, tmp_path: Path
 ) -> None:
     (tmp_path / name).write_text(text)
-    outcome = collaudit(command, arm.clean, "--urdf", tmp_path / name, "-o", _output(command, tmp_path))
+    outcome = collaudit(command, arm.clean, "--set", f"robot.urdf={tmp_path / name}", "-o", _output(command, tmp_path))
     _refused(outcome, 2, expected)
     assert not _output(command, tmp_path).exists()
 
 
 def test_missing_urdf(arm, collaudit: Run, tmp_path: Path) -> None:
-    _refused(collaudit("detect", arm.clean, "--urdf", tmp_path / "none.urdf"), 2, "none.urdf")
+    _refused(collaudit("inspect", arm.clean, "--urdf", tmp_path / "none.urdf"), 2, "none.urdf")
 
 
 def _write(path: Path, content: bytes) -> Path:
@@ -148,10 +148,13 @@ def test_output_in_a_folder_without_permission(command: str, arm, collaudit: Run
         ((), "Usage"),
         (("detcet",), "Did you mean 'detect'?"),
         (("detect",), "Missing argument"),
-        (("detect", "x.csv", "--gamma", "four"), "'four' is not a number"),
-        (("detect", "x.csv", "--gamma", "-4"), "a number above 0"),
-        (("detect", "x.csv", "--n", "2.5"), "--n"),
-        (("detect", "x.csv", "--n", "3", "--set", "detect.persistence_ms=25"), "either persistence_ms or n"),
+        (("detect", "x.csv", "--set", "detect.gamma_nm=four"), "a number above 0"),
+        (("detect", "x.csv", "--set", "detect.gamma_nm=-4"), "a number above 0"),
+        (("detect", "x.csv", "--set", "detect.n=2.5"), "a whole number"),
+        (
+            ("detect", "x.csv", "--set", "detect.n=3", "--set", "detect.persistence_ms=25"),
+            "either persistence_ms or n",
+        ),
         (("detect", "x.csv", "--set", "detect.gama_nm=4"), "did you mean gamma_nm?"),
         (("detect", "x.csv", "--set", "nonsense"), "KEY=VALUE"),
         (("detect", "x.csv", "--set", "detect.detector=psychic"), '"direct"'),

@@ -95,18 +95,16 @@ def test_a_log_is_no_run_and_is_not_offered_for_itself(arm, collaudit, tmp_path:
     assert refused.code == 2 and "did you mean" not in refused.err and "collaudit detect LOG" in refused.err
 
 
-def test_detect_prints_a_screen_more_or_the_verdict_alone(arm, collaudit) -> None:
+def test_detect_prints_a_screen_or_more(arm, collaudit) -> None:
     usual = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction)
-    screen, whole, short = (collaudit(*usual, *flags) for flags in ((), ("-v",), ("-q",)))
-    assert {run.code for run in (screen, whole, short)} == {1}
-    assert short.out == "FAIL  pushed.csv\n"
+    screen, whole = (collaudit(*usual, *flags) for flags in ((), ("-v",)))
+    assert {run.code for run in (screen, whole)} == {1}
     assert (
         "1 contact (policy: at most 0)" in screen.out
         and "Contacts (1)" not in screen.out
         and "Alarms of single joints" not in screen.out
     )
     assert "Alarms of single joints" in whole.out
-    assert collaudit(*usual, "-q", "-v").code == 2
 
 
 def test_detect_json_is_the_file_and_the_same_twice(arm, collaudit, tmp_path: Path) -> None:
@@ -121,14 +119,14 @@ def test_flags_override_the_configuration(arm, collaudit) -> None:
         args = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "--json", *flags)
         return json.loads(collaudit(*args).out)["rule"]
 
-    assert rule("--gamma", "30")["gamma_nm"] == {"joint1": 30.0, "joint2": 30.0}
-    assert rule("--gamma", "joint1=5,joint2=6")["gamma_nm"] == {"joint1": 5.0, "joint2": 6.0}
-    sharpest = rule("--gamma", "sharpest")
+    assert rule("--set", "detect.gamma_nm=30")["gamma_nm"] == {"joint1": 30.0, "joint2": 30.0}
+    assert rule("--set", "detect.gamma_nm={joint1=5, joint2=6}")["gamma_nm"] == {"joint1": 5.0, "joint2": 6.0}
+    sharpest = rule("--set", "detect.gamma_nm=sharpest")
     assert all(sharpest["gamma_nm"][joint] < level for joint, level in sharpest["motion_nm"].items())
-    assert rule("--n", "11")["n"] == 11
+    assert rule("--set", "detect.n=11")["n"] == 11
     assert rule("--set", "detect.persistence_ms=41")["n"] == 11
     assert rule("--set", 'detect.watch=["joint2"]')["watch"] == ["joint2"]
-    assert rule("--gamma", "30", "--set", "near_miss.amplitude=0.5")["near_miss_nm"]["joint1"] == 15.0
+    assert rule("--set", "detect.gamma_nm=30", "--set", "near_miss.amplitude=0.5")["near_miss_nm"]["joint1"] == 15.0
 
 
 @pytest.mark.parametrize(
@@ -184,7 +182,7 @@ def test_report_formats(arm, collaudit, tmp_path: Path) -> None:
 
 
 def test_report_points_out_other_settings(arm, collaudit, tmp_path: Path) -> None:
-    collaudit("detect", arm.clean, "-c", arm.config, "-o", tmp_path / "run", "--gamma", "7")
+    collaudit("detect", arm.clean, "-c", arm.config, "-o", tmp_path / "run", "--set", "detect.gamma_nm=7")
     outcome = collaudit("report", tmp_path / "run", "-o", tmp_path / "r.html", "-c", arm.config)
     assert outcome.code == 0
     assert "other settings" in outcome.err

@@ -55,14 +55,17 @@ def test_each_robot_has_its_own_threshold(arm, collaudit, tmp_path: Path) -> Non
 
 def test_flags_win_over_a_robots_own_settings(arm, collaudit, tmp_path: Path) -> None:
     config = _fleet(tmp_path, arm)
-    assert collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--gamma", 4).code == 1
+    assert (
+        collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--set", "detect.gamma_nm=4").code
+        == 1
+    )
     assert {entry["contacts"] for entry in _logs(tmp_path / "out").values()} == {1}
 
 
 def test_a_log_of_no_robot_or_of_two_is_not_judged(arm, collaudit, tmp_path: Path) -> None:
     config = _fleet(tmp_path, arm, FLEET + '[fleet.robots.both]\njoints = ["joint1", "joint2"]\npaths = ["right/*"]\n')
     shutil.copyfile(arm.clean, tmp_path / "logs" / "stray.csv")
-    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--gamma", 15)
+    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--set", "detect.gamma_nm=15")
     assert run.code == 3, run.err
     assert "no robot of the fleet" in run.err and "both, right" in run.err.replace("right, both", "both, right")
     verdicts = {name.rpartition("logs/")[2]: entry["verdict"] for name, entry in _logs(tmp_path / "out").items()}
@@ -137,10 +140,11 @@ def test_a_list_on_stdin(arm, collaudit, tmp_path: Path, monkeypatch: pytest.Mon
     assert run.code == 2 and "nothing would be judged" in run.err
 
 
-def test_what_is_not_there_is_an_error_or_with_keep_going_not_judged(arm, collaudit, tmp_path: Path) -> None:
-    command = ("audit", arm.clean, tmp_path / "gone.mcap", "-c", arm.config, "--friction", arm.friction)
-    assert collaudit(*command, "-o", tmp_path / "stopped").code == 2
-    run = collaudit(*command, "-o", tmp_path / "out", "--keep-going")
+def test_what_is_not_there_is_not_judged_and_an_error_where_it_is_all(arm, collaudit, tmp_path: Path) -> None:
+    command = ("-c", arm.config, "--friction", arm.friction, "-o")
+    assert collaudit("audit", tmp_path / "gone.mcap", *command, tmp_path / "stopped").code == 2
+    assert not (tmp_path / "stopped").exists()
+    run = collaudit("audit", arm.clean, tmp_path / "gone.mcap", *command, tmp_path / "out")
     assert run.code == 3
     verdicts = {Path(name).name: entry["verdict"] for name, entry in _logs(tmp_path / "out").items()}
     assert verdicts == {"clean.csv": "pass", "gone.mcap": "not_judged"}

@@ -145,7 +145,6 @@ def test_names_through_every_command(group: int, collaudit, tmp_path: Path) -> N
         ("fit", *judge, "-o", friction),
         ("detect", *judge, "-v", "-o", run),
         ("recommend", run),
-        ("recommend", run, "--snippet", "franka"),
         ("report", run, "-o", tmp_path / "report.html", "--format", formats),
         ("report", run, "-o", "-", "--format", "markdown"),
         ("report", run, "-o", "-", "--format", "github"),

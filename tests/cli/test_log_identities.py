@@ -180,7 +180,7 @@ def test_fingerprints_are_those_of_the_night_before(night: tuple[Path, int], arm
         "--friction",
         str(arm.friction),
     ]
-    assert run([*command, "-o", str(tmp_path / "out"), "--gamma", "3.9", "--format", "sarif"]) == 1
+    assert run([*command, "-o", str(tmp_path / "out"), "--set", "detect.gamma_nm=3.9", "--format", "sarif"]) == 1
 
     def prints(folder: Path) -> set[str]:
         results = json.loads((folder / "summary.sarif").read_text())["runs"][0]["results"]

@@ -157,17 +157,15 @@ def test_two_audits_do_not_share_a_folder(arm, collaudit, tmp_path: Path) -> Non
     assert "another audit" in refused.err
 
 
-def test_a_foreign_folder_needs_force(arm, collaudit, tmp_path: Path) -> None:
+def test_a_foreign_folder_is_refused(arm, collaudit, tmp_path: Path) -> None:
     out = tmp_path / "site"
     out.mkdir()
     (out / "index.html").write_text("mine")
     arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
     refused = collaudit(*arguments)
     assert refused.code == 2
-    assert "index.html" in refused.err and "--force" in refused.err
+    assert "index.html" in refused.err and "another folder" in refused.err
     assert (out / "index.html").read_text() == "mine"
-    assert collaudit(*arguments, "--force").code == 0
-    assert collaudit(*arguments).code == 0, "now the folder is an audit's"
 
 
 def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> None:
@@ -180,7 +178,7 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     for name in ("summary.json", f"{run}/audit.json"):
         (out / name).unlink()
         (out / name).symlink_to(target)
-        collaudit(*arguments, "--force")
+        collaudit(*arguments)
         assert target.read_text() == "mine"
     (tmp_path / "elsewhere").mkdir()
     shutil.rmtree(out / run)

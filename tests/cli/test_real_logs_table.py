@@ -115,7 +115,7 @@ def test_a_row_is_what_init_does(
         assert row.finding in collaudit("inspect", "-v", *files, "-c", tmp_path / "written.toml").out
     if outcome.code == 0 and row.group == "Trap":  # the others are audited by test_same_audit_matrix.py
         # init's trial fitted the log itself; to fit it again, or to keep thresholds of its own, takes a fit a row.
-        stated = ("--friction", arm.friction, "--gamma", "4")
+        stated = ("--friction", arm.friction, "--set", "detect.gamma_nm=4")
         arms = sorted(tmp_path.glob("written.*.toml")) or [tmp_path / "written.toml"]
         codes = {collaudit("detect", *files, "-c", config, *stated).code for config in arms}
         assert codes <= {0, 1}, "what init calls judged is judged by detect"

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from residual_audits import audit_of, coloured
 
-from collaudit.core.config.schema import Config
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import write_run
@@ -45,7 +44,7 @@ def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
 
 
 def test_confirmed_by_a_person(collaudit, run: Path) -> None:
-    found = json.loads(collaudit("recommend", run, "--free-of-contact", "--json").out)
+    found = json.loads(collaudit("recommend", run, "--set", "fit.contact=none", "--json").out)
     assert found["to_confirm"] == [] and found["counted"][0]["joints"] == ["joint1"]
     assert found["joints"]["joint1"]["largest_clean_nm"] > 6.0
     assert found["logs"][0]["contact_known"] is True
@@ -63,36 +62,16 @@ def test_the_folder_of_an_audit_stands_for_its_runs(collaudit, run: Path, tmp_pa
     assert "the folder holds no logs" in collaudit("recommend", tmp_path / "out").err, "a folder that is no audit's"
 
 
-def test_rate_and_persistence_are_asked_for(collaudit, run: Path) -> None:
-    often = json.loads(collaudit("recommend", run, "--per-hour", "20", "--json").out)
+def test_a_shorter_persistence_has_higher_thresholds(collaudit, run: Path) -> None:
     seldom = json.loads(collaudit("recommend", run, "--json").out)
-    assert often["arm"]["supported"] is True and often["arm"]["bound_per_hour"] <= 20.0
-    assert often["joints"] == seldom["joints"], "what the hours show does not move a threshold"
-    quick = json.loads(collaudit("recommend", run, "--n", "9", "--json").out)
+    quick = json.loads(collaudit("recommend", run, "--set", "detect.n=9", "--json").out)
     assert quick["joints"]["joint1"]["n"] == 9
     assert quick["joints"]["joint2"]["gamma_nm"] >= seldom["joints"]["joint2"]["gamma_nm"]
 
 
 def test_a_stated_persistence_counts(collaudit, run: Path) -> None:
-    stated = json.loads(collaudit("recommend", run, "--n", "20", "--json").out)
+    stated = json.loads(collaudit("recommend", run, "--set", "detect.n=20", "--json").out)
     assert stated["persistence_by"] == "stated" and stated["joints"]["joint1"]["n"] == 20
-
-
-def test_snippets(collaudit, run: Path) -> None:
-    made = tomllib.loads(collaudit("recommend", run, "--snippet", "config").out)
-    detect = Config.of({"detect": made["detect"]}).detect
-    assert isinstance(detect.gamma_nm, dict) and set(detect.gamma_nm) == {"joint1", "joint2"}
-    assert detect.persistence_ms == 26.0
-    franka = collaudit("recommend", run, "--snippet", "franka").out
-    values = ", ".join(f"{gamma:g}" for gamma in detect.gamma_nm.values())
-    assert f"lower_torque_nm{{{{{values}}}}};" in franka
-    # libfranka: (lower torques, upper torques, lower forces, upper forces): contact above lower, a stop above upper
-    assert "setCollisionBehavior(lower_torque_nm, upper_torque_nm, {...}, {...})" in franka
-    assert "upper_torque_nm{" not in franka, "where the robot stops is not told by logs"
-    assert "not comparable" in collaudit("recommend", run, "--snippet", "ur").out
-    # KR C: tolerances about the controller's own torque, one an axis; beyond them the arm stops, so none is written
-    kuka = collaudit("recommend", run, "--snippet", "kuka").out
-    assert "$COLLMON_TOL_PRO[axis]" in kuka and all(line.startswith(";") for line in kuka.splitlines())
 
 
 def test_too_little_is_refused(collaudit, tmp_path: Path) -> None:
@@ -136,7 +115,7 @@ def test_written_into_the_configuration_with_its_comments(collaudit, run: Path, 
             assert comment in text
         assert collaudit("check", config).code == 0
     config.write_text(config.read_text().replace('"joint1" = ', '"joint1" = 1', 1) + "# mine\n")
-    assert collaudit("recommend", run, "--write", config, "--n", "20").code == 0
+    assert collaudit("recommend", run, "--write", config, "--set", "detect.n=20").code == 0
     assert tomllib.loads(config.read_text())["detect"]["persistence_ms"] == 40.0 and "# mine" in config.read_text()
 
 

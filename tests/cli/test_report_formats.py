@@ -9,10 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
-import samples
 
 from collaudit.core.errors import ConfigError
-from collaudit.reports.formats.registry import FORMATS, report_text, summary_text
+from collaudit.reports.formats.registry import FORMATS, summary_text
 
 #: The one file: its function takes results, the lines of logs that could not be audited, and the night.
 TOY = '''
@@ -82,7 +81,7 @@ def test_a_format_of_one_run_is_none_of_many() -> None:
 
 def test_limits_on_the_command_line(arm, collaudit, tmp_path: Path) -> None:
     before = tmp_path / "before"
-    collaudit("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "-q", "-o", before)
+    collaudit("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "-o", before)
     limits = tmp_path / "limits.toml"
     limits.write_text('source = "ours"\n[[region]]\nname = "hand"\ntransient_n = 200\n')
     shown = collaudit("report", before, "--limits", limits)
@@ -92,11 +91,3 @@ def test_limits_on_the_command_line(arm, collaudit, tmp_path: Path) -> None:
     assert collaudit("report", before, "--limits", limits, "-o", page).code == 0 and "<html" in page.read_text()
     assert collaudit("report", before, "--limits", limits, "-o", tmp_path / "x.csv").code == 2
     assert collaudit("report", before).code == 2
-
-
-def test_a_stamp_says_when_and_where_and_only_when_asked_for() -> None:
-    audit = samples.passed(500)
-    plain, stamped = (report_text([audit], "html", made=made) for made in (None, "2024-03-13 07:00 UTC, cell <7>"))
-    assert plain == report_text([audit], "html")
-    assert "The report itself bears no date" in plain and "bears no date" not in stamped
-    assert "<dt>Report made on, at</dt><dd>2024-03-13 07:00 UTC, cell &lt;7&gt;</dd>" in stamped

@@ -97,14 +97,17 @@ def test_each_arm_is_judged_as_if_alone(collaudit, tmp_path: Path, form: str, mo
     for side in SIDES:
         friction = tmp_path / f"both.{side}.friction.json"
         assert collaudit("fit", clean, "-c", tmp_path / f"both.{side}.toml", "-o", friction).code == 0
-    run = collaudit("audit", both, "-c", config, "-o", tmp_path / "out", "--gamma", 4)
+    run = collaudit("audit", both, "-c", config, "-o", tmp_path / "out", "--set", "detect.gamma_nm=4")
     assert run.code == 1, run.err
     entries = {entry["robot"]: entry for entry in json.loads((tmp_path / "out" / "summary.json").read_text())["logs"]}
     assert {side: entry["verdict"] for side, entry in entries.items()} == {"left": "fail", "right": "pass"}
     single, friction, out = tmp_path / "left.toml", tmp_path / "left.json", tmp_path / "out_left"
     assert collaudit("init", alone, "-c", tmp_path / "arm.toml", "-o", single).code == 0
     assert collaudit("fit", alone_clean, "-c", single, "-o", friction).code == 0
-    assert collaudit("audit", alone, "-c", single, "--friction", friction, "-o", out, "--gamma", 4).code == 1
+    assert (
+        collaudit("audit", alone, "-c", single, "--friction", friction, "-o", out, "--set", "detect.gamma_nm=4").code
+        == 1
+    )
     (ours,) = [path for path in (tmp_path / "out").glob("*/audit.json") if path.parent.name.startswith("left")]
     assert _numbers(ours) == _numbers(next(out.glob("*/audit.json")))
 

@@ -127,14 +127,14 @@ def test_near_names_are_suggested(collaudit, tmp_path: Path, monkeypatch, args: 
 
 
 def test_an_option_is_suggested_only_where_it_is_alike(collaudit) -> None:
-    assert "Did you mean '--gamma'?" in collaudit("detect", "x", "--gama", "4").err
+    assert "Did you mean '--friction'?" in collaudit("detect", "x", "--fricton", "f").err
     assert "Did you mean" not in collaudit("fit", "x", "--quiet").err
 
 
 def test_names_in_a_log_are_suggested(arm, collaudit) -> None:
     common = ("detect", arm.clean, "-c", arm.config, "--friction", arm.friction)
     assert "did you mean 'joint1'?" in collaudit(*common, "--set", 'detect.watch=["jiont1"]').err
-    assert "did you mean 'joint2'?" in collaudit(*common, "--gamma", "joint2_=4").err
+    assert "did you mean 'joint2'?" in collaudit(*common, "--set", "detect.gamma_nm={joint2_=4}").err
     assert f"did you mean '{arm.clean.name}'?" in collaudit("inspect", arm.clean.with_name("claen.csv")).err
 
 
@@ -282,7 +282,9 @@ def test_a_report_does_not_say_that_it_uses_settings_it_does_not_read(arm, colla
 
 
 def test_detect_shows_near_misses(arm, collaudit) -> None:
-    said = collaudit("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "--gamma", "13.5")
+    said = collaudit(
+        "detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "--set", "detect.gamma_nm=13.5"
+    )
     assert "\nNear misses (1)\n" in said.out and "% of γ" in said.out and said.out.count("joint1") >= 2
 
 

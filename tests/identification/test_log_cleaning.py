@@ -138,7 +138,7 @@ def test_two_swapped_efforts_are_named_and_contact_is_not_their_only_cause(free:
     assert re.fullmatch(r"\d+ % \(joint5 \d+ %, joint6 \d+ %\) of .*", refused.value.found or "")
     assert "joint5" in found.findings[0].text and "order of joints" in found.findings[0].text
     said = refused.value.hint or ""
-    causes = ("description", "base_rpy_deg", "order of the joints", "sign and unit", "true_events", "--free-of-contact")
+    causes = ("description", "base_rpy_deg", "order of the joints", "sign and unit", "true_events", "[fit] contact")
     assert sorted(causes, key=said.index) == list(causes)
 
 

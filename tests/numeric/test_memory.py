@@ -19,7 +19,7 @@ def test_a_log_that_memory_cannot_hold_is_refused_with_a_way_on(monkeypatch: pyt
     refuse_larger_than_memory(1000, 3, "log.mcap")
     with pytest.raises(NotJudgedError) as refused:
         refuse_larger_than_memory(1001, 3, "log.mcap")
-    assert refused.value.where == "log.mcap" and "--from" in str(refused.value.hint)
+    assert refused.value.where == "log.mcap" and "log.from_s" in str(refused.value.hint)
 
 
 def test_a_limit_of_the_process_counts_as_its_memory() -> None:

@@ -75,7 +75,9 @@ def test_ur10_from_inspect_to_report(cli, data_dir: Path) -> None:  # type: igno
     assert all(value < limits.get(joint, 3.0) for joint, value in level.items()), level
     # Thresholds are the fit's: what scatters by more than 4 N·m on the lift joint is no contact.
     assert judged.code == 0 and result["exclusions"]
-    guessed = cli("detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "guess", "--gamma", "4")
+    guessed = cli(
+        "detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "guess", "--set", "detect.gamma_nm=4"
+    )
     assert guessed.code == 1
     assert "gamma-too-tight" in codes(load("guess/audit.json"), "shoulder_lift_joint")
     assert cli("report", "run", "-o", "report.html").code == 0

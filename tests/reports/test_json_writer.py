@@ -16,7 +16,6 @@ PROJECT = Path(__file__).resolve().parents[2]
 #: Who else may call json.dumps, since what they write is no result; all refuse NaN.
 OTHERS = {
     "cli/main.py": "what went wrong, for scripts",
-    "cli/fleet/run_log.py": "events of the run, one a line",
     "fixtures/truth.py": "known truth",
     "reports/files/signals_file.py": "metadata inside Parquet",
     "reports/page/html.py": "curves inside the page, on one line",

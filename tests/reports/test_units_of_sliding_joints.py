@@ -13,7 +13,6 @@ from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.verdict.coverage import exclusions
-from collaudit.reports.files.rule_snippets import snippet
 from collaudit.reports.sections.rule_sections import plane_section
 from collaudit.reports.terminal.recommendation_text import recommendation_text
 
@@ -45,7 +44,6 @@ def test_of_a_recommendation(audit: Audit) -> None:
     assert " 9.5 N " in slides and " 12 N " in slides
     assert " 9.5 " in turns and " N " not in turns
     assert f"{SLIDES} 11 N, {JOINTS[1]} 11" in text
-    assert f"{SLIDES} 9.5 N, {JOINTS[1]} 9.5 N·m" in snippet("ur", found)
 
 
 def test_of_what_is_set() -> None:

@@ -87,7 +87,7 @@ def spaced_evenly(series: Series, rate_hz: float, where: str) -> Series:
                 "messages are missing, so that no rate tells when the others were taken",
                 where=where,
                 found=f"{received[at + 1] - received[at]:.3g} s without messages after {received[at]:.4g} s",
-                hint="record with stamps in the header, or cut the log there: --from, --to",
+                hint="record with stamps in the header, or judge its parts: [log] from_s, to_s",
             )
     stamps = series.log_ns[0] + np.rint(time_s * 1e9).astype(np.int64)
     return replace(series, stamp_ns=stamps, stamp_breaks=())

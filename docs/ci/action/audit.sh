@@ -9,7 +9,7 @@ done <<<"${COLLAUDIT_LOGS:?names of logs, one a line}"
 
 out="${COLLAUDIT_OUT:-collaudit-out}"
 arguments=(-c "${COLLAUDIT_CONFIG:-collaudit.toml}" -o "$out" -j "${COLLAUDIT_JOBS:-2}")
-arguments+=(--timeout "${COLLAUDIT_TIMEOUT:-600}" --format junit,sarif,markdown,github --log-json collaudit-run.jsonl)
+arguments+=(--timeout "${COLLAUDIT_TIMEOUT:-600}" --format junit,sarif,markdown,github)
 [[ -z "${COLLAUDIT_FRICTION:-}" ]] || arguments+=(--friction "$COLLAUDIT_FRICTION")
 [[ -z "${COLLAUDIT_BASELINE:-}" ]] || arguments+=(--baseline "$COLLAUDIT_BASELINE")
 [[ -z "${COLLAUDIT_STORE:-}" ]] || arguments+=(--store "$COLLAUDIT_STORE")

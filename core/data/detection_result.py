@@ -40,17 +40,6 @@ class DelayFacts:
 
 
 @dataclass(frozen=True, slots=True)
-class DetectorEvent:
-    """An alarm of a detector that judged side by side. Times as in ``Collision``."""
-
-    joint: str
-    onset_s: float
-    detected_s: float
-    duration_s: float
-    peak_nm: float
-
-
-@dataclass(frozen=True, slots=True)
 class LevelFacts:
     """How far a joint's friction was off its calibration: range of the followed level, and its standard error.
 

@@ -272,7 +272,7 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-kind": Kind(
         "What the effort looks like (torque, current, inverted, doubled), from all joints together; or it is not in "
-        "N·m, and thresholds in N·m cannot be judged.",
+        "N·m, and thresholds in N·m cannot be judged; or the motion does not load a joint enough to tell its gain.",
         "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign; or fit a motion that loads "
         "each joint by gravity, or with a known load: its gain is then identified.",
         _EITHER,
@@ -285,11 +285,6 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-delay": Kind(
         "Effort lags or leads the motion.", "State [log] effort_delay_ms as the finding says, and fit again.", _DELAY
-    ),
-    "effort-sign-unknown": Kind(
-        "The motion does not load this joint enough to check the sign of its effort.",
-        "Move the joint against gravity, with longer or faster strokes, to show its sign.",
-        _EITHER,
     ),
     "model-approximate": Kind(
         "The model has no inertials, or a property of it was left out or simplified. Of joints that carry a link "
@@ -460,6 +455,7 @@ RENAMED: Mapping[str, str] = {
     "effort-quantised": "effort-filtered",
     "wrench-delay": "log-wrench",
     "effort-unit-raw": "effort-kind",
+    "effort-sign-unknown": "effort-kind",
     "model-no-inertials": "model-approximate",
     "model-joint-locked": "model-joint-missing",
     "model-joint-between": "model-joint-missing",

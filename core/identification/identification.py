@@ -137,7 +137,7 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
     for name, joint in identified.joints.items():
         if joint.gain is None:
             text = f"The motion does not show the gain of joint '{name}': its torque stays unknown and is not judged."
-            findings.append(Finding("effort-sign-unknown", "warning", text, joint=name))
+            findings.append(Finding("effort-kind", "warning", text, joint=name))
         if joint.gain_kept:
             text = (
                 f"The motion does not determine the gain of joint '{name}' better than it is stated, so the "

@@ -246,7 +246,7 @@ def busy(count: int = 30) -> Audit:
         )
     codes = (
         "effort-gain",
-        "effort-sign-unknown",
+        "effort-kind",
         "residual-position",
         "residual-level",
         "friction-level",

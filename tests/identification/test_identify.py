@@ -132,7 +132,7 @@ def test_a_joint_whose_gain_cannot_be_told_keeps_the_stated_one() -> None:
     assert kept.gain == 1.0
     assert kept.gain_ci95 == pytest.approx((1.0 - 1.96 * 0.2, 1.0 + 1.96 * 0.2))
     assert {f.joint for f in identified_findings(found) if "stated gain is kept" in f.text} >= {"joint1"}
-    assert not any(f.code == "effort-sign-unknown" for f in identified_findings(found))
+    assert not any(f.code == "effort-kind" for f in identified_findings(found))
     assert not found.joints["joint2"].gain_kept
 
 

@@ -17,7 +17,6 @@ from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damag
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 2, 3, 4, 5, 6, 7, 8, 11
-METADATA, METADATA_INDEX = 12, 13
 #: Bytes of a message's record before its payload.
 MESSAGE_HEAD = 31
 #: A schema, channel or other small record is not read beyond this.
@@ -28,7 +27,7 @@ _TAIL = 9 + 20 + 8
 _HEAD = struct.Struct("<BQ")
 _KINDS: dict[int, Any] = {
     FOOTER: records.Footer, SCHEMA: records.Schema, CHANNEL: records.Channel, CHUNK_INDEX: records.ChunkIndex,
-    STATISTICS: records.Statistics, METADATA: records.Metadata, METADATA_INDEX: records.MetadataIndex,
+    STATISTICS: records.Statistics,
 }  # fmt: skip
 
 

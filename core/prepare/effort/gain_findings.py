@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.effort.channel_shift import effort_shift, moved
@@ -189,7 +189,7 @@ def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]
         f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
         "the model's torque varies too little against friction and noise."
     )
-    return [Finding("effort-sign-unknown", "info", text)]
+    return [fact(text)]
 
 
 def raw_effort_findings(series: UniformSeries) -> list[Finding]:

@@ -191,8 +191,7 @@ def command(
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
     from collaudit.reports.values.entries import nights_before
-    from collaudit.reports.values.night import left_out_entries
-    from collaudit.reports.values.night_words import change_section, explained_night
+    from collaudit.reports.values.night import change_section, explained_night, left_out_entries
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()

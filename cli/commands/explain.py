@@ -31,9 +31,8 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
     """
     from collaudit.cli.exit_codes import exit_code
     from collaudit.reports.terminal.screen_text import causes_text
-    from collaudit.reports.values.cause_words import cause_sentence
     from collaudit.reports.values.visible_text import visible, wrapped
-    from collaudit.reports.values.words import verdict_word
+    from collaudit.reports.values.words import cause_sentence, verdict_word
 
     loaded = load_settings()
     with progress("judging") as report:

@@ -46,9 +46,9 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
 
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
+    from collaudit.cli.drafts.config_text import guesses_of
     from collaudit.cli.drafts.draft import Known
     from collaudit.cli.drafts.drafted_log import arms_in, drafted, key_paths
-    from collaudit.cli.drafts.given_keys import guesses_of
     from collaudit.cli.drafts.trial import next_step
     from collaudit.cli.log_arguments import one_log
     from collaudit.core.config import load_config

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from collaudit.cli.drafts.config_text import USUAL_LINES, Line, Section, add_units, document
-from collaudit.cli.drafts.given_keys import given_keys
+from collaudit.cli.drafts.config_text import USUAL_LINES, Line, Section, add_units, document, given_keys
 from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.describe import all_keys
@@ -20,7 +19,7 @@ from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
 from collaudit.core.logs.signals.signal_roles import is_usable
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label
-from collaudit.core.logs.topics.topic_ranking import TopicFacts, in_order
+from collaudit.core.logs.topics.joint_states_topic import TopicFacts, in_order
 from collaudit.core.robot.robot_description import Description
 
 _WRENCH_FRAME = (

@@ -11,8 +11,8 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_guess import guess_joints
-from collaudit.core.logs.signals.numbered_names import MARK, families
-from collaudit.core.logs.signals.stamps import interpolate
+from collaudit.core.logs.signals.sample_clock import interpolate
+from collaudit.core.logs.signals.signal_roles import MARK, families
 
 #: Poses of two topics this close, rad and share of the range, are two reports on one arm (measured and commanded …).
 _SAME_POSE, _SAME_SHARE = 0.02, 0.02

@@ -26,7 +26,7 @@ from collaudit.core.logs.tables.file_quantities import (
     written,
 )
 from collaudit.core.logs.tables.joined_tables import join_tables
-from collaudit.core.logs.tables.time_parts import time_parts
+from collaudit.core.logs.tables.stamp_parts import time_parts
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 #: Keys that say how a table is written.

@@ -15,8 +15,7 @@ from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.exports.audit_mcap import write_audit_mcap
 from collaudit.reports.files.atomic import staged
 from collaudit.reports.values.contact_alarms import in_time
-from collaudit.reports.values.csv_cells import text_cell
-from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.visible_text import text_cell, visible
 
 _TEXT, _NUMBER = pa.string(), pa.float64()
 _EVENT_COLUMNS: dict[str, pa.DataType] = {

@@ -17,8 +17,7 @@ from collaudit.reports.exports.ros_mcap import TRAJECTORY, Channel, joint_trajec
 from collaudit.reports.files.atomic import atomic_write, staged
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.terminal.command_texts import plan_text
-from collaudit.reports.values.csv_cells import text_cell
-from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.visible_text import text_cell, visible
 
 CSV_PERIOD_S = 0.01
 _TOPIC = "/joint_trajectory"

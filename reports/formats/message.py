@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_dates, worst_first
-from collaudit.reports.values.night import QUIET, NightFacts
-from collaudit.reports.values.night_words import explained_night, group_words
+from collaudit.reports.values.night import QUIET, NightFacts, explained_night, group_words
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import VERDICT_WORD, plural
 

@@ -26,8 +26,7 @@ from collaudit.reports.values.entries import (
     verdict_counts,
     worst_first,
 )
-from collaudit.reports.values.night import QUIET, NightFacts
-from collaudit.reports.values.night_words import change_section, group_section
+from collaudit.reports.values.night import QUIET, NightFacts, change_section, group_section
 
 SUMMARY_SCHEMA = "collaudit/summary/1"
 #: Width of a night's bar, height of each verdict's, pixels; and so many nights make a history.

@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, RuleFacts
 from collaudit.core.data.detection_result import Contact, ContactKind, ControllerAlarmComparison, DelayFacts, Score
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.after_words import after_text
 from collaudit.reports.values.contact_alarms import (
     alarms_of,
     contact_limits,
@@ -20,7 +19,7 @@ from collaudit.reports.values.contact_alarms import (
     link_forces_text,
 )
 from collaudit.reports.values.numbers import against, apart, duration, fixed, percent, significant, speed, time_decimals
-from collaudit.reports.values.words import NONE, clock_text, speed_unit, torque_unit
+from collaudit.reports.values.words import NONE, after_text, clock_text, speed_unit, torque_unit
 
 #: Kinds as readers are told them.
 KIND_WORDS: dict[ContactKind, str] = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}

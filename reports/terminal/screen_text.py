@@ -20,7 +20,6 @@ from collaudit.reports.sections.finding_sections import finding_lines, worst_fir
 from collaudit.reports.sections.judged_sections import cycle_section, force_line, judged_section, residual_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text
-from collaudit.reports.values.cause_words import cause_lines, follows
 from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.first_words import all_told, excluded_lines, first_lines, more_reasons, unsaid
 from collaudit.reports.values.visible_text import visible, wrapped
@@ -28,7 +27,9 @@ from collaudit.reports.values.words import (
     BRIEF_STATEMENT,
     NONE,
     STATEMENT,
+    cause_lines,
     clock_text,
+    follows,
     nothing_judged,
     plural,
     rule_text,

@@ -6,12 +6,10 @@ from collections.abc import Iterable, Sequence
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
-from collaudit.reports.values.after_words import after_text
-from collaudit.reports.values.cause_words import cause_sentence, speaking
 from collaudit.reports.values.contact_alarms import alarms_of, force_text, height, strongest
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, fixed, percent, time_decimals
-from collaudit.reports.values.words import clock_text, noticed_line, plural
+from collaudit.reports.values.words import after_text, cause_sentence, clock_text, noticed_line, plural, speaking
 
 MOST_WORDS = 120
 _REST = "More statements below: {}."

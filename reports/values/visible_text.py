@@ -72,3 +72,15 @@ def wrapped(text: str, width: int | None, indent: str = "") -> str:
         text, max(width, 40), subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
     )
     return "\n".join(lines or [""])
+
+
+#: What a spreadsheet computes when a cell begins with it.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+def text_cell(text: str) -> str:
+    """Text of a log, a file or a setting for a cell; with an apostrophe before what would be a formula.
+
+    Source: OWASP, CSV injection. Cells of numbers are no text and stay as they are.
+    """
+    return f"'{text}" if text.startswith(_FORMULA) else text

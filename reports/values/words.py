@@ -1,4 +1,7 @@
-"""Words for readers: verdicts, reasons, units, moments of the wall clock, what would have been noticed."""
+"""Words for readers: verdicts, reasons, units, moments of the wall clock, what would have been noticed.
+
+What an arm did after a contact, and causes of a residual that is off.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,10 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.data.cause import Cause
+from collaudit.core.data.detection_result import AfterContact, ToolMotion
 from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.findings import Finding
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.verdict.noticed_words import (
@@ -16,7 +22,7 @@ from collaudit.core.verdict.noticed_words import (
     place_text,
     too_insensitive,
 )
-from collaudit.reports.values.numbers import stated
+from collaudit.reports.values.numbers import UNKNOWN, duration, fixed, percent, significant, speed, stated
 
 #: What stands where there is no value.
 NONE = "–"
@@ -182,3 +188,77 @@ def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:
         [(value, names)] = shared.items()
         return f"all {len(names)} joints {value}" if len(names) > 1 else f"{names[0]} {value}"
     return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())
+
+
+_MOTION: dict[ToolMotion, str] = {
+    "went on": "the tool did not stop",
+    "slowed": "the tool slowed to {share} of {speed}, from {slowing} on",
+    "turned back": "the tool turned back, slowing from {slowing} on",
+    "stopped": "the tool stopped after {stopped} and {way} mm, slowing from {slowing} on",
+    "stood": "the tool stood already",
+    "unknown": "what the tool did is not known",
+}
+
+
+def after_text(after: AfterContact | None) -> str:
+    """``the tool stopped after 320 ms and 41 mm, …; transient (…)``; empty in files of earlier versions."""
+    if after is None:
+        return ""
+    alarm = "" if after.controller_s is None else f"; controller alarm at {_ms(after.controller_s)}"
+    kept = duration(after.force_s)
+    load = {
+        "quasi-static": f"pressed on (quasi-static, {kept} above γ)",
+        "transient": f"transient ({kept} above γ)",
+        "unknown": f"above γ for at least {kept}",
+    }[after.load]
+    return f"{motion_text(after)}{alarm}; {load}"
+
+
+def motion_text(after: AfterContact) -> str:
+    """What the tool did, with when and how far; times from the onset."""
+    return _MOTION[after.motion].format(
+        share=percent(after.slowest, 0),
+        speed=speed(after.speed_m_s, "m/s"),
+        slowing=_ms(after.slowing_s),
+        stopped=_ms(after.stopped_s),
+        way=significant(None if after.stopping_m is None else 1e3 * after.stopping_m),
+    )
+
+
+def _ms(seconds: float | None) -> str:
+    return UNKNOWN if seconds is None else f"{fixed(1e3 * seconds, 0)} ms"
+
+
+def speaking(result: AuditResult) -> Cause | None:
+    """The cause that explains most, where it explains enough."""
+    return next((cause for cause in result.causes if cause.speaks), None)
+
+
+def cause_sentence(result: AuditResult) -> str | None:
+    """The cause, its share and the runner-up of another kind; None where no residual is off."""
+    if not result.causes:
+        return None
+    first = speaking(result)
+    best = result.causes[0]
+    if first is None:
+        return f"No single cause explains the residual: at best {_share(best)} of it, by {best.text}."
+    best_of: dict[str, Cause] = {}
+    for cause in result.causes:
+        best_of.setdefault(cause.code, cause)
+    other = next(iter([*best_of.values()][1:]), None)
+    beside = "" if other is None else f", next best: {other.code}, {_share(other)}"
+    return f"Cause: {first.text} (explains {_share(first)}{beside})."
+
+
+def cause_lines(result: AuditResult) -> list[str]:
+    """Every cause that takes away a tenth of what is beyond the usual, the best first."""
+    return [f"{_share(cause):>5}  {cause.text}{f' -> {cause.line}' if cause.line else ''}" for cause in result.causes]
+
+
+def _share(cause: Cause) -> str:
+    return f"{100.0 * cause.share:.0f} %"
+
+
+def follows(result: AuditResult, finding: Finding) -> bool:
+    """Whether a finding follows from the cause: alarms may be errors of the model. Those that forbid a pass stay."""
+    return speaking(result) is not None and finding.doubts_alarms and not finding.forbids_pass

@@ -25,7 +25,7 @@ with atheris.instrument_imports(include=["collaudit.core.logs"]):
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.chunked_file import RandomFile
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 import log_writers as w

@@ -16,7 +16,7 @@ from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.pushes import Push
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import simulate_to
-from collaudit.reports.values.after_words import after_text
+from collaudit.reports.values.words import after_text
 
 ONSETS = (4.0, 9.0, 14.0)
 LASTING = (0.25, 0.8, 0.3)

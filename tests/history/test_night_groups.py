@@ -16,8 +16,7 @@ from collaudit.core.history.joint_nights import joint_nights
 from collaudit.core.history.night_groups import NightGroup, night_groups
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.night import NightFacts
-from collaudit.reports.values.night_words import explained_night, group_section
+from collaudit.reports.values.night import NightFacts, explained_night, group_section
 
 PASSED = samples.passed(500).result
 JOINTS = tuple(PASSED.rule.watch)

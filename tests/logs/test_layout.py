@@ -18,10 +18,9 @@ from rosbags.serde import cdr, ros1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
-from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, walk
+from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, lay_out, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
-from collaudit.core.logs.messages.value_layout import lay_out
 from collaudit.core.logs.storage.records import Batch, Channel
 from collaudit.core.vendors.message_profiles import PROFILES, Profile
 

@@ -13,7 +13,7 @@ import pytest
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_records import MAGIC, MESSAGE
 from collaudit.core.logs.mcap.mcap_scan import LEAST_HEAD, message_run, scan
-from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.chunked_file import RandomFile
 
 
 def record(length: int, op: int = MESSAGE, channel: int = 1, fill: int = 0) -> bytes:

@@ -13,7 +13,7 @@ import pyarrow as pa
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.column_files.numpy_file import columns_of, fields_of
-from collaudit.core.logs.storage.file_reading import plausible_table
+from collaudit.core.logs.storage.chunked_file import plausible_table
 from collaudit.core.logs.storage.other_formats import python_line, quoted
 from collaudit.core.logs.storage.table_reader import arrow_of
 

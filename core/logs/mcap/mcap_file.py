@@ -24,9 +24,8 @@ from collaudit.core.logs.mcap.mcap_records import (
 )
 from collaudit.core.logs.mcap.mcap_scan import chunk_at, scan
 from collaudit.core.logs.signals.impossible_values import plausible_ns
-from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef
+from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef, RandomFile
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import (
     ByteArray,
     Located,

@@ -11,8 +11,7 @@ from typing import Any
 from mcap import records
 from mcap.data_stream import ReadDataStream
 
-from collaudit.core.logs.storage.chunked_file import ChunkRef
-from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.chunked_file import ChunkRef, RandomFile
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, DamageNotes, ros_type
 
 MAGIC = b"\x89MCAP0\r\n"

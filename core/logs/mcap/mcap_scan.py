@@ -24,8 +24,7 @@ from collaudit.core.logs.mcap.mcap_records import (
     STATISTICS,
     McapIndex,
 )
-from collaudit.core.logs.storage.chunked_file import ChunkRef
-from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.chunked_file import ChunkRef, RandomFile
 from collaudit.core.numeric.arrays import IntArray
 
 _WINDOW = 1 << 13

@@ -16,11 +16,10 @@ import numpy as np
 
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
 from collaudit.core.logs.messages.decoded_columns import Decoded
-from collaudit.core.logs.messages.layout import Layout, LayoutError, walk
+from collaudit.core.logs.messages.layout import Layout, LayoutError, value_layouts, walk
 from collaudit.core.logs.messages.message_schema import SchemaError, parse_schema
-from collaudit.core.logs.messages.value_layout import value_layouts
+from collaudit.core.logs.storage.chunked_file import MAX_RATIO
 from collaudit.core.logs.storage.decompression import bounded
-from collaudit.core.logs.storage.file_reading import MAX_RATIO
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, gather
 from collaudit.core.numeric.arrays import BoolArray, IntArray
 from collaudit.core.vendors.message_profiles import Profile

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from collaudit.core.logs.signals.numbered_names import families
+from collaudit.core.logs.signals.signal_roles import families
 
 _NUMBER = re.compile(r"\d+")
 _MOST_CHAINS = 4

@@ -15,7 +15,7 @@ from typing import Any, cast
 import lz4.frame
 import zstandard
 
-from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
+from collaudit.core.logs.storage.chunked_file import MAX_CHUNK_BYTES, plausible_size
 
 _STEP = 1 << 16
 #: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.chunked_file import FREE_CHUNK_BYTES, FREE_TABLE_BYTES, MAX_RATIO, TABLE_RATIO
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
-from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, FREE_TABLE_BYTES, MAX_RATIO, TABLE_RATIO
 
 _HEAD = 4096
 _PIECE = 1 << 20

@@ -11,8 +11,7 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.numbered_names import MARK
-from collaudit.core.logs.signals.signal_roles import role_of_path, strongest, words_of
+from collaudit.core.logs.signals.signal_roles import MARK, role_of_path, strongest, words_of
 from collaudit.core.logs.tables.column_groups import (
     Choice,
     choose,

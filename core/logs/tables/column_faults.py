@@ -8,8 +8,7 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.numbered_names import MARK, Family, families
-from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint
+from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, Family, families, is_usable, refusal_hint
 from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups, word_dropped
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of

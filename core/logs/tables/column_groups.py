@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from collaudit.core.logs.signals.numbered_names import MARK, families
-from collaudit.core.logs.signals.signal_roles import is_usable, words_of
+from collaudit.core.logs.signals.signal_roles import MARK, families, is_usable, words_of
 from collaudit.core.logs.tables.column_patterns import Found, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.vendors.column_words import (

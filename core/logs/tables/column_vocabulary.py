@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-from collaudit.core.logs.signals.numbered_names import MARK
-from collaudit.core.logs.signals.signal_roles import strongest, words_of
+from collaudit.core.logs.signals.signal_roles import MARK, strongest, words_of
 from collaudit.core.vendors.column_words import (
     BY_DOT,
     CURRENTS,

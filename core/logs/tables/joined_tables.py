@@ -27,10 +27,9 @@ from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, count
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
 from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.other_layouts import echoed_keys, echoed_lines, widening_command
-from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, unwrapped
+from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, time_parts, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.time_columns import FRACTION, guess_time, named_unit, seconds_of
-from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.logs.tables.time_unit import told_unit
 from collaudit.core.numeric.arrays import FloatArray
 

@@ -22,7 +22,7 @@ from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
 from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.mode_columns import mode_annotations
-from collaudit.core.logs.tables.row_series import held_words, joint_samples
+from collaudit.core.logs.tables.table_runs import held_words, joint_samples
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 #: What a cell says while an annotation does not hold, in lower case; a number says so by being zero or none.

@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding
 from collaudit.core.logs.tables.file_quantities import AssignedTable
+from collaudit.core.logs.tables.stamp_parts import time_parts
 from collaudit.core.logs.tables.time_columns import (
     LONGEST_STEP_S,
     SCALES,
@@ -18,7 +19,6 @@ from collaudit.core.logs.tables.time_columns import (
     repeats_most,
     usual_step_s,
 )
-from collaudit.core.logs.tables.time_parts import time_parts
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Steps of a time further than this from a unit, as a share, are not in it: velocities are filtered, not scaled.

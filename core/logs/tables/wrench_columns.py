@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from collaudit.core.logs.signals.numbered_names import MARK, families
+from collaudit.core.logs.signals.signal_roles import MARK, families
 
 _AXES = "xyz"
 _KINDS = dict.fromkeys(("f", "force", "forces", "kraft"), "force")

@@ -13,8 +13,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.decoded_columns import Decoded, Group
 from collaudit.core.logs.signals.annotation_spans import phases_of, spans_of, until_changed
-from collaudit.core.logs.signals.sample_clock import Clock
-from collaudit.core.logs.signals.stamps import seconds_since
+from collaudit.core.logs.signals.sample_clock import Clock, seconds_since
 from collaudit.core.logs.topics.log_topics import Topic, described, named, read_by
 from collaudit.core.logs.topics.topic_series import Series, in_order
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -8,7 +8,7 @@ from contextlib import closing
 import numpy as np
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource
+from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.messages.decoded_columns import all_names
@@ -21,11 +21,12 @@ from collaudit.core.logs.signals.sample_clock import (
     choose_clock,
     compare_clocks,
     header_steadiness,
+    interpolate,
+    seconds_since,
     start_of,
     steadiness,
 )
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
-from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
@@ -37,14 +38,70 @@ from collaudit.core.logs.topics.annotation_topics import (
     read_annotations,
     read_phases,
 )
-from collaudit.core.logs.topics.joined_series import check_clocks, spaced_evenly, with_efforts
+from collaudit.core.logs.topics.joined_series import (
+    alternation,
+    check_clocks,
+    disagreement,
+    spaced_evenly,
+    with_efforts,
+)
 from collaudit.core.logs.topics.joint_states_topic import choose_efforts, choose_joint_states, companions
 from collaudit.core.logs.topics.log_topics import Topic, decode, named, skipped_findings, topics_of
-from collaudit.core.logs.topics.logged_wrench import read_wrench
-from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
-from collaudit.core.logs.topics.topic_series import Series, publishers_of
+from collaudit.core.logs.topics.topic_series import Series, in_order, publishers_of, taken
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.numeric.stage_progress import Progress
+
+
+def read_wrench(
+    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int, joints: Series
+) -> tuple[WrenchSeries | None, list[Finding]]:
+    """The wrench as recorded, on the clock of the joint states.
+
+    Args:
+        topic: the configured topic, decoded; None when the log does not have it.
+        settings: the configuration.
+        clock: the clock of the joint states.
+        origin_ns: its time zero.
+        joints: the joint states; where their clocks were set back, the wrench's were too.
+
+    Returns:
+        The series, or None with a finding when the wrench that was configured holds no usable messages.
+
+    Raises:
+        LogError: the log does not have the topic that was configured.
+    """
+    if settings.wrench is None:
+        return None, []
+    if topic is None:
+        raise LogError(
+            f"the log has no topic {settings.wrench}, which the configuration names as the wrench",
+            where="[log] wrench",
+            hint="collaudit inspect LOG lists the topics; take the line out to judge without a wrench",
+        )
+    problem = _problem(topic)
+    if problem is not None:
+        text = f"The wrench topic {settings.wrench} was configured, and {problem}."
+        return None, [Finding("log-wrench", "warning", text, where=settings.wrench)]
+    groups = list(topic.decoded.groups.values())
+    series = in_order(groups, {"wrench": np.asarray(taken(groups, "wrench"))}, joints=joints)
+    findings = [] if series.garbage is None else [garbage_finding(*series.garbage, "message", topic.name)]
+    if not series.followed:
+        text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
+        return None, [Finding("log-wrench", "warning", text, where=topic.name)]
+    if clock == "header" and not header_steadiness(series.stamp_ns, series.log_ns).usable:
+        clock = "log"
+        text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
+        findings.append(Finding("log-clock", "warning", text, where=topic.name))
+    time_s, wrench = seconds_since(series.stamps(clock), origin_ns), series.columns["wrench"]
+    return WrenchSeries(frozen(time_s), frozen(wrench), topic.name), findings
+
+
+def _problem(topic: Topic) -> str | None:
+    if topic.profile.role != "wrench" or not topic.decoders:
+        return topic.problem or f"its type {topic.type} is no wrench"
+    if not topic.decoded.groups:
+        return "it holds no messages" if not topic.decoded.seen else f"none can be decoded: {topic.decoded.problem}"
+    return None
 
 
 def read_message_log(

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from collaudit.core.logs.messages.decoded_columns import QUANTITIES, Decoded, Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.logs.signals.impossible_values import garbage_ns
-from collaudit.core.logs.signals.sample_clock import Clock, of_two_clocks
-from collaudit.core.logs.signals.stamps import interpolate, seconds_since
+from collaudit.core.logs.signals.sample_clock import Clock, interpolate, of_two_clocks, seconds_since
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 Breaks = tuple[SetBack, ...]

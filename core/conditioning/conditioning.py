@@ -9,19 +9,22 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.conditioning.clock_steps import clock_step_findings
-from collaudit.core.conditioning.lost_samples import SEVERAL, filled, interpolated, picked_rows
+from collaudit.core.conditioning.lost_samples import (
+    SEVERAL,
+    filled,
+    interpolated,
+    lost_ends_s,
+    missing_findings,
+    picked_rows,
+    positions_known,
+    with_positions,
+)
 from collaudit.core.conditioning.measured.doubled_samples import (
     duplicate_findings,
     without_contradictions,
     without_stalls,
 )
 from collaudit.core.conditioning.measured.unmeasured import effort_signal_findings, saturation, without_unmeasured
-from collaudit.core.conditioning.missing_values import (
-    lost_ends_s,
-    missing_findings,
-    positions_known,
-    with_positions,
-)
 from collaudit.core.conditioning.position_jumps import continued_angles, missing_rows
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.conditioning.timebase import Timebase, make_timebase

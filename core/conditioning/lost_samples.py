@@ -1,14 +1,78 @@
-"""Samples that were lost one by one: bridged where the hole is short against the filter's band, and marked."""
+"""Rows and samples that were lost: one without the position of every joint is a lost row; single holes are bridged.
+
+Bridged where a hole is short against the filter's band, and marked.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import each
+
+
+def positions_known(log: JointLog) -> BoolArray:
+    """(n,) rows with the position of every joint."""
+    if np.isfinite(log.position_rad.sum()):
+        return np.ones(log.time_s.size, dtype=np.bool_)
+    return np.asarray(np.isfinite(log.position_rad).all(axis=1))
+
+
+def with_positions(log: JointLog) -> JointLog:
+    """The log without the rows that lack the position of a joint; unchanged where none does.
+
+    Args:
+        log: (n, j) signals.
+
+    Raises:
+        NotJudgedError: a joint has no position in any row.
+    """
+    known = positions_known(log)
+    if known.all():
+        return log
+    if not known.any():
+        never = [
+            joint for joint, x in zip(log.joint_names, log.position_rad.T, strict=True) if not np.isfinite(x).any()
+        ]
+        named = ", ".join(f"'{joint}'" for joint in never)
+        raise NotJudgedError(
+            "no row of the log holds the positions of all joints",
+            where=log.source.name,
+            found=f"no position of {named} in any row" if named else "rows that each lack a joint's position",
+            expected="the position of every joint of the model, in the same row",
+            hint="check [log.csv] position or [log] joint_states: another column or topic may hold the positions",
+        )
+    return log.samples(known)
+
+
+def lost_ends_s(log: JointLog) -> float:
+    """Time before the first and after the last row that holds the position of every joint, s."""
+    known = positions_known(log)
+    stamped = np.isfinite(log.time_s)
+    if known.all() or not (known & stamped).any():
+        return 0.0
+    whole, kept = log.time_s[stamped], log.time_s[known & stamped]
+    return float(np.ptp(whole) - np.ptp(kept))
+
+
+def missing_findings(log: JointLog) -> Iterator[Finding]:
+    """How many positions and efforts of each joint are missing."""
+    for name, values, so in (
+        ("position", log.position_rad, "; rows without one count as lost"),
+        ("effort", log.effort, ""),
+    ):
+        if values is None or np.isfinite(values.sum()):
+            continue
+        for joint, bad in zip(log.joint_names, np.count_nonzero(~np.isfinite(values), axis=0).tolist(), strict=True):
+            if bad:
+                text = f"{bad} of {len(values)} {name} values of joint '{joint}' are missing or not a number{so}."
+                yield Finding("log-nan", "warning", text, joint=joint)
+
 
 #: The longest step over several lost samples, and over a single one, in periods of the filter's band.
 SEVERAL, _SINGLE = 0.25, 0.4

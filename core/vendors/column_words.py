@@ -1,13 +1,18 @@
-"""The words that robot software writes above its columns: quantity, role and unit of each.
-
-Sources are the public documentation of libfranka (RobotState), UR (RTDE, RobotStateRTMsg), KUKA (FRI, RSI, system
-variables), ABB (EGM), Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggler (CSV export).
-"""
+"""The words that robot software writes above its columns: quantity, role, unit; what names of joints tell."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any, Literal
+
+#: Arms whose drivers publish joint-side torque sensors, by the names of their joints.
+TORQUE_SENSED = re.compile(
+    r"(^|[_/])(panda|fer|fr3|fp3|franka|iiwa\d*|lbr(_\w+)?|lwr|med7|med14|gen3|rizon\d*|diana\d*|sawyer)(_|$)", re.I
+)
+#: Joints of grippers, by the words that their descriptions use.
+GRIPPER = re.compile(r"finger|gripper|knuckle|(^|[_/])jaw", re.I)
+
 
 Role = Literal[
     "measured",

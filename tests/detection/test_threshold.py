@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collaudit.core.data.signals import State
-from collaudit.core.detection.threshold import gamma_in_force
+from collaudit.core.detection.detector_run import gamma_in_force
 
 N = 400
 LOOSE = slice(3 * N // 4, N)

@@ -24,7 +24,7 @@ from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
-from collaudit.core.vendors.joint_words import TORQUE_SENSED
+from collaudit.core.vendors.column_words import TORQUE_SENSED
 
 EffortSource = Literal["motor", "joint"]
 

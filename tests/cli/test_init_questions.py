@@ -106,15 +106,13 @@ def test_paths_of_a_configuration_are_found_from_the_new_one(folder: Path, colla
         Path(name).mkdir(parents=True)
     urdf(Path("sub/arm.urdf"), ["a", "b"])
     log(Path("x.csv"), "t,q1,q2,tau1,tau2")
-    log(Path("more.csv"), "t,w")
     Path("sub/c.toml").write_text(
-        '[robot]\nurdf = "arm.urdf"\n[log]\nmsg_path = ["types"]\n[log.csv]\nalso = ["more.csv"]\n'
-        '[fleet.robots.r]\npaths = ["*"]\nconfig = "r.toml"\n'
+        '[robot]\nurdf = "arm.urdf"\n[log]\nmsg_path = ["types"]\n[fleet.robots.r]\npaths = ["*"]\nconfig = "r.toml"\n'
     )
     collaudit("init", "x.csv", "-c", "sub/c.toml", "-o", "other/d.toml")
     made = tomllib.loads(Path("other/d.toml").read_text())
     assert made["robot"]["urdf"] == "../sub/arm.urdf"
-    assert (made["log"]["msg_path"], made["log"]["csv"]["also"]) == (["../sub/types"], ["more.csv"])
+    assert made["log"]["msg_path"] == ["../sub/types"]
     assert made["fleet"]["robots"]["r"]["config"] == "../sub/r.toml"
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import dh_robot, dh_row
+from fixed_level import with_fixed_level
 from given_values import given_values
 from origins import NOBODY, log_source
 
@@ -285,7 +286,10 @@ def test_friction_is_compared_with_a_temperature_channel(warmed: tuple[Config, F
     assert {f.joint for f in found.findings if f.is_fact and "a kelvin" in f.text} >= {"joint2"}
 
 
-def test_a_log_is_judged_at_its_own_temperature(warmed: tuple[Config, FrictionFile]) -> None:
+def test_a_log_is_judged_at_its_own_temperature(
+    warmed: tuple[Config, FrictionFile], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_fixed_level(monkeypatch)  # a level that is followed takes up what the temperature explains
     config, friction = warmed
     cold = heated_log(25.0, 1.0)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixed_level import with_fixed_level
 
 from collaudit.core.api import load_robot, open_log
 from collaudit.core.config import load_config
@@ -61,6 +62,14 @@ def test_a_part_without_slow_motion_one_way_keeps_the_law_of_the_whole() -> None
 
 
 Held = tuple[HeldOutResidual, ArmFit, Prepared, Config]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _friction_as_calibrated() -> Iterator[None]:
+    """Blocks and the whole log would each follow a level of their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        with_fixed_level(patch)
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from collaudit.core.api import Progress
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.fixtures.compare import PushCheck, check_events, check_friction, read_truth
 from collaudit.fixtures.simulation import SimulatedFiles, simulate_to
-from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
+from collaudit.reports.terminal.command_texts import LevelRow, PushRow, TruthRow
 
 ROBOT = "paper6"
 WATCHED = "joint1"

@@ -17,7 +17,7 @@ from collaudit.core.numeric.linear_algebra import room_for_linear_algebra
 #: In a context: all options are explained.
 ALL_OPTIONS = "collaudit.help.all"
 _MORE = "Explain all options and exit."
-#: An option is suggested for one at least so like it: "--fricton" and "--friction" are 0.95, "--quiet" and "--set" 0.67.
+#: An option is suggested for one at least so like it: "--fricton" and "--friction" are 0.95, "--st" and "--set" 0.89.
 _ALIKE = 0.75
 _RUN_FILES = ("audit.json", "signals.parquet", "friction.json")
 

@@ -36,8 +36,7 @@ from collaudit.core.residual.detector import detector_named
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
-from collaudit.core.verdict.coverage import exclusions, measure_coverage
-from collaudit.core.verdict.log_time import log_time
+from collaudit.core.verdict.coverage import exclusions, log_time, measure_coverage
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls, unstated_force
 from collaudit.core.verdict.verdict import Evidence, asked_findings, decide, uncounted_texts, unjudged

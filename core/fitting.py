@@ -28,14 +28,13 @@ from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds
+from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, settled_motion
 from collaudit.core.recommend.held_out_residual import (
     FrictionCovariates,
     fold_count,
     fold_of_sample,
     held_out_residuals,
 )
-from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import known_contact_times
 

@@ -10,7 +10,7 @@ from collaudit.cli.fleet.precedents import audits_in
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.api import load_robot
 from collaudit.core.causes.program_change import compare_programs
-from collaudit.core.contacts.name_patterns import program_of
+from collaudit.core.contacts.contact_states import program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult
 from collaudit.core.data.cycles_result import ProgramComparison
 from collaudit.reports.files.atomic import atomic_write

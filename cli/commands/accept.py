@@ -97,8 +97,7 @@ def _entry(
 ) -> Acceptance:
     """The entry for a contact of an audit."""
     from collaudit.core.config.schema_accepted import Acceptance
-    from collaudit.core.contacts.contact_states import day_refusal, tool_place
-    from collaudit.core.contacts.name_patterns import program_of
+    from collaudit.core.contacts.contact_states import day_refusal, program_of, tool_place
 
     stated = {"CONTACT": contact, "--reason": reason, "--owner": owner, "--until": until}
     missing = [name for name, value in stated.items() if not value]

@@ -32,7 +32,7 @@ def command(output: Path, as_json: bool) -> int:
     """
     from collaudit.cli.demonstration import evaluate, simulate_all
     from collaudit.fixtures.compiled.availability import HINT, compiler_missing
-    from collaudit.reports.terminal.demo_text import demo_text
+    from collaudit.reports.terminal.command_texts import demo_text
 
     output.mkdir(parents=True, exist_ok=True)
     if compiler_missing():

@@ -12,8 +12,7 @@ from collaudit.core.api import LogFiles, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
 from collaudit.core.config.schema_accepted import Acceptance
-from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, Precedents, tool_place
-from collaudit.core.contacts.name_patterns import program_of
+from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, Precedents, program_of, tool_place
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
 from collaudit.core.history.night_row import NightRow

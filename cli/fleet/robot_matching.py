@@ -10,7 +10,7 @@ from itertools import combinations
 from collaudit.core.api import LogFiles, describe
 from collaudit.core.config import LoadedConfig, config_sha256, load_config
 from collaudit.core.config.schema import FleetConfig, FleetRobot
-from collaudit.core.contacts.name_patterns import matches
+from collaudit.core.contacts.contact_states import matches
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.logs.log_summary import LogSummary
 

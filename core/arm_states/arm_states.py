@@ -1,4 +1,9 @@
-"""All states of an arm in one log that are not to be judged, with a finding for each stretch."""
+"""All states of an arm in one log that are not to be judged, with a finding for each stretch.
+
+Whether drives move an arm: beside the rigid-body torque a drive that moves a joint brings up friction, y = effort -
+tau_rigid > 0 along the motion. Where a hand moves it, or nothing does, y is near zero, or against the motion by what
+inertia takes.
+"""
 
 from __future__ import annotations
 

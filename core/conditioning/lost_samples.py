@@ -1,6 +1,7 @@
 """Rows and samples that were lost: one without the position of every joint is a lost row; single holes are bridged.
 
-Bridged where a hole is short against the filter's band, and marked.
+The model's torque of any joint takes the positions of all. A missing velocity is derived (``velocity_choice.py``); a
+missing effort is its joint's alone. A hole is bridged where it is short against the filter's band, and marked.
 """
 
 from __future__ import annotations

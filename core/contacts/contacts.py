@@ -1,4 +1,9 @@
-"""From alarms of single joints to contacts: which link, how strong, commanded or not."""
+"""From alarms of single joints to contacts: which link, how strong, commanded or not.
+
+A force at a point turns a joint by at most its size times the point's distance from the joint's axis. Whatever the
+direction, and wherever on the links that the joint moves, the least force is therefore torque / longest distance. That
+holds where too few joints react to tell a direction, and needs no assumption about the place.
+"""
 
 from __future__ import annotations
 

@@ -12,8 +12,7 @@ from itertools import pairwise
 from math import ceil
 from typing import Literal
 
-from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, is_alike, tool_place
-from collaudit.core.contacts.name_patterns import program_of
+from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, is_alike, program_of, tool_place
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.cause import Cause
 from collaudit.core.data.detection_result import Contact

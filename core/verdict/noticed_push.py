@@ -1,7 +1,7 @@
 """The smallest torque on one joint, and force along the arm, that would have alarmed at a moment of a log.
 
 A push of stated duration comes on top of the log. What force it takes follows from what each joint would have noticed
-(:mod:`collaudit.core.robot.alarming_force`).
+(:mod:`collaudit.core.robot.arm_places`).
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, block
 from collaudit.core.numeric.filters import gaussian_smoothed, window_reach
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.runs import lowest_in_row, run_bounds
-from collaudit.core.robot.alarming_force import alarming_forces
-from collaudit.core.robot.arm_places import Place, RequiredForce
+from collaudit.core.robot.arm_places import Place, RequiredForce, alarming_forces
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Of a push less than this share of its height is not waited for in the detector's filter.

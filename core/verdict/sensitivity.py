@@ -25,7 +25,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.arm_places import RequiredForce, arm_places, asked_forces
-from collaudit.core.verdict.log_time import LogTime
+from collaudit.core.verdict.coverage import LogTime
 from collaudit.core.verdict.noticed_push import Moments, Push, level_at, longest_unseen, noticed_forces, noticed_torque
 
 #: Moments of the time in motion, and of all recorded time, that are looked at: their share is that of the time to 1 %.

@@ -27,7 +27,7 @@ from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare
-from collaudit.core.recommend.settled_motion import settled_motion
+from collaudit.core.recommend.fitted_thresholds import settled_motion
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.robots.robot_registry import robot_named
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
-from collaudit.reports.terminal.command_texts import checks_text
-from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow, demo_text
+from collaudit.reports.terminal.command_texts import LevelRow, PushRow, TruthRow, checks_text, demo_text
 from collaudit.reports.terminal.log_text import log_text
 
 

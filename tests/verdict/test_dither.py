@@ -7,7 +7,7 @@ from synthetic import make_log
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.verdict.log_time import known_motion
+from collaudit.core.verdict.coverage import known_motion
 
 PERIOD, STEP = 0.01, np.radians(0.0075)
 

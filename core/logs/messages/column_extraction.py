@@ -1,4 +1,7 @@
-"""From a layout and a profile to the byte ranges that are the wanted columns: the fields that its paths name."""
+"""From a layout and a profile to the byte ranges that are the wanted columns: the fields that its paths name.
+
+Also of joints that a message lists by interface: one item a joint, or one name a joint and interface.
+"""
 
 from __future__ import annotations
 

@@ -7,6 +7,8 @@ stands at a fixed place, and each one fixes the place of the next.
 CDR (OMG formal/02-06-51, 15.3): a four-byte encapsulation header, whose second byte tells the byte order; each
 primitive is aligned to its size counted from the end of that header; an empty sequence takes no padding;
 strings are counted with their terminating NUL. ROS 1 has no header, no alignment and no NUL.
+
+Messages of values (JSON, protobuf) are laid into bytes: their fields are found as those of ROS messages are.
 """
 
 from __future__ import annotations

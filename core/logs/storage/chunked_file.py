@@ -1,4 +1,7 @@
-"""A file whose messages lie in chunks: what MCAP files and ROS 1 bags share."""
+"""A file whose messages lie in chunks: what MCAP files and ROS 1 bags share.
+
+A file is read at places, without trusting what it says about itself.
+"""
 
 from __future__ import annotations
 

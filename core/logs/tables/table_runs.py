@@ -9,9 +9,9 @@ import numpy as np
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.sample_clock import interpolate
+from collaudit.core.logs.signals.stamp_conflicts import set_back_findings, straighten_seconds
 from collaudit.core.logs.tables.column_patterns import bare, column_index
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -1,4 +1,7 @@
-"""Which topic holds the joint states, and the topics that complete it; what nobody measured is refused."""
+"""Which topic holds the joint states, and the topics that complete it; what nobody measured is refused.
+
+One ranking says which of several topics is meant, for every command and every hint.
+"""
 
 from __future__ import annotations
 

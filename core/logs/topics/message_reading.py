@@ -13,7 +13,6 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
-from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
 from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.sample_clock import (
@@ -26,7 +25,7 @@ from collaudit.core.logs.signals.sample_clock import (
     start_of,
     steadiness,
 )
-from collaudit.core.logs.signals.stamp_conflicts import contradictions
+from collaudit.core.logs.signals.stamp_conflicts import as_recorded, contradictions, set_back_findings
 from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings

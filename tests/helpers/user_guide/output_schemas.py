@@ -29,7 +29,7 @@ from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import AUDITS_SCHEMA
-from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
+from collaudit.reports.terminal.command_texts import LevelRow, PushRow, TruthRow
 from user_guide.result_schemas import schema_of
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
+#: False alarms of the whole arm per hour that the hours should show; it moves no threshold.
+_PER_HOUR = 0.1
+
 
 @example_command(
     "recommend",
@@ -116,7 +119,7 @@ def _found(judged: Sequence[Judged]) -> ArmRecommendation:
 
     audits = [audit for audit, *_ in judged]
     persistence_s, why = _persistence(audits)
-    found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged])
+    found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged], _PER_HOUR)
     return replace(found, chosen_by=why)
 
 

@@ -175,11 +175,13 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
     assert collaudit(*arguments).code == 0
     run = arm.clean.stem
-    for name in ("summary.json", f"{run}/audit.json"):
+    for name in (f"{run}/audit.json", "summary.json"):
         (out / name).unlink()
         (out / name).symlink_to(target)
         collaudit(*arguments)
         assert target.read_text() == "mine"
+    shutil.rmtree(out)  # without a summary of its own it is no audit's, and refused
+    assert collaudit(*arguments).code == 0
     (tmp_path / "elsewhere").mkdir()
     shutil.rmtree(out / run)
     (out / run).symlink_to(tmp_path / "elsewhere")

@@ -418,12 +418,6 @@ KINDS: dict[str, Kind] = {
         'State phases in [phases] or [log] phase; [phases] find = "wrench" guesses them.',
         _EXCLUDES,
     ),
-    "tool-force-unusual": Kind(
-        "The tool's force exceeded what was usual or allowed in contact; the excess was judged, or all of a contact "
-        "that was found and is unlike others.",
-        "Look at what the tool met; [phases] force_limit_n states what is allowed, contact when it is intended.",
-        _WARNING,
-    ),
 }
 
 #: Codes of files that earlier versions wrote, and what stands for them.
@@ -475,4 +469,5 @@ RENAMED: Mapping[str, str] = {
     "detector-slow": "rule-unfit",
     "unjudged-effort": "event-cut",
     "phases-outside": "log-label-missing",
+    "tool-force-unusual": FACT,
 }

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data import shown
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import quantile_of
@@ -119,7 +119,7 @@ def excess_findings(excess: Sequence[ExcessForce], config: PhasesConfig) -> list
             )
         else:
             text += "more than other contact that was found shows to be usual. All of it was judged."
-        out.append(Finding("tool-force-unusual", "warning", text, start_s=one.start_s, end_s=one.end_s))
+        out.append(fact(f"{text} [phases] force_limit_n states what is allowed.", start_s=one.start_s, end_s=one.end_s))
     return out
 
 

@@ -125,7 +125,7 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("kuka-trace", "KUKA trace", "table", (), begins_with(TRACE),
               f"{_LOGS}.column_files.kuka_trace:open_kuka_trace"),
     LogFormat("jsonl", "JSON lines", "table", (".jsonl", ".ndjson"), _json_lines,
-              f"{_LOGS}.column_files.json_lines:open_json_lines", by_content=False),
+              f"{_LOGS}.column_files.arrow_file:open_json_lines", by_content=False),
     LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
 )  # fmt: skip
 

@@ -15,9 +15,8 @@ from collaudit.core.friction.friction_points import SIMULTANEOUS
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
-from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import settled
+from collaudit.core.prepare.reversal_travel import sliding
 from collaudit.core.torque_table.block_sums import estimate
 
 #: Bins of speeds of either direction, each with so many pieces of strokes at least; a piece is no longer than this, s.
@@ -250,8 +249,8 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
         needed: (n,) each.
     """
     velocity = series.velocity_rad_s[:, j]
-    rows = steady(velocity, MOVING_RAD_S, round(_SETTLED_S / series.period_s))
-    rows &= settled(series.segments, series.position_rad[:, j], velocity, MOVING_RAD_S)[0]
+    margin = round(_SETTLED_S / series.period_s)
+    rows = sliding(series.segments, series.position_rad[:, j], velocity, MOVING_RAD_S, margin)
     rows &= ~(series.edge | series.saturated[:, j])
     for column in needed:
         rows &= np.isfinite(column)

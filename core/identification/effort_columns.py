@@ -19,8 +19,8 @@ from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.robust_regression import RobustFit
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import few_values, median_of, quantile_of, robust_sd
-from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Samples looked at in a second; half of that in more than so many.
@@ -203,11 +203,14 @@ def joint_columns(prepared: Prepared, motion: ThinnedMotion, j: int) -> JointCol
         known &= np.isfinite(torque)
         torque, rate = (np.nan_to_num(np.where(known, x, 0.0)) for x in (torque, rate))
     margin = round(_SETTLED_S / series.period_s)
-    settled, axes = known & steady(series.velocity_rad_s[:, j], MOVING_RAD_S, margin)[rows], []
+    # by time alone: a clamp begins at a standstill, and every moment after it is wanted
+    fast = np.where(np.abs(series.velocity_rad_s) > MOVING_RAD_S, series.velocity_rad_s, 0.0)
+    settled, axes = known & one_way(fast[:, j], margin)[rows], []
     for coupling in series.couplings:
         weights = np.array([coupling.weights.get(name, 0.0) for name in series.joint_names])
         if weights[j] != 0.0:  # where such an axis reverses, its friction is not that of sliding
-            settled &= steady(series.velocity_rad_s @ weights, MOVING_RAD_S, margin)[rows]
+            turning = series.velocity_rad_s @ weights
+            settled &= one_way(np.where(np.abs(turning) > MOVING_RAD_S, turning, 0.0), margin)[rows]
             speed = motion.velocity @ weights
             axes += [np.sign(speed), speed, motion.acceleration @ weights]
     settled_draws = np.flatnonzero(settled[motion.drawn])

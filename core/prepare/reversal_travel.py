@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.runs import run_bounds
 
 #: Travel until friction is steady, rad (m if prismatic): presliding of gears ends within a few thousandths of a radian.
 REVERSAL_TRAVEL_RAD = 0.01
@@ -39,6 +40,29 @@ def settled(
         travel[s] = np.nan_to_num(np.abs(place - np.repeat(place[starts], np.diff(starts, append=place.size))))
         steady[s] = (travel[s] >= REVERSAL_TRAVEL_RAD) & ~resting
     return steady, travel
+
+
+def sliding(
+    segments: Sequence[Span], position: FloatArray, velocity: FloatArray, rest_rad_s: float, margin: int
+) -> BoolArray:
+    """(n,) whether friction slides: a joint is settled and moves one way for ``margin`` samples before and after.
+
+    Friction that still turns about comes later than the motion, as does an effort that is stamped late.
+
+    Args:
+        segments, position, velocity, rest_rad_s: as of :func:`settled`.
+        margin: samples.
+    """
+    return one_way(np.where(settled(segments, position, velocity, rest_rad_s)[0], velocity, 0.0), margin)
+
+
+def one_way(velocity: FloatArray, margin: int) -> BoolArray:
+    """(n,) whether a velocity that is no 0 keeps its sign for ``margin`` samples before and after."""
+    out = np.zeros(velocity.size, dtype=np.bool_)
+    for mask in (velocity > 0.0, velocity < 0.0):
+        for start, stop in zip(*run_bounds(mask), strict=True):
+            out[start + margin : max(start + margin, stop - margin)] = True
+    return out
 
 
 def _last_known(x: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -28,6 +29,7 @@ from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.effort.channel_shift import effort_shift
+from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.robot.robot_building import build_robot
 
@@ -126,11 +128,29 @@ def test_a_late_effort_is_measured_and_corrected(late: float) -> None:
         assert after.seconds == pytest.approx(0.0, abs=0.0015)
 
 
+@pytest.mark.parametrize("late", [0.0, 0.02])
+def test_friction_that_turns_about_over_its_first_milliradians_is_no_delay(late: float) -> None:
+    """A gear gives way for some milliradians after a reversal before its friction is that of sliding."""
+    log = moving_log(late)
+    assert log.effort is not None
+    then = moving_log(0.0)
+    bristle = np.zeros_like(then.position_rad)
+    for k, step in enumerate(np.diff(then.position_rad, axis=0), 1):
+        bristle[k] = np.clip(bristle[k - 1] + step / 0.004, -1.0, 1.0)
+    lagging = np.array([4.0, 4.0, 10.0]) * (bristle - np.sign(then.velocity_rad_s))
+    effort = log.effort + np.roll(lagging, round(late / PERIOD), axis=0)
+    found = effort_delay(prepared(replace(log, effort=effort), settings()))
+    assert isinstance(found, Delay)
+    assert found.seconds == pytest.approx(late, abs=0.003)
+    assert found.ci95[0] <= late <= found.ci95[1]
+
+
 @pytest.mark.parametrize(("late", "said"), [(0.0, 0), (0.05, 1)])
 def test_of_a_log_that_alarms_a_late_effort_is_said(late: float, said: int) -> None:
     found = late_effort_findings(prepared(moving_log(late), settings()), settings())
     assert [(f.code, f.effect) for f in found] == said * [("effort-delay", "none")]
-    assert all("effort_delay_ms = 50" in f.text for f in found)
+    told = [float(re.findall(r"effort_delay_ms = (\d+\.\d+)", f.text)[0]) for f in found]
+    assert told == pytest.approx(said * [1e3 * late], abs=1.0), "within half of its interval"
     mended = settings(effort_delay_ms=1e3 * late)
     assert late_effort_findings(prepared(moving_log(late), mended), mended) == []
 

@@ -1,4 +1,4 @@
-"""Samples around which a joint moves one way, against a loop over samples."""
+"""Samples at which friction slides, against a loop over samples."""
 
 from __future__ import annotations
 
@@ -6,22 +6,32 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.prepare.effort.channel_shift import steady
+from collaudit.core.numeric.arrays import Span
+from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, sliding
+
+PERIOD_S = 0.002
 
 
-def plain(v: np.ndarray, margin: int) -> list[bool]:
-    """Whether the sample and so many on either side of it move one way; not where the log has fewer."""
+def plain(q: np.ndarray, v: np.ndarray, margin: int) -> list[bool]:
+    """Whether the joint turns one way, a hundredth of a radian from where it began to, so long on either side."""
+    moved, begun = np.zeros(v.size), 0.0
+    for k in range(v.size):
+        fast = abs(v[k]) >= MOVING_RAD_S
+        if not fast or k == 0 or v[k] * v[k - 1] < 0:
+            begun = q[k]
+        moved[k] = np.sign(v[k]) if fast and abs(q[k] - begun) >= REVERSAL_TRAVEL_RAD else 0.0
     out = [False] * v.size
     for k in range(margin, v.size - margin):
-        near = v[k - margin : k + margin + 1]
-        out[k] = bool((near > MOVING_RAD_S).all() or (near < -MOVING_RAD_S).all())
+        near = moved[k - margin : k + margin + 1]
+        out[k] = bool((near == 1.0).all() or (near == -1.0).all())
     return out
 
 
 @pytest.mark.parametrize("margin", [0, 1, 4])
-def test_steady_samples_are_those_with_motion_one_way_around_them(margin: int) -> None:
+def test_friction_slides_where_a_joint_has_travelled_one_way(margin: int) -> None:
     rng = np.random.default_rng(margin)
-    v = np.repeat(rng.choice([-0.3, -0.01, 0.0, 0.01, 0.3, np.nan, MOVING_RAD_S], 60), rng.integers(1, 30, 60))
-    found = steady(v, MOVING_RAD_S, margin)
+    v = np.repeat(rng.choice([-0.9, -0.01, 0.0, 0.01, 0.9, 2.0 * MOVING_RAD_S], 60), rng.integers(1, 60, 60))
+    q = np.cumsum(v) * PERIOD_S
+    found = sliding([Span(0, v.size)], q, v, MOVING_RAD_S, margin)
     assert found.any() and not found.all()
-    assert found.tolist() == plain(v, margin)
+    assert found.tolist() == plain(q, v, margin)

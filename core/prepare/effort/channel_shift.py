@@ -13,8 +13,8 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift, reach
+from collaudit.core.prepare.reversal_travel import sliding
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import squares_left
 
@@ -48,7 +48,10 @@ def effort_shift(
     known = all_known([series.position_rad, v, acceleration, *([] if contact is None else [contact])])
     known &= ~series.edge
     margin = round(_STEADY_S / series.period_s)
-    slides = dict(zip(loaded, ordered_map(lambda j: steady(v[:, j], MOVING_RAD_S, margin), loaded), strict=True))
+    masks = ordered_map(
+        lambda j: sliding(series.segments, series.position_rad[:, j], v[:, j], MOVING_RAD_S, margin), loaded
+    )
+    slides = dict(zip(loaded, masks, strict=True))
     recorded = all_known([effort], loaded)
     rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, recorded)
     if rows.size == 0:
@@ -103,15 +106,6 @@ def thinned(rows: IntArray, series: UniformSeries, recorded: BoolArray) -> IntAr
     rows = rows[(rows + back >= 0) & (rows + ahead < recorded.size)]
     rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
     return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
-
-
-def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:
-    """(n,) around which a joint moves one way for ``margin`` samples, faster than ``slowest``: friction slides."""
-    out = np.zeros(v.size, dtype=bool)
-    for mask in (v > slowest, v < -slowest):
-        for start, stop in zip(*run_bounds(mask), strict=True):
-            out[start + margin : max(start + margin, stop - margin)] = True
-    return out
 
 
 def undelayed(series: UniformSeries, config: LogConfig) -> UniformSeries:

@@ -119,7 +119,9 @@ def main() -> None:
                 named = "none" if one is None else "first" if one.code == right else "wrong"
                 if right and result.verdict == "pass":
                     named = "passes"
-                elif named == "none" and any(finding.effect == "not-judged-joint" for finding in result.findings):
+                elif named == "none" and any(
+                    x.effect in ("not-judged-joint", "not-judged-log") for x in result.findings
+                ):
                     named = "finding"
                 count.setdefault(right or what, Counter())[named] += 1
                 told = "; ".join(

@@ -1,0 +1,45 @@
+"""Whether a payload's mass lies within its interval: each of another day, with a fit of its own.
+
+    python tests/bench/payload_mass.py --data DIR [--arms paper6,seven,ur10_robot.urdf] [--payloads 40] [--work DIR]
+
+Fitted with one payload stated, judged with another that is not (``payload_table.py`` has the other statements).
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from cause_table import loaded
+from changed_logs import fitted, judged
+from payload_table import FITTED_S, JUDGED_S, payload, stated
+from simulated_days import arm_of, day
+
+
+def main() -> None:
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--data", type=Path, required=True)
+    asked.add_argument("--work", type=Path, default=Path("build/payloads"))
+    asked.add_argument("--arms", default="paper6,seven,ur10_robot.urdf")
+    asked.add_argument("--payloads", type=int, default=40)
+    asked.add_argument("--seed", type=int, default=200)
+    given = asked.parse_args()
+    for name in given.arms.split(","):
+        arm, off = arm_of(name, given.work, given.data / "urdf"), list[tuple[float, float]]()
+        for seed in range(given.seed, given.seed + given.payloads):
+            rng = np.random.default_rng([seed, 623])
+            a, b = payload(rng), payload(rng)
+            friction = fitted([day(loaded(arm, *a), seed, FITTED_S, first=True)], stated(arm, *a))
+            causes = judged(day(loaded(arm, *b), 1000 * seed + 7, JUDGED_S), arm.described, friction).result.causes
+            told = [one for one in causes if one.code == "tool"]
+            if told:
+                off.append((told[0].value[0] - b[0], 0.5 * float(np.diff(told[0].ci95[0])[0])))
+                print(f"{name} {seed} {b[0]:.3f} kg: off by {off[-1][0]:+.4f} (± {off[-1][1]:.4f})", flush=True)
+        error, half = np.array(off).T
+        within = float((np.abs(error) < half).mean())
+        print(f"{name}: {error.size} told, within {within:.3f}, RMS {1e3 * error.std():.1f} g")
+
+
+if __name__ == "__main__":
+    main()

@@ -23,8 +23,11 @@ GAIN = np.array([0.8, 1.3, 0.7, 1.2, 0.9, 1.15])
 LOAD = KnownLoad(3.0, (0.02, 0.0, 0.06))
 
 
-def logs(made: Maker, loads: tuple[KnownLoad, KnownLoad]) -> tuple[list[Prepared], LoadedConfig]:
-    """Two runs with drives of wrong gains, the second one really carrying LOAD; the robot file is wrong by 15 %."""
+def logs(made: Maker, loads: tuple[KnownLoad, KnownLoad], rubbing: float = 0.0) -> tuple[list[Prepared], LoadedConfig]:
+    """Two runs with drives of wrong gains, the second one really carrying LOAD; the robot file is wrong by 15 %.
+
+    ``rubbing``: friction that the load adds, as a share of its torque.
+    """
     out = []
     for seed, (stated, real) in enumerate(zip(loads, (KnownLoad(0.0), LOAD), strict=True), start=31):
         files = made("free-clean", "paper6", seed, duration_s=24.0, mismatch_percent=15.0)
@@ -36,14 +39,17 @@ def logs(made: Maker, loads: tuple[KnownLoad, KnownLoad]) -> tuple[list[Prepared
         assert carried is not None
         at = np.clip(np.searchsorted(prepared.series.time_s, log.time_s), 0, carried.shape[0] - 1)
         assert log.effort is not None
-        effort = (log.effort + np.nan_to_num(carried[at])) * GAIN
+        borne = np.nan_to_num(carried[at])
+        way = np.sign(np.nan_to_num(prepared.series.velocity_rad_s[at]))
+        effort = (log.effort + borne + rubbing * np.abs(borne) * way) * GAIN
         again = prepare(replace(log, effort=effort), api.load_robot(settings, log.joint_names), settings.config)
         out.append(loaded(again, stated, settings.config))
     return out, settings
 
 
-def test_a_known_load_tells_gains_that_wrong_inertials_hide(made: Maker) -> None:
-    prepared, settings = logs(made, (KnownLoad(0.0), LOAD))
+@pytest.mark.parametrize("rubbing", [0.0, 0.3])
+def test_a_known_load_tells_gains_that_wrong_inertials_hide(made: Maker, rubbing: float) -> None:
+    prepared, settings = logs(made, (KnownLoad(0.0), LOAD), rubbing)
     found = identify(prepared, settings.config)
     assert found is not None
     told = [name for name, joint in found.joints.items() if joint.gain_by_load]

@@ -121,8 +121,8 @@ def test_drives_that_are_logged_late_are_no_hand_guiding_and_said(
     assert looked_at(late, files, friction) == []
     config = load_config(files.config).config
     laws = {joint: law.torque for joint, law in applied_friction(clean, friction, config).laws.items()}
-    assert not any(one.shown for one in with_effort_smoothing(clean, laws, config).effort_smoothing.values())
-    said = with_effort_smoothing(late, laws, config)
+    assert not any(one.shown for one in with_effort_smoothing(clean, laws).effort_smoothing.values())
+    said = with_effort_smoothing(late, laws)
     for one in said.effort_smoothing.values():
         assert one.low_s < lag_s
         assert erf(0.1 / (np.sqrt(2.0) * one.high_s)) < 1.1 * (1.0 - np.exp(-0.2 / lag_s))  # of a push of 0.2 s

@@ -51,7 +51,7 @@ def lagged(torque: FloatArray) -> FloatArray:
 
 def test_a_push_to_which_the_controller_yields_is_no_filter() -> None:
     prepared = prepare(log_with(60.0), arm(CONFIG), CONFIG)
-    whole = with_effort_smoothing(prepared, LAWS, CONFIG)
+    whole = with_effort_smoothing(prepared, LAWS)
     assert any(one.shown for one in whole.effort_smoothing.values()), "what this is about"
     said = _with_smoothing(prepared, LAWS, CONFIG)
     assert said.effort_smoothing

@@ -85,7 +85,8 @@ def motion_levels(
         over = float(np.mean(sustained > level))
         false, interval = lasting.rate(level), lasting.interval(level)
         gamma = margin * level + ZERO_DOUBT_NM
-        out.append(ThresholdLevel(max(counts), seconds, gamma, false, interval, over, margin, ZERO_DOUBT_NM))
+        most = float(sustained.max())
+        out.append(ThresholdLevel(max(counts), seconds, gamma, false, interval, over, margin, ZERO_DOUBT_NM, most))
     return out
 
 

@@ -130,6 +130,7 @@ class ThresholdLevel:
             recognise, or motion that the law does not hold for.
         margin: for what other recordings reach beyond this evidence.
         zero_doubt_nm: for the zero of the torque, part of ``gamma_nm``.
+        highest_nm: the most that the evidence reaches at this persistence; None in files of before.
     """
 
     n: int
@@ -140,6 +141,7 @@ class ThresholdLevel:
     exceeded: float = 0.0
     margin: float = 1.0
     zero_doubt_nm: float = 0.0
+    highest_nm: float | None = None
 
     @property
     def fitted_nm(self) -> float:

@@ -86,7 +86,9 @@ def with_fitted_thresholds(
             findings.append(_missing(joint, config.detect.gamma_nm, reason, _travel(series, joint), bool(used)))
     if usable is not None and used:
         findings.append(_source(usable, used, gamma, times))
-        findings += exceeded_findings(usable, used)
+        # where γ stands above all that the fitted motion reached, that raises no alarm
+        passed = [j for j, level in used.items() if level.highest_nm is None or level.highest_nm > gamma[j]]
+        findings += exceeded_findings(usable, passed)
     changes: dict[str, object] = {"gamma_nm": gamma}
     if config.detect.short_persistence:  # which goes with automatic thresholds
         changes["n"] = n
@@ -204,10 +206,12 @@ def exceeded_findings(thresholds: FittedThresholds, joints: Collection[str]) -> 
         share = max((level.exceeded for level in known.levels), default=0.0)
         seconds = _HOUR_S * known.hours * share
         if joint in joints and seconds >= _EXCEEDED_S:
+            most = max(level.highest_nm or 0.0 for level in known.levels)
+            up_to = f", up to {most:.3g}" if most else ""
             text = (
                 f"In {100.0 * share:.2g} % of its motion in the fitted logs ({seconds:.2g} s) the residual of joint "
-                f"'{joint}' passes the threshold that the rest of it tells: contact that was not recognised, or motion "
-                "that its friction law does not explain. If nothing touched the arm, other logs will alarm alike."
+                f"'{joint}' passes the threshold that the rest of it tells{up_to}: contact that was not recognised, or "
+                "motion that its law does not explain. If nothing touched the arm, other logs will alarm alike."
             )
             out.append(Finding("fit-exceeded", "warning", text, joint=joint))
     return out

@@ -16,7 +16,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import sliding
+from collaudit.core.prepare.reversal_travel import one_way, settled
 from collaudit.core.torque_table.block_sums import estimate
 
 #: Bins of speeds of either direction, each with so many pieces of strokes at least; a piece is no longer than this, s.
@@ -250,7 +250,8 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
     """
     velocity = series.velocity_rad_s[:, j]
     margin = round(_SETTLED_S / series.period_s)
-    rows = sliding(series.segments, series.position_rad[:, j], velocity, MOVING_RAD_S, margin)
+    rows = one_way(np.where(np.abs(velocity) > MOVING_RAD_S, velocity, 0.0), margin)
+    rows &= settled(series.segments, series.position_rad[:, j], velocity, MOVING_RAD_S)[0]
     rows &= ~(series.edge | series.saturated[:, j])
     for column in needed:
         rows &= np.isfinite(column)

@@ -45,15 +45,19 @@ def settled(
 def sliding(
     segments: Sequence[Span], position: FloatArray, velocity: FloatArray, rest_rad_s: float, margin: int
 ) -> BoolArray:
-    """(n,) whether friction slides: a joint is settled and moves one way for ``margin`` samples before and after.
+    """(n,) whether friction slides: a joint is settled, and will travel as far, for ``margin`` samples to either side.
 
-    Friction that still turns about comes later than the motion, as does an effort that is stamped late.
+    Friction that still turns about comes later than the motion, as does an effort that is stamped late. Of a stroke as
+    much is left out at its end as at its beginning: else what the model lacks would look early.
 
     Args:
         segments, position, velocity, rest_rad_s: as of :func:`settled`.
         margin: samples.
     """
-    return one_way(np.where(settled(segments, position, velocity, rest_rad_s)[0], velocity, 0.0), margin)
+    back = [Span(velocity.size - span.stop, velocity.size - span.start) for span in reversed(segments)]
+    moves = settled(segments, position, velocity, rest_rad_s)[0]
+    moves &= settled(back, position[::-1], velocity[::-1], rest_rad_s)[0][::-1]
+    return one_way(np.where(moves, velocity, 0.0), margin)
 
 
 def one_way(velocity: FloatArray, margin: int) -> BoolArray:

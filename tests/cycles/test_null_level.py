@@ -72,6 +72,7 @@ def test_what_passes_is_said_and_may_not_pass_where_nothing_touched_the_arm() ->
     (said,) = exceeded_findings(FittedThresholds("direct", False, {"a": known, "b": known}), {"a"})
     assert (said.code, said.joint) == ("fit-exceeded", "a")
     assert said.doubts_alarms
+    assert found.highest_nm == pytest.approx(12.0, abs=4.0), "the errors, and the residual beside them"
     silent = replace(known, levels=(stated,))
     assert not exceeded_findings(FittedThresholds("direct", False, {"a": silent}), {"a"})
 

@@ -12,14 +12,20 @@ from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, sliding
 PERIOD_S = 0.002
 
 
-def plain(q: np.ndarray, v: np.ndarray, margin: int) -> list[bool]:
-    """Whether the joint turns one way, a hundredth of a radian from where it began to, so long on either side."""
-    moved, begun = np.zeros(v.size), 0.0
+def travelled(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Whether the joint turns, a hundredth of a radian from where it began to."""
+    out, begun = np.zeros(v.size, dtype=bool), 0.0
     for k in range(v.size):
         fast = abs(v[k]) >= MOVING_RAD_S
         if not fast or k == 0 or v[k] * v[k - 1] < 0:
             begun = q[k]
-        moved[k] = np.sign(v[k]) if fast and abs(q[k] - begun) >= REVERSAL_TRAVEL_RAD else 0.0
+        out[k] = fast and abs(q[k] - begun) >= REVERSAL_TRAVEL_RAD
+    return out
+
+
+def plain(q: np.ndarray, v: np.ndarray, margin: int) -> list[bool]:
+    """Whether so long on either side the joint turns one way, that far from both ends of its way."""
+    moved = np.where(travelled(q, v) & travelled(q[::-1], v[::-1])[::-1], np.sign(v), 0.0)
     out = [False] * v.size
     for k in range(margin, v.size - margin):
         near = moved[k - margin : k + margin + 1]

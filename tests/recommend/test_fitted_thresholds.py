@@ -129,6 +129,21 @@ def test_the_level_follows_the_rules_persistence(hits: Path, friction: FrictionF
     assert gamma(0.0002, 50) == 7.0, "10 ms at 5 kHz are not 100 ms at 500 Hz"
 
 
+@pytest.mark.parametrize(("highest_nm", "said"), [(12.0, True), (8.0, False), (None, True)])
+def test_what_the_fit_reached_below_the_threshold_doubts_no_alarm(
+    hits: Path, friction: FrictionFile, highest_nm: float | None, said: bool
+) -> None:
+    """The fitted motion passes the level that most of it tells; the threshold stands higher, above all of it or not."""
+    loaded = load_config(hits.with_suffix(".toml"), {"detect.gamma_nm": "auto"})
+    series = prepare((hits,), loaded).judged_series
+    assert friction.thresholds is not None
+    level = ThresholdLevel(1, 0.002, 5.0, 0.01, (0.0, 1.0), exceeded=0.1, highest_nm=highest_nm)
+    joints = {j: replace(x, levels=(level,)) for j, x in friction.thresholds.joints.items()}
+    found, _, findings = with_fitted_thresholds(loaded.config, replace(friction.thresholds, joints=joints), {}, series)
+    assert isinstance(found.detect.gamma_nm, dict) and 8.0 < found.detect.gamma_nm["joint1"] < 12.0
+    assert any(f.joint == "joint1" and f.doubts_alarms for f in findings) is said
+
+
 def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: FrictionFile) -> None:
     assert friction.thresholds is not None
     joints = dict(friction.thresholds.joints)

@@ -15,7 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.effort.channel_shift import prompt_motion
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import sliding
+from collaudit.core.prepare.reversal_travel import one_way
 
 _CLUSTER_S = 1.0
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
@@ -175,11 +175,12 @@ def _part(
     contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
     use = np.isfinite(effort[rows]) & ~series.saturated[rows]
     margin = round(max(_SETTLED_S, _SETTLED_PERIODS / bandwidth_hz) / series.period_s)
-    place, within = series.position_rad, series.segments
+    fast = np.where(np.abs(velocity) > MOVING_RAD_S, velocity, 0.0)
     for j in range(v.shape[1]):
-        use[:, j] &= sliding(within, place[:, j], velocity[:, j], MOVING_RAD_S, margin)[rows]
+        use[:, j] &= one_way(fast[:, j], margin)[rows]
     for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding
-        use[:, weights != 0] &= sliding(within, place @ weights, velocity @ weights, MOVING_RAD_S, margin)[rows, None]
+        turning = velocity @ weights
+        use[:, weights != 0] &= one_way(np.where(np.abs(turning) > MOVING_RAD_S, turning, 0.0), margin)[rows, None]
     load = np.zeros_like(q) if prepared.start.load_nm is None else prepared.start.load_nm[rows]
     return {
         "position": q,

@@ -23,7 +23,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort.channel_shift import all_known
-from collaudit.core.prepare.reversal_travel import sliding
+from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.torque_table.block_sums import explained, products_of
 
 #: Standard deviations of the windows, s. Shorter than 20 ms is what the filters of this program do themselves.
@@ -220,8 +220,8 @@ class _Grid:
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
         known, speed = all_known([parts, speed[:, None]]), np.nan_to_num(speed)
-        moved = series.position_rad[:, j], series.velocity_rad_s[:, j], MOVING_RAD_S
-        slides = (sliding(series.segments, *moved, round(one / series.period_s))[self.rows] for one in margins_s)
+        fast = np.where(np.abs(speed) > MOVING_RAD_S, speed, 0.0)
+        slides = (one_way(fast, round(margin_s / self.step_s)) for margin_s in margins_s)
         uses = [self._reached(known & mask, effort, calm_s) for mask in slides]
         if max(use.size for use in uses) * self.step_s < _LEAST_S:
             return [None] * len(uses)

@@ -85,7 +85,10 @@ def find_causes(
     unclear = rival is not None and not first.beats(rival)
     ranked = [first, *(one for one in tried if one is not first)]
     causes = [_cause(one, table, robot, config) for one in ranked if one.share >= _WORTH_A_LINE]
-    if causes and first.share >= _SPEAKS and first.least_share >= _EITHER_HALF:
+    # a joint whose effort cannot be judged says what is wrong; what its neighbours make of that is nobody's hand
+    lacking = any(finding.effect == "not-judged-joint" for finding in prepared.findings)
+    silent = lacking and first.trial.kind in _PERSON
+    if causes and not silent and first.share >= _SPEAKS and first.least_share >= _EITHER_HALF:
         causes[0] = replace(causes[0], speaks=True)
         if unclear and rival is not None:  # what could hide somebody is not stated
             text = f"{causes[0].text}; or {_cause(rival, table, robot, config).text}: this motion does not tell which"

@@ -143,6 +143,23 @@ def test_what_cannot_be_told_from_a_hand_is_not_stated() -> None:
     assert cause.line == ""
 
 
+def test_of_an_arm_with_a_joint_that_cannot_be_judged_no_hand_is_claimed() -> None:
+    """Efforts in each other's place: one joint shows that its are impossible, and the other what a hand might do."""
+
+    def leaned(effort: FloatArray, log: JointLog) -> FloatArray:
+        return effort - arm(PLAIN).base_torque_per_newton(log.position_rad, "link2") @ np.array([0.0, 0.0, -40.0])
+
+    log = with_effort(leaned)
+    assert log.effort is not None
+    assert result_of(log).causes[0].speaks
+    broken = log.effort.copy()
+    broken[:, 2] *= 0.003
+    result = result_of(replace(log, effort=broken))
+    assert result.verdict != "pass"
+    assert "not-judged-joint" in {finding.effect for finding in result.findings}
+    assert not any(cause.speaks for cause in result.causes if cause.code in ("force", "pull"))
+
+
 def test_contact_alone_has_no_cause_and_a_clean_log_none_to_try() -> None:
     result = result_of(with_effort(pushed))
     assert result.verdict == "fail" and not any(cause.speaks for cause in result.causes)

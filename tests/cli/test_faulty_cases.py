@@ -1,4 +1,4 @@
-"""350 faulty logs, settings and friction files with one push: found, not judged, refused or stated, never silent.
+"""345 faulty logs, settings and friction files with one push: found, not judged, refused or stated, never silent.
 
 What becomes of each stands in ``faulty_cases.txt``; a case that changes its outcome is to be looked at, and the table
 brought up to it when the new one is as honest: the test names the outcome it found.

@@ -25,7 +25,7 @@ from user_guide.api_page import api_page
 from user_guide.config_words import default_text, header, meaning, names_of_entries
 from user_guide.man_pages import man_pages
 from user_guide.output_schemas import output_schema_texts
-from user_guide.result_schemas import schema_texts
+from user_guide.result_schemas import of_any_msgspec, schema_texts
 from user_guide.room_picture import ROOMS, picture
 from user_guide.who_sets import WHO_SETS
 
@@ -50,6 +50,7 @@ def config_schema() -> str:
     (reference,), tables = msgspec.json.schema_components(
         (Config,), schema_hook=lambda _path: {"type": "string", "format": "path"}, ref_template="#/$defs/{name}"
     )
+    tables = of_any_msgspec(tables)
     for key in all_keys():
         published = tables[key.holder.__name__]["properties"][key.path[-1]]
         if choices := choices_of_laws(key.field.type):

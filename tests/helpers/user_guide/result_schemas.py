@@ -91,13 +91,30 @@ def _dataclass(name: str) -> type:
     return kind
 
 
+def of_any_msgspec(node: Any) -> Any:
+    """A schema without what versions of msgspec say differently.
+
+    0.22 takes the indent off docstrings; 0.23 keeps it, states empty tables as defaults, and the names of entries.
+    """
+    if isinstance(node, list):
+        return [of_any_msgspec(one) for one in node]
+    if not isinstance(node, dict):
+        return node
+    if isinstance(node.get("description"), str):
+        node = {**node, "description": cleandoc(node["description"])}
+    return {
+        key: of_any_msgspec(value)
+        for key, value in node.items()
+        if not (key == "default" and value == {}) and not (key == "propertyNames" and "properties" not in node)
+    }
+
+
 def schema_of(kind: type) -> dict[str, Any]:
     """The JSON Schema of a dataclass; ``$defs`` holds those within it."""
     (reference,), definitions = msgspec.json.schema_components((kind,), ref_template="#/$defs/{name}")
+    definitions = of_any_msgspec(definitions)
     for definition in definitions.values():
         del definition["title"]
-        if "description" in definition:
-            definition["description"] = cleandoc(definition["description"])
     own = definitions.pop(reference["$ref"].rpartition("/")[2])
     return {**own, "$defs": definitions} if definitions else own
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from hashlib import sha256
 
 from collaudit.core.causes.causes import find_causes, told_load
@@ -75,25 +76,22 @@ def audit_log(
         LogError: the known events cannot be understood.
         ConfigError: a label that marks them is not in the log, or the friction file is another arm's.
     """
-    stated = config.robot.tool.mass_kg != "estimate"
-    audit = _judged(
-        prepared,
-        config,
-        friction,
-        provenance,
-        truth,
-        progress,
-        on_signals if stated else None,
-        known,
-        earlier,
-        siblings,
+    judge = partial(
+        _judged,
+        config=config,
+        friction=friction,
+        provenance=provenance,
+        truth=truth,
+        progress=progress,
+        known=known,
+        earlier=earlier,
     )
-    if stated:
-        return audit
+    if config.robot.tool.mass_kg != "estimate":
+        return judge(prepared, on_signals=on_signals, siblings=siblings)
+    audit = judge(prepared, on_signals=None, siblings=siblings)
     load = told_load(audit.result.causes)
     if load is not None:
-        laden = carrying(prepared, *load, config)
-        audit = _judged(laden, config, friction, provenance, truth, progress, None, known, earlier, ())
+        audit = judge(carrying(prepared, *load, config), on_signals=None, siblings=())
     if on_signals is not None:
         on_signals(audit.signals, prepared.series.source.sha256)
     return audit

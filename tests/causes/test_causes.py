@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from origins import NOBODY
-from three_joints import COULOMB, VISCOUS, arm, log_of, settings
+from three_joints import COULOMB, VISCOUS, arm, log_of, settings, sines
 
 from collaudit.core.audit import audit_log
+from collaudit.core.causes.causes import told_load
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.cause import Cause
@@ -141,6 +142,33 @@ def test_what_cannot_be_told_from_a_hand_is_not_stated() -> None:
     weight = carried.gravity_torque(log.position_rad) - plain.gravity_torque(log.position_rad)
     cause = first(replace(log, effort=log.effort + weight))
     assert cause.line == ""
+
+
+def test_of_slow_motion_a_load_may_be_a_hand_and_is_not_estimated() -> None:
+    """Seven times as slow as the fitted motion: what inertia a load has does not show, and somebody may hang on it."""
+    rng, slower = np.random.default_rng(8), 7.0
+    t = np.arange(0, 240.0, 0.008)
+    q, v, a = sines(rng, t / slower, 3)
+    v, a = v / slower, a / slower**2
+    truth = arm(settings(tool={"mass_kg": 2.5, "com_m": [0.0, 0.0, 0.0]}))
+    effort = truth.inverse_dynamics(q, v, a) + COULOMB * np.sign(v) + VISCOUS * v + np.array([0.5, -0.3, 0.2])
+    effort += 0.3 * rng.standard_normal(q.shape)
+    fast = logged(arm(PLAIN))
+    of_day = replace(fast.source, digest="of another day")
+    log = replace(fast, time_s=t, position_rad=q, velocity_rad_s=v, effort=effort, source=of_day)
+    cause = first(log)
+    assert "does not tell which" in cause.text and cause.line == ""
+    result = audit_log(prepare(log, arm(ESTIMATE), ESTIMATE), ESTIMATE, friction(), NOBODY).result
+    assert result.verdict != "pass"
+    assert all(finding.code != "load-estimated" for finding in result.findings)
+
+
+def test_a_load_is_estimated_only_where_it_is_to_be_stated() -> None:
+    cause = first(logged(arm(settings(tool=TOOL))))
+    assert told_load([cause]) is not None
+    assert told_load([replace(cause, line="")]) is None, "somebody may hold it"
+    assert told_load([replace(cause, speaks=False)]) is None
+    assert told_load([replace(cause, code="force")]) is None
 
 
 def test_of_an_arm_with_a_joint_that_cannot_be_judged_no_hand_is_claimed() -> None:

@@ -45,6 +45,13 @@ def test_the_description_that_the_log_goes_with_is_named_with_the_line_to_state(
     assert (first.code, first.speaks, first.line) == ("description", True, '[robot] urdf = "heavy.urdf"')
 
 
+def test_an_arm_between_two_descriptions_is_neither() -> None:
+    """Six tenths of the way to a sibling: the torques of that one are not the log's either."""
+    result = result_of(0.87)
+    assert result.verdict != "pass"
+    assert all(cause.code != "description" for cause in result.causes)
+
+
 def test_a_hand_is_no_other_arm() -> None:
     result = result_of(1.0, np.array([0.0, 0.0, -40.0]))
     assert result.verdict != "pass"

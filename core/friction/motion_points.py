@@ -249,8 +249,7 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
         needed: (n,) each.
     """
     velocity = series.velocity_rad_s[:, j]
-    margin = round(_SETTLED_S / series.period_s)
-    rows = one_way(np.where(np.abs(velocity) > MOVING_RAD_S, velocity, 0.0), margin)
+    rows = one_way(velocity, MOVING_RAD_S, round(_SETTLED_S / series.period_s))
     rows &= settled(series.segments, series.position_rad[:, j], velocity, MOVING_RAD_S)[0]
     rows &= ~(series.edge | series.saturated[:, j])
     for column in needed:

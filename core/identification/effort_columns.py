@@ -204,13 +204,11 @@ def joint_columns(prepared: Prepared, motion: ThinnedMotion, j: int) -> JointCol
         torque, rate = (np.nan_to_num(np.where(known, x, 0.0)) for x in (torque, rate))
     margin = round(_SETTLED_S / series.period_s)
     # by time alone: a clamp begins at a standstill, and every moment after it is wanted
-    fast = np.where(np.abs(series.velocity_rad_s) > MOVING_RAD_S, series.velocity_rad_s, 0.0)
-    settled, axes = known & one_way(fast[:, j], margin)[rows], []
+    settled, axes = known & one_way(series.velocity_rad_s[:, j], MOVING_RAD_S, margin)[rows], []
     for coupling in series.couplings:
         weights = np.array([coupling.weights.get(name, 0.0) for name in series.joint_names])
         if weights[j] != 0.0:  # where such an axis reverses, its friction is not that of sliding
-            turning = series.velocity_rad_s @ weights
-            settled &= one_way(np.where(np.abs(turning) > MOVING_RAD_S, turning, 0.0), margin)[rows]
+            settled &= one_way(series.velocity_rad_s @ weights, MOVING_RAD_S, margin)[rows]
             speed = motion.velocity @ weights
             axes += [np.sign(speed), speed, motion.acceleration @ weights]
     settled_draws = np.flatnonzero(settled[motion.drawn])

@@ -57,13 +57,13 @@ def sliding(
     back = [Span(velocity.size - span.stop, velocity.size - span.start) for span in reversed(segments)]
     moves = settled(segments, position, velocity, rest_rad_s)[0]
     moves &= settled(back, position[::-1], velocity[::-1], rest_rad_s)[0][::-1]
-    return one_way(np.where(moves, velocity, 0.0), margin)
+    return one_way(np.where(moves, velocity, 0.0), 0.0, margin)
 
 
-def one_way(velocity: FloatArray, margin: int) -> BoolArray:
-    """(n,) whether a velocity that is no 0 keeps its sign for ``margin`` samples before and after."""
+def one_way(velocity: FloatArray, rest_rad_s: float, margin: int) -> BoolArray:
+    """(n,) whether a joint moves one way, faster than it rests, for ``margin`` samples before and after."""
     out = np.zeros(velocity.size, dtype=np.bool_)
-    for mask in (velocity > 0.0, velocity < 0.0):
+    for mask in (velocity > rest_rad_s, velocity < -rest_rad_s):
         for start, stop in zip(*run_bounds(mask), strict=True):
             out[start + margin : max(start + margin, stop - margin)] = True
     return out

@@ -175,12 +175,10 @@ def _part(
     contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
     use = np.isfinite(effort[rows]) & ~series.saturated[rows]
     margin = round(max(_SETTLED_S, _SETTLED_PERIODS / bandwidth_hz) / series.period_s)
-    fast = np.where(np.abs(velocity) > MOVING_RAD_S, velocity, 0.0)
     for j in range(v.shape[1]):
-        use[:, j] &= one_way(fast[:, j], margin)[rows]
+        use[:, j] &= one_way(velocity[:, j], MOVING_RAD_S, margin)[rows]
     for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding
-        turning = velocity @ weights
-        use[:, weights != 0] &= one_way(np.where(np.abs(turning) > MOVING_RAD_S, turning, 0.0), margin)[rows, None]
+        use[:, weights != 0] &= one_way(velocity @ weights, MOVING_RAD_S, margin)[rows, None]
     load = np.zeros_like(q) if prepared.start.load_nm is None else prepared.start.load_nm[rows]
     return {
         "position": q,

@@ -220,8 +220,7 @@ class _Grid:
         effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
         parts = np.column_stack([torque, law(np.nan_to_num(speed))])
         known, speed = all_known([parts, speed[:, None]]), np.nan_to_num(speed)
-        fast = np.where(np.abs(speed) > MOVING_RAD_S, speed, 0.0)
-        slides = (one_way(fast, round(margin_s / self.step_s)) for margin_s in margins_s)
+        slides = (one_way(speed, MOVING_RAD_S, round(margin_s / self.step_s)) for margin_s in margins_s)
         uses = [self._reached(known & mask, effort, calm_s) for mask in slides]
         if max(use.size for use in uses) * self.step_s < _LEAST_S:
             return [None] * len(uses)

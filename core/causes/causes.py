@@ -66,7 +66,9 @@ def find_causes(
         return ()
     robot = prepared.robot
     weighed = prepared.start.effort_kind.compensated == "no" and bool(robot.gravity_base_m_s2.any())
-    every = trials(table, robot, prepared.start.robot, weighed, siblings)
+    identified = prepared.calibration.identified
+    load_sd = (None if identified is None else identified.load_sd) or (0.0,) * 4
+    every = trials(table, robot, prepared.start.robot, weighed, load_sd, siblings)
     found = [solved(table, one, before) for one in every]
     least_kg = -np.inf if prepared.robot is not prepared.start.robot else -stated_kg(config)
     tried = sorted(

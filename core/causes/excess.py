@@ -54,7 +54,6 @@ class Excess:
         friction_nm: (n, j) friction as fitted.
         slope_nm_s: (n, j) derivative of the model torque, friction included.
         block: (n,) number of its block of time.
-        fitted_s: motion that told friction and model, of the joint with least; NaN where no file tells it.
     """
 
     joints: tuple[str, ...]
@@ -70,18 +69,11 @@ class Excess:
     friction_nm: FloatArray
     slope_nm_s: FloatArray
     block: IntArray
-    fitted_s: float
 
     @cached_property
     def blocks(self) -> int:
         """Blocks of time."""
         return int(self.block[-1]) + 1
-
-    @cached_property
-    def over_fitted(self) -> float:
-        """Known time, of the joint with most, over that of the fitted motion; 1 where that is not known."""
-        judged_s = float(self.known.mean(axis=0).max()) * float(self.time_s[-1] - self.time_s[0])
-        return judged_s / self.fitted_s if self.fitted_s > 0.0 else 1.0
 
     @cached_property
     def half(self) -> IntArray:
@@ -171,7 +163,6 @@ def excess_of(
         np.where(known, np.nan_to_num(friction), 0.0),
         np.where(known, np.nan_to_num(slope), 0.0),
         np.floor((time_s[:, 0] - time_s[0, 0]) / BLOCK_S).astype(np.int64),
-        np.nan if fitted is None else 3600.0 * min((x.hours for x in fitted.joints.values()), default=np.nan),
     )
 
 

@@ -19,10 +19,6 @@ _CLEARLY = 3.0
 #: What acts by the arm's pose. A zero that is held to its bound, or friction that changed in another way than by its
 #: level, would be told as a part of it: 0.02 kg of a load, of a UR10.
 _OF_POSES = frozenset({"tool", "mounting", "force", "pull"})
-#: Variance of what a second of fitted motion tells over that of a second of the log: what a fit has wrong of friction
-#: and inertials is alike in all of it, and the log's scatter does not show it. 65 payloads, each with a fit of its own,
-#: were off by twice what the scatter says (``tests/bench/payload_mass.py``), 0.75 times as long as the fitted motion.
-_OF_FIT = 5.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,9 +68,9 @@ def solved(table: Excess, trial: Trial, before: FloatArray) -> Solved | None:
     every = np.ones(before.shape[0], dtype=np.bool_)
     if trial.kind in _OF_POSES:
         value, half_width = _Sums.of(table, trial, whole_day=True).told(every)
-        half_width = half_width * np.sqrt(1.0 + _OF_FIT * table.over_fitted)
     else:
         value, half_width, _ = sums.explained(every)
+    half_width = np.hypot(half_width, STANDARD_ERRORS_95 * np.array(trial.fit_sd))
     return Solved(trial, value, half_width, float(gone.sum() / whole.sum()), float((gone / whole).min()), rest)
 
 

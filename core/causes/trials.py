@@ -26,6 +26,8 @@ class Trial:
         joints: those that it is about; empty for the arm.
         columns_nm: (n, j, k) torque for one unit of each parameter.
         prior_sd: (k,) physical width of the parameters, which holds what the motion does not tell.
+        fit_sd: (k,) standard errors of what a fit has wrong of the parameters. That is alike in all of a log, so its
+            scatter does not show it.
         what: the name of what is tried, beside joints.
     """
 
@@ -33,6 +35,7 @@ class Trial:
     joints: tuple[str, ...]
     columns_nm: FloatArray
     prior_sd: FloatArray
+    fit_sd: Sequence[float] = (0.0,)
     what: str = ""
 
 
@@ -41,6 +44,7 @@ def trials(
     robot: RobotModel,
     described: RobotModel,
     gravity: bool,
+    load_sd: Sequence[float],
     siblings: Iterable[tuple[str, RobotModel]] = (),
 ) -> Iterator[Trial]:
     """Every cause, the simplest first.
@@ -50,6 +54,7 @@ def trials(
         robot: as the log was judged with, its tool included.
         described: the same without what a fit found.
         gravity: whether the effort holds that of gravity.
+        load_sd: (4,) how well a load is known against what the fit identified.
         siblings: other descriptions of the family, by name, on the same base and with the same tool.
     """
     yield Trial("friction", (), table.friction_nm[:, :, None], np.array([1.0]))
@@ -67,9 +72,9 @@ def trials(
         yield Trial("swapped", (table.joints[i], table.joints[k]), (swapped * known[:, None])[:, :, None], np.ones(1))
     if gravity:
         yield Trial("mounting", (), _of(table, robot.gravity_regressor), np.full(3, 10.0))
-        yield Trial("tool", (), _load(table, robot), np.array([20.0, 5.0, 5.0, 5.0]))
+        yield Trial("tool", (), _load(table, robot), np.array([20.0, 5.0, 5.0, 5.0]), load_sd)
         for name, sibling in siblings:
-            yield Trial("description", (), _torque(table, sibling) - _torque(table, described), np.ones(1), name)
+            yield Trial("description", (), _torque(table, sibling) - _torque(table, described), np.ones(1), what=name)
     end = robot.tool_frame
     yield Trial("pull", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
     for at, place in (((), end), *_places(table, robot)):

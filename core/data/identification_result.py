@@ -251,6 +251,8 @@ class Identified:
         samples: samples used.
         sample_rate_hz: rate they were taken at.
         loss: what the thinning cost, in words.
+        load_sd: (4,) by how much this puts a load off that another log tells: standard errors of its mass, kg, and of
+            mass times centre in the tool's frame, kg·m; None where neither bodies nor a tool were identified.
     """
 
     estimate: tuple[str, ...]
@@ -265,6 +267,7 @@ class Identified:
     samples: int
     sample_rate_hz: float
     loss: str
+    load_sd: tuple[float, ...] | None = None
 
     @property
     def masses(self) -> bool:

@@ -14,6 +14,7 @@ from collaudit.core.identification.identified_values import (
     bodies_of,
     drive_of,
     joints_of,
+    load_sd_of,
     prior_words,
     rms_of,
     tool_of,
@@ -73,6 +74,7 @@ def identify(
         samples=terms.motion.cluster.size,
         sample_rate_hz=terms.motion.rate_hz,
         loss=terms.motion.loss,
+        load_sd=load_sd_of(job, config),
     )
 
 

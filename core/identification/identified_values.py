@@ -202,10 +202,7 @@ def identified_tool(
     in_frame = turn.T @ (moment - total * place)
     rows = (np.cumsum(solution.free) - 1)[k : k + 4]
     covariance = errors.covariance[np.ix_(rows, rows)]  # of mass and first moments
-    # d(moment in frame) = R^T (dh - dm p)
-    jacobian = np.column_stack([-turn.T @ place, turn.T])
-    sd = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
-    mass_sd = float(np.sqrt(max(covariance[0, 0], 0.0)))
+    mass_sd, *sd = _in_frame(turn, place, covariance)
     x, y, z = (interval_95(value, error) for value, error in zip(in_frame, sd, strict=True))
     centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
     return IdentifiedTool(
@@ -215,6 +212,22 @@ def identified_tool(
         com_m=None if centre is None else (float(centre[0]), float(centre[1]), float(centre[2])),
         moment_ci95_kg_m=(x, y, z),
     )
+
+
+def _in_frame(turn: FloatArray, place: FloatArray, covariance: FloatArray) -> list[float]:
+    """Standard errors of mass and first moments in a frame of the body, by their covariance (4, 4) in its own axes."""
+    jacobian = np.eye(4)  # d(moment in frame) = R^T (dh - dm p)
+    jacobian[1:] = np.column_stack([-turn.T @ place, turn.T])
+    return [float(x) for x in np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))]
+
+
+def load_sd_of(job: Report, config: Config) -> tuple[float, ...] | None:
+    """(4,) by how much a load that like motion tells is off with the arm as identified; None where no load was open."""
+    turn, place, body = job.robot.in_joint(config.robot.tool.frame)
+    rows = slice(10 * body, 10 * body + 4)
+    if not job.solution.free[rows].all():
+        return None
+    return tuple(_in_frame(turn, place, job.errors.moved((np.cumsum(job.solution.free) - 1)[rows])))
 
 
 def prior_words(estimate: tuple[str, ...], share: float) -> str:

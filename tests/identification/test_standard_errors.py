@@ -67,3 +67,9 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
     np.testing.assert_allclose(found.covariance, factor**2 * fit.cov_params()[:2, :2], rtol=1e-5, atol=1e-12)
     assert found.offset_sd[0] == pytest.approx(factor * fit.bse[4], rel=1e-6)
     assert found.offset_sd[0] > 1.5 * OLS(effort, design).fit().bse[4]  # errors alike in a cluster do count
+    np.testing.assert_allclose(found.moved(np.arange(2)), found.covariance, rtol=1e-6)
+    # told alone it takes the other's error along, as it would in these very samples
+    beside = np.delete(design, 1, axis=1)
+    taken = np.linalg.lstsq(beside, columns[:, 1], rcond=None)[0][0]
+    (a, c), (_, b) = found.covariance
+    assert found.moved(np.array([0]))[0, 0] == pytest.approx(a + 2 * taken * c + taken**2 * b, rel=1e-3)

@@ -37,11 +37,24 @@ class StandardErrors:
         covariance: (f, f) of the free unknowns, prior included.
         offset_sd: (j,) standard errors of the offsets, the other unknowns' errors included.
         nuisance: (j, k, k) covariance of friction, offset and springs of each joint.
+        products, every: (f + j k, f + j k) of all of these: weighted products of their columns, and covariance.
     """
 
     covariance: FloatArray
     offset_sd: FloatArray
     nuisance: FloatArray
+    products: FloatArray
+    every: FloatArray
+
+    def moved(self, some: IntArray) -> FloatArray:
+        """(k, k) covariance by which some unknowns, by number, are off where like motion tells them, friction beside.
+
+        They take up what is wrong of all others, which are held as found: of the products H and the covariance C of all
+        unknowns that is K C Kᵀ with K = H_ss⁻¹ H_s.
+        """
+        told = np.concatenate([some, np.arange(len(self.covariance), len(self.products))])
+        taken = generalised_inverse(self.products[np.ix_(told, told)]) @ self.products[told]
+        return np.asarray((taken @ self.every @ taken.T)[: some.size, : some.size])
 
 
 def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> StandardErrors:
@@ -63,7 +76,7 @@ def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Sta
     known = np.sqrt(np.maximum(np.diag(full)[offset], 0.0))
     own = [scales.size + kinds * j + np.arange(kinds) for j in range(joints)]
     nuisance = np.array([full[np.ix_(place, place)] for place in own])
-    return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known, nuisance)
+    return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known, nuisance, data, np.asarray(full))
 
 
 #: Of a joint: its number, the unknowns that it feels (f_j,), its columns (n, f_j) by them, weights (n,) of its samples.

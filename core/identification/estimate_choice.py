@@ -110,13 +110,14 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
             return stated or nothing, None
         raise
 
-    gains: dict[bool, Gains] = {}  # beside a tool, or not: nothing else that a candidate opens changes them
+    gains: list[Gains] = []  # nothing else that a candidate opens changes them
 
     def unknowns(one: Candidate) -> Unknowns:
-        tool = "tool" in one.estimate
-        found, estimated = with_gains(prepared, config, one, motion, gains.get(tool))
-        if estimated is not None:
-            gains[tool] = estimated
+        if "tool" in one.estimate:  # with the inertia of its mass, and other gains beside it
+            return solved(prepared, motion, config, one).unknowns
+        found, estimated = with_gains(prepared, config, one, motion, gains[0] if gains else None)
+        if estimated is not None and not gains:
+            gains.append(estimated)
         return found
 
     # one scale for all: each divided by its own gain, errors would look the smaller the larger the gain

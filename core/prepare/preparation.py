@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -254,7 +255,8 @@ def _effort_checks(
         lacking = () if calibration.identified is None else calibration.identified.estimate
         model = table.model + start.robot.torque_beyond(robot, *table.motion)
         described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
-    scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
+    loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
+    scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit, loaded)
     findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
     return _EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
 

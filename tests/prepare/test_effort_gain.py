@@ -107,6 +107,15 @@ def test_several_joints_in_another_scale_forbid_a_pass(scale: float) -> None:
 
 
 @pytest.mark.parametrize(
+    ("loaded", "no_torque"), [({"a": 1.0}, False), ({"a": 3.0}, True), ({"a": 1.0, "b": 3.0}, True), ({}, True)]
+)
+def test_a_load_that_outweighs_a_small_arm_is_no_other_scale(loaded: dict[str, float], no_torque: bool) -> None:
+    """Gains of 3 to 20 with 5 kg that nobody stated: where a load is left open, those that tell are in scale."""
+    findings = scale_findings(found(a=1.4, b=3.0, c=20.0), "Nm", lambda: found(**loaded))
+    assert ("effort-no-torque" in [f.code for f in findings]) == no_torque
+
+
+@pytest.mark.parametrize(
     "gains",
     [
         found(a=0.1, b=1.0, c=1.0),  # one joint's own fault

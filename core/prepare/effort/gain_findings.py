@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -124,17 +124,23 @@ def sign_findings(
     return findings + unknown_sign_findings(gains, joints)
 
 
-def scale_findings(gains: Sequence[EffortGain], unit: str) -> list[Finding]:
+def scale_findings(
+    gains: Sequence[EffortGain], unit: str, loaded: Callable[[], Sequence[EffortGain]] = tuple
+) -> list[Finding]:
     """Joints whose effort is not in the scale of the described model, and a log that is not. Nothing is changed by it.
 
     Args:
         gains: against the arm as described, by joint.
         unit: of the effort.
+        loaded: the same with a load left open, which outweighs the wrists of a small arm: with the others in scale
+            nothing speaks against the unit.
     """
     if unit != "Nm":
         return []
     if (scale := _other_scale(gains)) is not None:
-        return [scale]
+        known = [gain for gain in loaded() if gain.known]
+        if not known or any(not overlaps(gain.ci95, ACCURATE_GAIN) for gain in known):
+            return [scale]
     findings = []
     largest_nm = max((gain.model_nm for gain in gains), default=0.0)
     for gain in gains:

@@ -4,7 +4,8 @@
 
 Every robot of DIR with two recordings or more, and simulated arms with one imperfection each: fitted on all but one
 recording, which is judged with the fit, and with the fit less one term. A number is by how much the residual's RMS
-grows without the term, on the joints that have it and on all.
+grows without the term, on the joints that have it and on all. Springs are also forced on all joints where the fit
+takes none. What temperature earns is in ``friction_temperature.py``.
 """
 
 from __future__ import annotations
@@ -115,6 +116,11 @@ def measure(name: str, settings: LoadedConfig, logs: list[tuple[Path, ...]]) -> 
             with mock.patch.object(estimate_choice, "with_springs", lambda tried, _: tuple(tried)):
                 plain = fitted(rest, settings)
             print(f"  spring: {gains(whole, rms(ready[out], settings, plain), sprung)}", flush=True)
+        elif friction.identified is not None:
+            fit = settings.config.fit.changed({"estimate": [*friction.identified.estimate, "spring"]})
+            forced = replace(settings, config=settings.config.changed({"fit": fit}))
+            sprung = rms(ready[out], settings, fitted(rest, forced))
+            print(f"  spring, forced: {gains(sprung, whole, list(sprung))}", flush=True)
 
 
 def main() -> None:

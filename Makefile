@@ -132,7 +132,7 @@ $(RUN)/.made $(TEST)/.made:
 	touch $@
 
 $(RUN)/.installed: $(RUN)/.made $(SETUP)
-	$(RUN)/bin/python -m pip install --quiet --editable '.[simulate]'
+	$(RUN)/bin/python -m pip install --quiet --editable .
 	$(COMPILED)
 	touch $@
 

@@ -31,12 +31,9 @@ def command(output: Path, as_json: bool) -> int:
     Exit code 0 when every push was found and nothing else; 1 otherwise.
     """
     from collaudit.cli.demonstration import evaluate, simulate_all
-    from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.reports.terminal.command_texts import demo_text
 
     output.mkdir(parents=True, exist_ok=True)
-    if compiler_missing():
-        note(HINT)
     note("simulating the friction run and polishing runs A and B (about a minute) …")
     files = simulate_all(output)
     with progress("auditing") as report:

@@ -22,13 +22,10 @@ def command(as_json: bool) -> int:
 
     Exit code 0 when everything is as it should be, 1 otherwise.
     """
-    from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.installation_checks import run_selftest
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.terminal.command_texts import checks_text
 
-    if compiler_missing():
-        note(HINT)
     note("simulating and auditing known-truth logs (a minute or two) …")
     with TemporaryDirectory(prefix="collaudit-selftest-") as scratch, progress("selftest") as report:
         result = run_selftest(Path(scratch), progress=report)

@@ -82,11 +82,8 @@ def command(
     Beside LOG stand its configuration (.toml), its truth (.truth.json) and, for a URDF robot, its model
     (.urdf). A simulation's own files are replaced, others are not.
     """
-    from collaudit.fixtures.compiled.availability import HINT, compiler_missing
     from collaudit.fixtures.simulation import simulate_to
 
-    if compiler_missing():
-        note(HINT)
     with progress("simulating") as report:
         files = simulate_to(
             scenario,

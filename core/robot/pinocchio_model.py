@@ -353,23 +353,22 @@ class ForwardModel:
         out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
         return out
 
-    def update(self, q: FloatArray) -> None:
-        """Compute joint Jacobians and frame poses at ``q`` for the two calls below."""
-        pin.computeJointJacobians(self._model, self._data, q)
-        pin.updateFramePlacements(self._model, self._data)
+    def at(self, frame: int, q: FloatArray, point_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """A point of a frame at ``q``, in base axes.
 
-    def pose(self, frame: int) -> tuple[FloatArray, FloatArray]:
-        """(3, 3) rotation and (3,) position of a frame in the base, after :meth:`update`."""
+        Args:
+            frame: its number.
+            q: (j,) position.
+            point_m: (3,) in the axes of the frame.
+
+        Returns:
+            (3, 3) rotation of the frame, (3,) where the point is, and its (6, j) Jacobian, linear rows first.
+        """
+        out: FloatArray = pin.computeFrameJacobian(self._model, self._data, q, frame, pin.LOCAL_WORLD_ALIGNED)
         place = self._data.oMf[frame]
-        return place.rotation, place.translation
-
-    def jacobian(self, frame: int, point_m: FloatArray | None = None) -> FloatArray:
-        """(6, j) Jacobian in base axes at the frame's origin, or at a point (3,) of the frame; linear rows first."""
-        out: FloatArray = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
-        if point_m is not None:
-            arm = self._data.oMf[frame].rotation @ point_m
-            out[:3] -= pin.skew(arm) @ out[3:]
-        return out
+        arm = place.rotation @ point_m
+        out[:3] -= pin.skew(arm) @ out[3:]
+        return place.rotation, place.translation + arm, out
 
 
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:

@@ -17,7 +17,7 @@ from collaudit.reports.files.run_files import write_friction
 #: Not needed to judge a recording: tables, reports, the simulator, fitting with constraints, guesses of columns,
 #: descriptions. SciPy is needed, and its half a second is the price of plain code.
 HEAVY = (
-    "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "numba", "clarabel", "tsdownsample", "tomlkit", "IPython",
+    "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "clarabel", "tsdownsample", "tomlkit", "IPython",
     "pebble", "pydantic",
     "collaudit.core.logs.tables.column_assignment", "collaudit.core.logs.log_description",
 )  # fmt: skip

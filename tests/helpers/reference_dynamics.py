@@ -48,8 +48,7 @@ def weight(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray,
     number, work = model.frame_number(frame), model.forward()
 
     def sample(q: FloatArray) -> FloatArray:
-        work.update(q)
-        weight_n = work.pose(number)[0].T @ (mass_kg * np.asarray(gravity_m_s2))
+        weight_n = work.at(number, q, np.asarray(com_m))[0].T @ (mass_kg * np.asarray(gravity_m_s2))
         return np.concatenate([weight_n, np.cross(com_m, weight_n)])
 
     return sample

@@ -55,18 +55,12 @@ def made(once: Once) -> Maker:
 
     def make(scenario: str, robot: str, seed: int = 1, fmt: str = "csv", **more: object) -> SimulatedFiles:
         def simulate(folder: Path) -> SimulatedFiles:
-            once(("compiled loop",), _compile)
             return simulate_to(scenario, robot, seed, fmt, folder / f"{robot}-{scenario}", **more)  # type: ignore[arg-type]
 
         files: SimulatedFiles = once((scenario, robot, seed, fmt, *sorted(more.items())), simulate)
         return files
 
     return make
-
-
-def _compile(folder: Path) -> bool:
-    """A short simulation, so that one process compiles the simulator's loop and the others load it."""
-    return simulate_to("free-clean", "paper6", 1, "csv", folder / "short", duration_s=5.0).config.exists()
 
 
 @pytest.fixture(scope="session")

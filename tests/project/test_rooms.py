@@ -42,7 +42,6 @@ BELONGS = {
     ),
     "pandas": ("core/api.py",),
     "h5py": ("core/logs/column_files/",),
-    "numba": ("fixtures/compiled/compiler.py",),
     "tsdownsample": ("reports/plots/",),
     "click": ("cli/",),
     "jinja2": ("reports/",),

@@ -67,8 +67,7 @@ def test_standard_rows_place_the_last_frame_as_the_formula_says() -> None:
         pose = pose @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
     assert robot.bodies is not None
     forward = robot.bodies.forward()
-    forward.update(q)
-    rotation, position = forward.pose(forward.arm.frame_number("tool0"))
+    rotation, position, _ = forward.at(forward.arm.frame_number("tool0"), q, np.zeros(3))
     np.testing.assert_allclose(rotation, pose[:3, :3], atol=1e-12)
     np.testing.assert_allclose(position, pose[:3, 3], atol=1e-12)
 

@@ -91,11 +91,10 @@ def test_gravity_in_a_frame_matches_its_pose(data_dir: Path) -> None:
     assert robot.bodies is not None
     forward = robot.bodies.forward()
     for k, wrench in enumerate(robot.tool_wrench(q, "ee_link")):
-        forward.update(q[k])
-        sensor, origin = forward.pose(forward.arm.frame_number("ee_link"))
-        tool, place = forward.pose(forward.arm.frame_number("tool0"))
+        sensor, origin, _ = forward.at(forward.arm.frame_number("ee_link"), q[k], np.zeros(3))
+        _, place, _ = forward.at(forward.arm.frame_number("tool0"), q[k], np.array([0.01, 0.02, 0.1]))
         weight = 2.0 * robot.gravity_base_m_s2
-        arm = place + tool @ np.array([0.01, 0.02, 0.1]) - origin
+        arm = place - origin
         np.testing.assert_allclose(wrench[:3], sensor.T @ weight, atol=1e-12)
         np.testing.assert_allclose(wrench[3:], sensor.T @ np.cross(arm, weight), atol=1e-12)
 

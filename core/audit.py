@@ -21,7 +21,6 @@ from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.judgement import OnSignals, judge
 from collaudit.core.detection.settled_rule import HeldOutPart
-from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -33,7 +32,6 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
-from collaudit.core.residual.detector import detector_named
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import missing_labels, score_detection
@@ -231,17 +229,10 @@ def _by_parts(
     No parts where the log shows no friction: what is judged then needs no fit, and no earlier one is taken for it.
 
     Raises:
-        NotJudgedError: nothing can be fitted. ConfigError: the detector does not judge each joint by itself.
+        NotJudgedError: nothing can be fitted.
     """
     from collaudit.core.fitting import fit_by_parts
 
-    if not detector_named(config.detect.detector).by_joint:
-        raise ConfigError(
-            "parts of a log are judged joint by joint",
-            where="[policy] same_log",
-            found=f'"folds", with the detector "{config.detect.detector}"',
-            hint='state [detect] detector = "direct", or fit on another log',
-        )
     logged = calibrated(prepared, Calibration.of(None, config), config)
     whole, fits = fit_by_parts(logged, config, provenance, progress)
     if all(fit.model is None for fit in whole.joints.values()):

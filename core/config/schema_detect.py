@@ -6,8 +6,9 @@ from msgspec import Meta
 from msgspec.structs import force_setattr
 
 from collaudit.core.config.config_table import ConfigTable, Interval, KeyedError, Positive, about
-from collaudit.core.config.detector_names import DetectorName
 
+#: Each has a line in ``core/residual/detector.py``.
+DetectorName = Literal["direct", "momentum", "filtered", "eso"]
 #: Persistence where neither time nor samples are stated, ms (paper, section 5).
 DEFAULT_PERSISTENCE_MS = 25.0
 #: Of a causal detector with automatic thresholds, ms: those of half the time are hardly higher, and it alarms sooner.
@@ -28,7 +29,7 @@ class DetectConfig(ConfigTable, frozen=True, kw_only=True):
     observer_gain_per_s: Annotated[
         float,
         Meta(ge=0.05),
-        about("Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."),
+        about("Gain K_O of momentum, filtered and eso, 1/s; the delay is about 1/K_O when causal."),
     ] = 60.0
     gamma_nm: Annotated[
         Positive | dict[str, Positive] | Literal["auto", "sharpest"],

@@ -110,9 +110,8 @@ def find_contacts(prepared: Prepared, run: DetectorRun, config: Config) -> tuple
     groups = _groups(run.detected.collisions)
     if not groups:
         return ()
-    isolates = run.residual.isolation.isolates
     peaks = [_peak_sample(prepared, run, group) for group in groups]
-    known = Unsmoothed.of(prepared, run, peaks) if isolates else Unsmoothed(np.zeros(0), {})
+    known = Unsmoothed.of(prepared, run, peaks)
     at = ArmAtSamples(prepared, peaks, config.robot.tool.frame)
     return tuple(
         _describe(prepared, run, known, at, group, peak, config) for group, peak in zip(groups, peaks, strict=True)
@@ -171,8 +170,6 @@ def _locate(
 
     It is the link moved by the outermost of the joints that alarmed, base to tip.
     """
-    if not run.residual.isolation.isolates:
-        return "unknown", "This detector judges the arm as a whole and does not isolate.", None, None
     series, robot = prepared.judged_series, prepared.robot
     outer = robot.joint_names.index(names[-1])
     beyond = [joint for joint in series.joint_names if robot.joint_names.index(joint) > outer]

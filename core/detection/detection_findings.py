@@ -249,7 +249,7 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
         inputs: which joints are watched.
     """
     series, residual = prepared.judged_series, run.residual
-    if residual.effort_nm is None or prepared.rigid_nm is None or not residual.isolation.isolates:
+    if residual.effort_nm is None or prepared.rigid_nm is None:
         return []
 
     def of_joint(joint: str) -> Finding | None:

@@ -153,7 +153,7 @@ def run_detector(
     series, rule = prepared.judged_series, inputs.rule
     gamma = gamma_in_force(series, residual, rule)
     cycles = None
-    if residual.isolation.isolates and not config.detect.causal:
+    if not config.detect.causal:
         cycles = cycle_residual(series, residual, rule, config, inputs, inputs.earlier)
     signals = None if cycles is None else cycles.signals
     detected = detect_events(JudgedLog(series, residual, gamma, rule, prepared.phases, signals), inputs.watch)

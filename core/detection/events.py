@@ -60,10 +60,9 @@ def detect_events(log: JudgedLog, watch: Mapping[str, Watch]) -> DetectedEvents:
     series, rule = log.series, log.rule
     state = _with_unwatched(log.residual.state, series.joint_names, watch, log.phases, rule.n)
     watched = [series.column(joint) for joint in rule.watch]
-    columns = log.residual.isolation.judged_columns(watched, rule.gamma_nm)
     hits: list[Collision] = []
     near: list[NearMiss] = []
-    for its_hits, its_near in ordered_map(lambda j: _events(log, j, state[:, j]), columns):
+    for its_hits, its_near in ordered_map(lambda j: _events(log, j, state[:, j]), watched):
         hits += its_hits
         near += its_near
     return DetectedEvents(
@@ -87,7 +86,7 @@ def _events(log: JudgedLog, j: int, state: NDArray[np.int8]) -> tuple[list[Colli
 
     def hit(event: Event, spoke: Spoke) -> Collision:
         return Collision(
-            joint=log.residual.isolation.joint_of(j, event.span.start),
+            joint=joint,
             onset_s=float(series.time_s[event.span.start]),
             detected_s=float(series.time_s[event.detected]),
             duration_s=len(event.span) * series.period_s,

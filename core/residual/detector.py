@@ -1,48 +1,109 @@
-"""A detector: one way to compute a residual from a prepared log; and the registry of them.
+"""The detectors: kernels through which the one residual passes, as data.
 
-A new detector is one file in ``core/residual/detectors``, which ends in ``DETECTOR = Detector(...)``, and its name,
-which is the file's, in ``core/config/detector_names.py``.
+A new detector is a line of ``DETECTORS`` and its name in ``DetectorName`` (``core/config/schema_detect.py``).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
+from typing import Protocol
 
-from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.kernel import BOTH_WAYS, Kernel, butterworth, double_pole, first_order
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.residual import Residual, ResidualInputs
+from collaudit.core.residual.balance import Balance, balance_from_acceleration, balance_from_momentum
+from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
+
+
+class KernelOf(Protocol):
+    """The kernel G(s) of a detector on a log."""
+
+    def __call__(self, prepared: Prepared, config: DetectConfig) -> Kernel:
+        """``config``: gain of an observer; whether the kernel runs forward only."""
 
 
 @dataclass(frozen=True, slots=True)
 class Detector:
-    """One way to estimate external joint torque.
+    """One way to estimate the external torque of each joint.
 
     Attributes:
         name: as in ``[detect] detector``.
         equation: what it computes.
         source: where it comes from.
-        residual: of a prepared log, with the friction laws at hand and ``[detect]``.
-        by_joint: each joint has a residual with a sign; noise does not cancel in the mean of a norm.
+        kernel: what both sides of the balance pass.
+        balance: what is balanced before friction.
     """
 
     name: str
     equation: str
     source: str
-    residual: Callable[[Prepared, ResidualInputs, DetectConfig], Residual]
-    by_joint: bool = True
+    kernel: KernelOf
+    balance: Callable[[Prepared, Kernel], Balance]
+
+    def residual(self, prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
+        """Of a prepared log, with the friction laws at hand and ``[detect]``."""
+        return joint_residuals(prepared, self.balance(prepared, self.kernel(prepared, config)), inputs, config)
+
+
+def direct_kernel(bandwidth_hz: float, causal: bool) -> Kernel:
+    """Unit gain, -3 dB at ``bandwidth_hz``: a Butterworth filter, offline two passes of a double pole."""
+    omega = 2.0 * math.pi * bandwidth_hz
+    return butterworth(omega, True) if causal else double_pole(omega / BOTH_WAYS, False)
+
+
+def _as_the_signals(prepared: Prepared, config: DetectConfig) -> Kernel:
+    """As narrow as the filter of velocity and acceleration."""
+    return direct_kernel(prepared.series.bandwidth_hz, config.causal)
+
+
+def _observer(kernel_of: Callable[[float, bool], Kernel]) -> KernelOf:
+    """That of an observer's gain, 1/s."""
+    return lambda prepared, config: kernel_of(config.observer_gain_per_s, config.causal)
+
+
+DETECTORS = (
+    Detector(
+        "direct",
+        "r = G(s) [tau - tau_s - (M ddq + C dq + f + G)], G as narrow as the filter of dq and ddq",
+        "inverse dynamics, both sides filtered alike",
+        _as_the_signals,
+        balance_from_acceleration,
+    ),
+    Detector(
+        "momentum",
+        "r = K [p - ∫(tau - tau_s - f + C^T dq - G - r) dt], so r = K/(s + K) tau_e",
+        "generalized-momentum observer (De Luca and Mattone 2003; Haddadin, De Luca and Albu-Schäffer 2017)",
+        _observer(first_order),
+        balance_from_momentum,
+    ),
+    Detector(
+        "filtered",
+        "r = k * (tau - tau_s - f + C^T dq - G) - (dk/dt) * p, k the impulse response of K²/(s² + √2 K s + K²), "
+        "* convolution",
+        "filtered dynamics (Hsu, Bodson, Sastry and Paden 1987)",
+        _observer(butterworth),
+        balance_from_momentum,
+    ),
+    Detector(
+        "eso",
+        "dp^/dt = u + d^ + 2K (p - p^), d(d^)/dt = K² (p - p^), r = -d^, so r = K²/(s + K)² tau_e",
+        "linear extended state observer in the momentum, both poles at -K (Han 2009)",
+        _observer(double_pole),
+        balance_from_momentum,
+    ),
+)
 
 
 def detector_named(name: str) -> Detector:
-    """The detector of that name; its module is imported when it is first asked for.
+    """The detector of that name.
 
     Raises:
         ConfigError: there is none.
     """
-    if name not in DETECTOR_NAMES:
-        raise ConfigError("there is no such detector", found=name, expected=", ".join(DETECTOR_NAMES))
-    detector: Detector = import_module(f"collaudit.core.residual.detectors.{name}").DETECTOR
-    return detector
+    found = next((one for one in DETECTORS if one.name == name), None)
+    if found is None:
+        raise ConfigError("there is no such detector", found=name, expected=", ".join(d.name for d in DETECTORS))
+    return found

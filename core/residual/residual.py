@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,10 +20,9 @@ from collaudit.core.numeric.runs import covered
 from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
-from collaudit.core.residual.balance import Balance, balance_from_momentum
+from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 from collaudit.core.residual.friction_level import FrictionLevel, follow_level
-from collaudit.core.residual.isolation import EachJoint, Isolation
 from collaudit.core.residual.torque_zero import TorqueZero, balanced_zero, follow_zero
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
@@ -71,7 +70,6 @@ class Residual:
         levels: friction level by joint, where there is a law and a model.
         zeros: zero of the torque by joint, where it is followed.
         balance: the torques before friction, with the kernel that they and the friction have passed.
-        isolation: which columns are judged apart, and what they tell of the place of a contact.
         hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
             external torque, where friction is no value, else 0. None: nothing is hidden anywhere.
         span_nm: two (n, j), the least and the greatest residual that friction within its interval allows, meaningful in
@@ -88,7 +86,6 @@ class Residual:
     levels: dict[str, FrictionLevel]
     zeros: dict[str, TorqueZero]
     balance: Balance
-    isolation: Isolation
     hidden_nm: FloatArray | None = None
     span_nm: tuple[FloatArray, FloatArray] | None = None
     still: frozenset[str] = frozenset()
@@ -137,7 +134,6 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         {},
         {},
         balance,
-        EachJoint(names),
         hidden,
         (least, most),
         frozenset(inputs.quiet),
@@ -178,22 +174,6 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
             if quiet.joint in names:
                 uncertainty[:, names.index(quiet.joint)] += quiet.lacking_nm(balance.kernel, series)
     return made
-
-
-def momentum_residual(
-    kernel_of: Callable[[float, bool], Kernel],
-) -> Callable[[Prepared, ResidualInputs, DetectConfig], Residual]:
-    """The residual of each joint by its momentum, through the kernel of an observer.
-
-    Args:
-        kernel_of: the kernel of the observer's gain, 1/s, and of whether it runs forward only.
-    """
-
-    def residual(prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
-        kernel = kernel_of(config.observer_gain_per_s, config.causal)
-        return joint_residuals(prepared, balance_from_momentum(prepared, kernel), inputs, config)
-
-    return residual
 
 
 def _fill_joint(

@@ -75,9 +75,7 @@ def measure_sensitivity(
     moving = time.moving
     observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
     joints = by_name(lambda joint: _of_joint(log, joint, observable.get(joint)), log.joints)
-    places = (
-        arm_places(prepared.robot, prepared.judged, config.robot.tool.frame) if run.residual.isolation.isolates else ()
-    )
+    places = arm_places(prepared.robot, prepared.judged, config.robot.tool.frame)
     if not places or not log.joints:
         return Sensitivity(joints, push_alarms=log.push.alarms)
     moved = np.logical_or.reduce([moving[joint] for joint in log.joints])

@@ -17,8 +17,6 @@ from collaudit.reports.files.signals_file import StoredSignals
 _Counted = tuple[float, float, str, float]
 #: Peaks differ by less: they are stored in steps far below gamma.
 _PEAK_SHARE = 0.05
-#: Columns that are one in several scales differ by steps of storage, as shares of their largest.
-_IN_SCALE = 0.01
 
 
 def check_events(run_dir: Path, result: AuditResult, signals: StoredSignals) -> None:
@@ -42,15 +40,14 @@ def check_events(run_dir: Path, result: AuditResult, signals: StoredSignals) -> 
         near += [(float(signals.time_s[event.span.start]), 0.0, joint, event.peak) for event in close]
     written = [(c.onset_s, c.onset_s + c.duration_s, c.joint, c.peak_nm) for c in result.collisions]
     nearly = [(m.onset_s, 0.0, m.joint, m.peak_nm) for m in result.near_misses]
-    by_joint = len(_judged_columns(result, signals)) > 1  # else an alarm is named after the joint that moves most
-    _compare(run_dir, "alarms", alarms, written, 0.5 * period, by_joint)
-    _compare(run_dir, "near misses", near, nearly, 0.5 * period, by_joint)
+    _compare(run_dir, "alarms", alarms, written, 0.5 * period)
+    _compare(run_dir, "near misses", near, nearly, 0.5 * period)
 
 
 def _recounted(result: AuditResult, signals: StoredSignals) -> Iterator[tuple[str, list[Event], list[Event]]]:
-    """Joint, alarms and near misses of each column that is judged apart."""
+    """Joint, alarms and near misses of each watched joint."""
     rule, merge = result.rule, round(MERGE_S / (result.log.sample_period_s or MERGE_S))
-    for joint in _judged_columns(result, signals):
+    for joint in (one for one in rule.watch if one in signals.joint_names and one in rule.gamma_nm):
         gamma = signals.read(f"gamma_nm:{joint}")
         evidence = signals.states(joint) <= State.FRICTION_INTERVAL
         near = gamma - np.float32(rule.below_gamma_nm(joint))
@@ -63,27 +60,7 @@ def _recounted(result: AuditResult, signals: StoredSignals) -> Iterator[tuple[st
         yield joint, fired, [*low, *brief]
 
 
-def _judged_columns(result: AuditResult, signals: StoredSignals) -> list[str]:
-    """The watched joints; of a detector whose columns are one in several scales, the most sensitive alone."""
-    rule = result.rule
-    watched = [joint for joint in rule.watch if joint in signals.joint_names and joint in rule.gamma_nm]
-    if len(watched) < 2:
-        return watched
-    first = np.abs(signals.read(f"residual_nm:{watched[0]}").astype(np.float64))
-    largest = {watched[0]: float(np.nanmax(first, initial=0.0))}
-    for joint in watched[1:]:
-        column = np.abs(signals.read(f"residual_nm:{joint}").astype(np.float64))
-        largest[joint] = float(np.nanmax(column, initial=0.0))
-        if not all(largest.values()):  # nothing tells a scale
-            return watched
-        if np.nanmax(np.abs(column / largest[joint] - first / largest[watched[0]])) > _IN_SCALE:
-            return watched
-    return sorted(watched, key=lambda joint: rule.gamma_nm[joint] / largest[joint])[:1]
-
-
-def _compare(
-    run_dir: Path, what: str, found: Sequence[_Counted], stated: Sequence[_Counted], slack_s: float, by_joint: bool
-) -> None:
+def _compare(run_dir: Path, what: str, found: Sequence[_Counted], stated: Sequence[_Counted], slack_s: float) -> None:
     """Refuse events that differ in number, time, joint or peak."""
     if len(found) != len(stated):
         raise _contradiction(run_dir, f"{len(stated)} {what}", f"{len(found)}")
@@ -92,7 +69,7 @@ def _compare(
     ):
         same = abs(onset - its_onset) <= slack_s and abs(end - its_end) <= slack_s
         same &= abs(peak - its_peak) <= _PEAK_SHARE * abs(peak)
-        if not same or (by_joint and joint != its_joint):
+        if not same or joint != its_joint:
             raise _contradiction(
                 run_dir,
                 f"{what} at {its_onset:.6g} s of {its_peak:.4g} N·m ({its_joint})",

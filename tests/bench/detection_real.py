@@ -17,10 +17,10 @@ from tables import put
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
-from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config
 from collaudit.core.fitting import fit_logs
 from collaudit.core.provenance import make_provenance
+from collaudit.core.residual.detector import DETECTORS
 
 _UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _UR3 = dict(zip(("Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3"), _UR, strict=True))
@@ -47,7 +47,7 @@ ARMS: tuple[tuple[str, str, dict[str, object], tuple[str, ...]], ...] = (
 
 def levels(data: Path, work: Path) -> Iterator[str]:
     """Mean |residual| over judged samples, a row a joint."""
-    others = [name for name in DETECTOR_NAMES if name != "direct"]
+    others = [detector.name for detector in DETECTORS if detector.name != "direct"]
     yield "| log | joint | direct | " + " | ".join(others[:-1]) + " | energy (whole arm) |"
     yield "|---|---|---|" + "---|" * len(others)
     for title, urdf, log, names in ARMS:

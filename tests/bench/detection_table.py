@@ -16,8 +16,8 @@ import numpy as np
 from detection_runs import FACTOR, Total, add_up, bench, friction_of, off_calibration, simulated
 from tables import put
 
-from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.data.detection_result import Score
+from collaudit.core.residual.detector import DETECTORS
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 #: Seeds that nothing was tuned on.
@@ -34,8 +34,6 @@ HOURS = [
     for seed, seconds in parts
 ]
 OFF = {"as calibrated": 0.0, "15 % below": -0.15, "10 % above": 0.10}
-#: Looks both ways in time.
-OFFLINE_ONLY = ("combined",)
 RUNS = (("offline", False), ("causal", True))
 
 
@@ -59,10 +57,8 @@ def pushes(logs: Path) -> Iterator[str]:
         scores: dict[tuple[str, str], list[tuple[Score, Score, tuple[float, float]]]] = defaultdict(list)
         for seed in SEEDS:
             made = bench(simulated(logs, robot, scenario, seed), friction, watch)
-            for name in DETECTOR_NAMES:
+            for name in [detector.name for detector in DETECTORS]:
                 for mode, causal in RUNS:
-                    if causal and name in OFFLINE_ONLY:
-                        continue
                     found = made.judged(name, causal)
                     (every, _), (clear, share) = (made.score(found, watch, factor) for factor in (1.0, FACTOR))
                     scores[name, mode].append((every, clear, share))
@@ -89,7 +85,7 @@ def _found(total: Total) -> str:
 
 def hours(logs: Path, causal: bool = False) -> Iterator[str]:
     """False alarms in clean motion, by detector and by how friction is off its calibration."""
-    names = [name for name in DETECTOR_NAMES if not (causal and name in OFFLINE_ONLY)]
+    names = [detector.name for detector in DETECTORS]
     yield "| motion | friction | hours | " + " | ".join(names) + " |"
     yield "|---|---|---|" + "---|" * len(names)
     for robot, scenario in dict.fromkeys((r, s) for r, s, _, _ in HOURS):

@@ -39,7 +39,7 @@ FAULTS = (
     "joint-order",
     "two-publishers",
 )
-DETECTORS = ("direct", "momentum", "filtered", "eso", "energy")
+DETECTORS = ("direct", "momentum", "filtered", "eso")
 CALIBRATED = "--set 'log.wrench_bias=\"calibrated\"'"
 KEPT = (".json", ".toml", ".txt", ".xml", ".md")
 

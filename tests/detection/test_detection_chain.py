@@ -74,11 +74,9 @@ def test_with_the_level_fixed_friction_off_its_calibration_costs_alarms(
 
 
 def test_detectors_on_one_log(hits: Path, friction: FrictionFile) -> None:
-    names = ("direct", "momentum", "filtered", "eso", "energy")
+    names = ("direct", "momentum", "filtered", "eso")
     counts = {name: len(audited(hits, friction, detect__detector=name).result.collisions) for name in names}
-    for name in ("momentum", "filtered", "eso"):
-        assert abs(counts[name] - counts["direct"]) <= 3
-    assert 3 <= counts["energy"] < counts["direct"]
+    assert all(abs(counts[name] - counts["direct"]) <= 3 for name in names)
 
 
 def test_a_filter_too_slow_for_the_persistence_is_said(hits: Path, friction: FrictionFile) -> None:
@@ -93,15 +91,12 @@ def test_a_filter_too_slow_for_the_persistence_is_said(hits: Path, friction: Fri
     assert not [f for f in usual.findings if f.code == "rule-unfit" and "bandwidth_hz" in f.text]
 
 
-@pytest.mark.parametrize("name", ["momentum", "energy"])
-def test_another_detector_can_lead(hits: Path, friction: FrictionFile, name: str) -> None:
-    found = audited(hits, friction, detect__detector=name).result
-    assert found.rule.detector == name
+def test_another_detector_can_lead(hits: Path, friction: FrictionFile) -> None:
+    found = audited(hits, friction, detect__detector="momentum").result
+    assert found.rule.detector == "momentum"
     assert found.collisions
     assert found.verdict == "fail"
     assert found.detection is not None
-    isolated = {i.link != "unknown" for i in found.contacts}
-    assert isolated == {name != "energy"}
 
 
 def test_contacts_have_a_link_and_a_force_that_holds_the_truth(hits: Path, friction: FrictionFile) -> None:

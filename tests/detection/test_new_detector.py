@@ -1,4 +1,4 @@
-"""Adding a detector the way docs/architecture.md says: one file and its name; a log is then judged with it."""
+"""Adding a detector the way docs/architecture.md says: its line and its name; a log is then judged with it."""
 
 from __future__ import annotations
 
@@ -9,32 +9,21 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
-from collaudit.core.config.detector_names import DETECTOR_NAMES
+from collaudit.core.config.schema_detect import DetectorName
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError
-from collaudit.core.residual import detectors
-from collaudit.core.residual.detector import detector_named
+from collaudit.core.residual.detector import DETECTORS, detector_named
 from collaudit.reports.files.run_files import friction_json
 
-FILE = '''"""Eq. (5) as it is, without a filter."""
-
-from collaudit.core.config.schema import DetectConfig
-from collaudit.core.numeric.kernel import identity
-from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.balance import balance_from_acceleration
-from collaudit.core.residual.detector import Detector
-from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
-
-
-def bare_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
-    return joint_residuals(prepared, balance_from_acceleration(prepared, identity(config.causal)), inputs, config)
-
-
-DETECTOR = Detector("bare", "r = tau - tau_s - (M ddq + C dq + f + G)", "eq. (5)", bare_residual)
-'''
+LINE = """    Detector(
+        "bare", "r = tau - tau_s - (M ddq + C dq + f + G)", "eq. (5)",
+        lambda _, config: identity(config.causal), balance_from_acceleration,
+    ),
+"""
 
 
 @pytest.fixture
@@ -61,19 +50,22 @@ def collaudit(program: Path, *arguments: object) -> subprocess.CompletedProcess[
     )
 
 
-def test_a_new_detector_is_one_file_and_its_name(program: Path, hits: Path, friction: FrictionFile) -> None:
+def test_a_new_detector_is_a_line_and_its_name(program: Path, hits: Path, friction: FrictionFile) -> None:
     (program / "friction.json").write_text(friction_json(friction), encoding="utf-8")
     command = ["detect", hits, "-c", hits.with_suffix(".toml"), "--friction", "friction.json", "-o", "run"]
     unknown = collaudit(program, *command, "--set", "detect.detector=bare")
     assert unknown.returncode == 2
-    assert "energy" in unknown.stderr, "the message names the detectors there are"
+    assert "eso" in unknown.stderr, "the message names the detectors there are"
 
     core = program / "collaudit" / "core"
-    (core / "residual" / "detectors" / "bare.py").write_text(FILE, encoding="utf-8")
-    names = core / "config" / "detector_names.py"
-    text = names.read_text(encoding="utf-8")
-    assert text.count('"combined"]') == 1
-    names.write_text(text.replace('"combined"]', '"combined", "bare"]'), encoding="utf-8")
+    for file, old, new in (
+        (core / "residual" / "detector.py", "DETECTORS = (\n", f"DETECTORS = (\n{LINE}"),
+        (core / "residual" / "detector.py", "import BOTH_WAYS, Kernel,", "import BOTH_WAYS, Kernel, identity,"),
+        (core / "config" / "schema_detect.py", '"filtered", "eso"]', '"filtered", "eso", "bare"]'),
+    ):
+        text = file.read_text(encoding="utf-8")
+        assert text.count(old) == 1
+        file.write_text(text.replace(old, new), encoding="utf-8")
 
     assert collaudit(program, *command).returncode == 1
     usual = len(json.loads((program / "run" / "audit.json").read_text(encoding="utf-8"))["collisions"])
@@ -87,12 +79,9 @@ def test_a_new_detector_is_one_file_and_its_name(program: Path, hits: Path, fric
     assert all(contact["force"] for contact in audit["contacts"])
 
 
-def test_every_name_has_its_file_and_every_file_its_name() -> None:
-    files = {path.stem for path in Path(str(detectors.__file__)).parent.glob("*.py")} - {"__init__"}
-    assert files == set(DETECTOR_NAMES)
-    for name in DETECTOR_NAMES:
-        detector = detector_named(name)
-        assert detector.name == name
+def test_every_name_has_its_line_and_every_line_its_name() -> None:
+    assert tuple(detector.name for detector in DETECTORS) == get_args(DetectorName)
+    for detector in DETECTORS:
         assert detector.equation.startswith(("r = ", "dp^/dt = "))
         assert detector.source
     with pytest.raises(ConfigError, match="no such detector"):

@@ -116,7 +116,7 @@ _SETTINGS: dict[str, list[object]] = {
     "detect.n": [1, 10, 50, 74, 76, 100, 250, 251, 500, 3999, 5000, 10**9, 10**18],
     "detect.watch": [["joint2"]],
     "detect.observer_gain_per_s": [1e-9, 1.0],
-    "detect.detector": ["momentum", "filtered", "eso", "energy", "combined"],
+    "detect.detector": ["momentum", "filtered", "eso"],
     "detect.causal": [True],
     "conditioning.bandwidth_hz": [1e-6, 0.1, 1.0, 5.0, 124.0],
     "conditioning.velocity": ["position", "logged"],

@@ -20,7 +20,7 @@ from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.prepare.calibration import Calibration, coupled_doubt
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.detectors.direct import DETECTOR
+from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import ResidualInputs
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
@@ -138,7 +138,7 @@ def level(prepared: Prepared, file: object, config: Config) -> np.ndarray:
     from collaudit.core.friction.joint_fits import friction_models
 
     laws, _ = friction_models(file.joints, prepared.judged_series)  # type: ignore[attr-defined]
-    found = DETECTOR.residual(prepared, ResidualInputs(laws, frozenset()), config.detect)
+    found = detector_named("direct").residual(prepared, ResidualInputs(laws, frozenset()), config.detect)
     return np.sqrt(np.nanmean(np.where(found.state == 0, found.torque_nm, np.nan) ** 2, axis=0))
 
 

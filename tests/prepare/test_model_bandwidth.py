@@ -14,8 +14,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.detector import detector_named
-from collaudit.core.residual.detectors.direct import direct_kernel
+from collaudit.core.residual.detector import detector_named, direct_kernel
 from collaudit.core.residual.residual import ResidualInputs
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles

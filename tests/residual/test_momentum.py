@@ -10,16 +10,12 @@ import pytest
 from arms import LEVEL, dh_robot, dh_row
 from origins import log_source
 
-from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.signals import State
-from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual.balance import Balance
-from collaudit.core.residual.detector import detector_named
-from collaudit.core.residual.detectors.energy import SLOW_RAD_S, energy_residual
+from collaudit.core.residual.detector import DETECTORS, detector_named
 from collaudit.core.residual.residual import ResidualInputs
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
@@ -91,9 +87,9 @@ def balance(name: str, causal: bool, gain: float = 60.0, noise: float = 0.0) -> 
     return out.total_nm[:, 0], pulse, out.kernel.delay_s
 
 
-@pytest.mark.parametrize("name", [name for name in DETECTOR_NAMES if name not in ("energy", "combined")])
+@pytest.mark.parametrize("name", [detector.name for detector in DETECTORS])
 @pytest.mark.parametrize("causal", [True, False])
-def test_every_linear_detector_measures_the_pulse_on_the_pendulum(name: str, causal: bool) -> None:
+def test_every_detector_measures_the_pulse_on_the_pendulum(name: str, causal: bool) -> None:
     total, pulse, delay = balance(name, causal)
     inside = slice(round(5.3 / T), round(5.45 / T))
     assert np.allclose(total[inside], 6.0, atol=0.05)
@@ -141,28 +137,9 @@ def test_the_observer_recursion_step_by_step() -> None:
     assert np.max(np.abs(-out[500:] - total[500:])) < 0.05
 
 
-@pytest.mark.parametrize("causal", [True, False])
-def test_the_energy_detector_measures_the_power_of_the_pulse(causal: bool) -> None:
-    """By hand: K/(s + K) of v·tau_e, over the root of K/(s + K) of v² and the square of the slowest speed."""
-    cfg = config(1, detector="energy", causal=causal)
-    log, pulse = pendulum_log()
-    made = prepare(log, arm(cfg), cfg)
-    none = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
-    found = energy_residual(made, ResidualInputs({"joint1": none}, frozenset()), cfg.detect)
-    v = 1.04 * np.cos(1.3 * log.time_s)
-    kernel = first_order(60.0, causal)
-    power, square = (kernel.apply(x[:, None], made.series.segments, T)[:, 0] for x in (v * pulse, v**2))
-    judged = np.flatnonzero(found.state[:, 0] == State.JUDGED)
-    error = found.torque_nm[:, 0] - power / np.sqrt(square + SLOW_RAD_S**2)
-    assert np.max(np.abs(error[judged])) < 0.06
-    assert np.abs(found.torque_nm[judged, 0]).max() > 5.0
-    slow = np.abs(v) < 0.1
-    assert not (found.state[slow, 0] == State.JUDGED).any(), "at rest it sees nothing and says so"
-
-
 def test_causal_detectors_do_not_look_ahead() -> None:
-    for name in ("direct", "momentum", "filtered", "eso"):
-        cfg = config(1, detector=name, causal=True)
+    for detector in DETECTORS:
+        cfg = config(1, detector=detector.name, causal=True)
         log, _ = pendulum_log()
         assert log.effort is not None
         later = log.effort.copy()
@@ -174,51 +151,3 @@ def test_causal_detectors_do_not_look_ahead() -> None:
             totals.append(total)
         assert np.array_equal(totals[0][:4000], totals[1][:4000])
         assert not np.array_equal(totals[0][4000:], totals[1][4000:])
-
-
-def two_link_log() -> JointLog:
-    t = T * np.arange(4000)
-    q = np.stack([0.6 * np.sin(1.3 * t), 0.5 * np.cos(1.9 * t)], axis=1)
-    v = np.stack([0.78 * np.cos(1.3 * t), -0.95 * np.sin(1.9 * t)], axis=1)
-    effort = np.stack([np.sin(2.1 * t), np.cos(1.7 * t)], axis=1)  # zeros would be drives that are off
-    return JointLog(t, ("joint1", "joint2"), q, v, effort, "Nm", None, log_source("two-link"))
-
-
-def test_the_energy_detector_needs_every_joint_and_says_so() -> None:
-    """Power is a sum over joints: with one unknown term it is unknown, where the direct residual is not."""
-    cfg = config(2)
-    made = prepare(two_link_log(), arm(cfg), cfg)
-    law = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
-    inputs = ResidualInputs({"joint1": law}, frozenset())
-    direct = detector_named("direct").residual(made, inputs, cfg.detect)
-    assert (direct.state[:, 0] == State.JUDGED).any()
-    energy = energy_residual(made, inputs, cfg.detect)
-    assert (energy.state >= State.NO_FRICTION).all()
-    assert np.isnan(energy.torque_nm).all()
-    assert energy.effort_nm is None
-    both = ResidualInputs({"joint1": law, "joint2": law}, frozenset())
-    assert (energy_residual(made, both, cfg.detect).state == State.JUDGED).any()
-    raw = replace(made, rigid_nm=None)
-    assert (energy_residual(raw, both, cfg.detect).state >= State.NO_MODEL).all()
-
-
-def test_what_a_residual_isolates() -> None:
-    """The whole arm's residual is judged once, at the lowest threshold, and named after the fastest joint."""
-    cfg = config(2)
-    made = prepare(two_link_log(), arm(cfg), cfg)
-    law = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
-    inputs = ResidualInputs({"joint1": law, "joint2": law}, frozenset())
-    each, whole = (detector_named(name).residual(made, inputs, cfg.detect).isolation for name in ("direct", "energy"))
-    gamma = {"joint1": 5.0, "joint2": 3.0}
-    assert each.isolates
-    assert not whole.isolates
-    assert each.judged_columns([0, 1], gamma) == [0, 1]
-    assert whole.judged_columns([0, 1], gamma) == [1]
-    assert whole.judged_columns([0], gamma) == [0]
-    assert whole.judged_columns([], gamma) == []
-    v = np.abs(made.series.velocity_rad_s)
-    for sample in (100, 1000, 3000):
-        assert [each.joint_of(j, sample) for j in (0, 1)] == ["joint1", "joint2"]
-        fastest = made.series.joint_names[int(np.argmax(v[sample]))]
-        assert {whole.joint_of(j, sample) for j in (0, 1)} == {fastest}
-    assert {whole.joint_of(0, k) for k in range(4000)} == {"joint1", "joint2"}

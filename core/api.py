@@ -274,7 +274,7 @@ def audit(
     prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.45))
     from collaudit.core.audit import audit_log  # a log that is refused while it is read needs none of it
     from collaudit.core.provenance import make_provenance
-    from collaudit.core.robot.sibling_robots import sibling_robots
+    from collaudit.core.robot.robot_building import sibling_robots
 
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     siblings = sibling_robots(settings.config.robot, settings.base_dir, prepared.robot.joint_names)

@@ -9,8 +9,7 @@ from hashlib import sha256
 
 from collaudit.core.causes.causes import find_causes, told_load
 from collaudit.core.config.schema import Config
-from collaudit.core.contacts.after_contact import with_controller
-from collaudit.core.contacts.contact_scene import arm_geometry
+from collaudit.core.contacts.contact_scene import arm_geometry, with_controller
 from collaudit.core.contacts.contact_states import Precedents, with_states
 from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import controller_alarms

@@ -11,8 +11,7 @@ from pathlib import Path
 from collaudit.cli.batch.audit_one import FINISHED, read_note, remove_run
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import read_object
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.checksums_file import CHECKSUMS_NAME
+from collaudit.reports.files.atomic import CHECKSUMS_NAME, atomic_write
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import FRICTION_FOLDER
 from collaudit.reports.formats.registry import FORMATS, formats_of_many

@@ -182,9 +182,9 @@ def command(
         with_references,
     )
     from collaudit.cli.formats import parse_formats
-    from collaudit.core.history.joint_nights import joint_nights
     from collaudit.core.history.night_groups import night_groups
-    from collaudit.reports.files.checksums_file import write_checksums
+    from collaudit.core.history.night_row import joint_nights
+    from collaudit.reports.files.atomic import write_checksums
     from collaudit.reports.files.json_files import json_text
     from collaudit.reports.files.run_files import FRICTION_FOLDER, keep_friction, read_friction
     from collaudit.reports.page.index import summarise

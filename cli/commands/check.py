@@ -43,7 +43,7 @@ def _check(path: Path) -> None:
     from collaudit.cli.fleet.precedents import read_accepted
     from collaudit.cli.fleet.robot_matching import robot_settings
     from collaudit.core.config import load_config
-    from collaudit.core.config.key_needs import without_effect
+    from collaudit.core.config.describe import without_effect
     from collaudit.core.contacts.contact_states import day_refusal
     from collaudit.reports.files.run_files import read_friction
 

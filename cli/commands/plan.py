@@ -69,7 +69,7 @@ def command(
     from collaudit.core.provenance import make_provenance
     from collaudit.reports.exports.plan_files import write_plan
     from collaudit.reports.files.run_files import result_json
-    from collaudit.reports.page.plan_page import plan_page
+    from collaudit.reports.page.plane_page import plan_page
     from collaudit.reports.terminal.command_texts import brief_plan_text
 
     loaded = load_settings()

@@ -32,7 +32,7 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], as_json: b
     """
     from dataclasses import asdict
 
-    from collaudit.core.history.joint_nights import joint_nights
+    from collaudit.core.history.night_row import joint_nights
     from collaudit.reports.sections.trend_sections import nights_section
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
@@ -44,7 +44,7 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], as_json: b
     joints = joint_nights(rows)
     if output is not None:
         from collaudit.reports.files.atomic import atomic_write
-        from collaudit.reports.page.trend_page import trend_page
+        from collaudit.reports.page.plane_page import trend_page
 
         atomic_write(output, trend_page(joints))
     if as_json:

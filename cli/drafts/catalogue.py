@@ -21,7 +21,7 @@ from collaudit.cli.drafts.trial import Trial
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
-from collaudit.core.logs.signals.joint_guess import guess_joints
+from collaudit.core.logs.signals.joint_naming import guess_joints
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_description import Description, describe_robot
 from collaudit.core.robot.urdf_file import JointFacts

@@ -15,7 +15,7 @@ from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
-from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
+from collaudit.core.logs.signals.joint_naming import JointGuess, guess_joints
 from collaudit.core.logs.signals.signal_roles import is_usable
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from collaudit.core.errors import CollauditError, ConfigError, NotJudgedError
-from collaudit.core.logs.storage.trace_files import is_trace
+from collaudit.core.logs.storage.file_content import is_trace
 
 #: Scheme to the extra that brings its backend.
 EXTRAS = {"s3": "s3", "gs": "gs", "gcs": "gs", "az": "az", "abfs": "az", "http": "http", "https": "http"}

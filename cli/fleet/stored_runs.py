@@ -13,8 +13,7 @@ from collaudit.core.config.schema_accepted import Acceptance
 from collaudit.core.contacts.contact_states import Precedents, concerns, day_refusal, program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult, Verdict
 from collaudit.core.history.retention import KeptRun
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.checksums_file import CHECKSUMS_NAME
+from collaudit.reports.files.atomic import CHECKSUMS_NAME, atomic_write
 from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME, FRICTION_NAME, SIGNALS_NAME
 from collaudit.reports.store.result_store import ResultStore

@@ -11,7 +11,7 @@ from collaudit.core.causes.excess import Excess, excess_of
 from collaudit.core.causes.solve import Solved, solved
 from collaudit.core.causes.trials import trials
 from collaudit.core.config.schema import Config
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import Cause
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.findings import Finding

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.conditioning.measured.calm_stretches import shortest_stretch
+from collaudit.core.conditioning.calm_stretches import shortest_stretch
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog

@@ -8,9 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from collaudit.core.conditioning.lost_samples import bridged_findings, bridged_steps
 from collaudit.core.conditioning.motion_clock import pooled_period
-from collaudit.core.conditioning.stamp_order import clocked, comb_error, jitter_finding, snaps
+from collaudit.core.conditioning.stamp_order import (
+    bridged_findings,
+    bridged_steps,
+    clocked,
+    comb_error,
+    jitter_finding,
+    snaps,
+)
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span

@@ -9,19 +9,94 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import msgspec
 from msgspec import inspect
 
-from collaudit.core.config.config_table import KeyedError
-from collaudit.core.config.removed_keys import REMOVED
+from collaudit.core.config.config_table import ConfigTable, KeyedError
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import KeyPath, to_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction_laws.law_registry import NameOfLaw
+
+#: Dotted key, names that a user chose left out, and what to do instead.
+REMOVED: Mapping[str, str] = {
+    "cycles.least": "take the line out: a reference needs four other cycles, or nights",
+    "detect.friction_level": "take the line out: the level of friction is always followed",
+    "fleet.robots.serials": "tell the robot's logs by `paths`, `topics` or `joints`",
+    "log.csv.also": "name the further files beside the log on the command line",
+    "log.csv.labels": "state the columns in [log] `labels`",
+    "log.csv.phase": "state the column in [log] `phase`",
+    "log.csv.skip_rows": "state the number of the line that holds the names, one more, as [log.csv] `header`",
+    "log.fields.wrench_stamp": "take the line out: [log.fields] `stamp` is read on both topics",
+    "log.label_topics": "state the topics in [log] `labels`",
+    "log.phase_topic": "state the topic in [log] `phase`",
+    "plan.link_radius_m": "give the link a shape in the description (URDF collision), which is then used",
+    "policy.accepted": "put accepted.toml beside the configuration, and take the line out",
+    "policy.findings": "take the line out: what a finding does to the verdict, docs/findings.md says",
+    "policy.max_fit_age_days": "take the line out; friction.json says when its logs were recorded",
+    "policy.observable_ms": "take the line out: the push that must alarm lasts 0.2 s",
+    "robot.gravity_m_s2": "say how the arm is mounted by [robot] `base_rpy_deg`",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """What a key needs for an effect.
+
+    Attributes:
+        key: dotted.
+        needs: the line that goes with it, in words.
+        holds: whether a configuration has it.
+    """
+
+    key: str
+    needs: str
+    holds: Callable[[Config], bool]
+
+
+#: All keys of which that is known.
+NEEDS = (
+    Need(
+        "log.units.torque_constant_nm_per_a",
+        '[log.units] effort = "A" or "mA"',
+        lambda config: config.log.units.effort in ("A", "mA"),
+    ),
+    Need(
+        "log.units.rated_torque_nm",
+        '[log.units] effort = "percent" or "permille"',
+        lambda config: config.log.units.effort in ("percent", "permille"),
+    ),
+    Need("robot.dh_convention", "[[robot.dh]] rows", lambda config: bool(config.robot.dh)),
+    Need("robot.motor_side", "[robot] reduction", lambda config: config.robot.reduction is not None),
+    Need(
+        "robot.tool.com_m",
+        "[robot.tool] mass_kg",
+        lambda config: "mass_kg" in config.robot.tool.given and config.robot.tool.mass_kg != "estimate",
+    ),
+    Need(
+        "detect.observer_gain_per_s",
+        "[detect] detector with an observer, not direct",
+        lambda config: config.detect.detector != "direct",
+    ),
+)
+
+
+def without_effect(config: Config) -> tuple[Need, ...]:
+    """Keys that the configuration states and that do nothing in it."""
+    return tuple(need for need in NEEDS if _states(config, need.key) and not need.holds(config))
+
+
+def _states(config: Config, dotted: str) -> bool:
+    *tables, key = dotted.split(".")
+    table: ConfigTable = config
+    for name in tables:
+        table = getattr(table, name)
+    return key in table.given
+
 
 _PLAIN: dict[type[inspect.Type], str] = {
     inspect.StrType: "text",

@@ -5,12 +5,13 @@ Every class here mirrors one object of ``friction.json`` or ``audit.json`` key b
 Plain Python numbers only; None stands for "not known", never for zero.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data import shown
 from collaudit.core.data.arm_geometry import ArmGeometry
-from collaudit.core.data.cause import Cause
 from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
@@ -27,6 +28,35 @@ from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.findings import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """What would take the residual of a log away, had it been stated; it never changes a verdict.
+
+    Attributes:
+        code: friction, scale, zero, delay, swapped, mounting, tool, description, force (in base axes) or pull (in the
+            tool's).
+        joints: those that it is about; empty for the arm.
+        text: in words.
+        share: of what the residual has beyond that of the fitted motion, gone in blocks of time that the solve has
+            not seen.
+        value: parameters: factors less one (of a description one itself); N·m and drift in half the log; s; m/s² of
+            gravity in base axes; kg and kg·m at the tool; N.
+        ci95: their intervals.
+        line: what to state, or to do; empty where nothing helps.
+        speaks: it explains most, and enough.
+    """
+
+    code: str
+    joints: tuple[str, ...]
+    text: str
+    share: float
+    value: tuple[float, ...]
+    ci95: tuple[tuple[float, float], ...]
+    line: str
+    speaks: bool
+
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]

@@ -1,21 +1,216 @@
-"""The one table of friction laws, and their names as a type that is checked against it.
+"""The friction laws, the one table of them, and their names as a type that is checked against it.
 
-A new law is an instance of ``SeparableLaw`` or ``RidgeLaw`` in a file of this room and a line in ``LAWS``. Everything
+A new law is an instance of ``SeparableLaw`` or ``RidgeLaw`` here and its line in ``LAWS``. Everything
 else follows: the configuration takes its name, ``model = "auto"`` compares it, friction.json and reports name its
 parameters. No other room compares or lists names of laws.
+
+Laws with breakaway that fades with speed: static LuGre, eq. (11), and the Gaussian Stribeck curve, eq. (10): C. Canudas
+de Wit et al., "A new model for control of systems with friction", IEEE Trans. Autom. Control 40, 1995.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
+import numpy as np
+
 from collaudit.core.errors import CollauditError
-from collaudit.core.friction_laws.friction_law import FrictionLaw
-from collaudit.core.friction_laws.gaussian_bumps import RBF
-from collaudit.core.friction_laws.levelling import SATURATING_VISCOUS, SMOOTH_COULOMB_VISCOUS
-from collaudit.core.friction_laws.straight_lines import COULOMB_VISCOUS
-from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS
+from collaudit.core.friction_laws.friction_law import (
+    Coefficients,
+    FrictionLaw,
+    Interval,
+    Parameter,
+    RateTerm,
+    RidgeLaw,
+    SeparableLaw,
+    Values,
+    plain,
+)
+from collaudit.core.numeric.arrays import FloatArray
+
+
+def _line(v: FloatArray, _c: float | FloatArray) -> tuple[FloatArray, ...]:
+    return np.ones_like(v), v
+
+
+_LINE_NAMED, _LINE_NATURAL = plain("A", "D")
+
+COULOMB_VISCOUS = SeparableLaw(
+    name="coulomb-viscous",
+    title="Coulomb and viscous",
+    formula="f(v) = A + D·v",
+    parameters=(Parameter("A", "friction", "level of the line"), Parameter("D", "viscous", "slope of the line")),
+    shape=_line,
+    named=_LINE_NAMED,
+    natural=_LINE_NATURAL,
+)
+
+
+def _smooth(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+    return np.tanh(c * v), v
+
+
+_SMOOTH_NAMED, _SMOOTH_NATURAL = plain("A", "C", "D", rate="C")
+
+SMOOTH_COULOMB_VISCOUS = SeparableLaw(
+    name="smooth-coulomb-viscous",
+    title="Coulomb and viscous, smooth at low speed",
+    formula="f(v) = A·tanh(C·v) + D·v",
+    parameters=(
+        Parameter("A", "friction", "Coulomb friction"),
+        Parameter("C", "rate", "how fast friction rises with speed"),
+        Parameter("D", "viscous", "viscous friction"),
+    ),
+    shape=_smooth,
+    named=_SMOOTH_NAMED,
+    natural=_SMOOTH_NATURAL,
+    rate=RateTerm("tanh(C·v)", "a hyperbolic tangent", "C", "level", ("C",)),
+)
+
+
+def _levelling(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+    return np.ones_like(v), -np.expm1(-c * v), v
+
+
+_RISE_NAMED, _RISE_NATURAL = plain("A", "R", "C", "D", rate="C")
+
+#: The curve of static LuGre with the opposite sign of its exponential: either law is refused where the other holds.
+SATURATING_VISCOUS = SeparableLaw(
+    name="saturating-viscous",
+    title="Coulomb and viscous, levelling off",
+    formula="f(v) = A + R·(1 − exp(−C·v)) + D·v",
+    parameters=(
+        Parameter("A", "friction", "friction at low speed"),
+        Parameter("R", "friction", "rise with speed that levels off"),
+        Parameter("C", "rate", "how fast that rise levels off with speed"),
+        Parameter("D", "viscous", "viscous friction at high speed"),
+    ),
+    shape=_levelling,
+    named=_RISE_NAMED,
+    natural=_RISE_NATURAL,
+    rate=RateTerm("exp(-C·v)", "an exponential", "C", "gone", ("R", "C")),
+)
+
+
+def _exponential(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+    return np.ones_like(v), np.exp(-c * v), v
+
+
+def _gaussian(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
+    return np.ones_like(v), np.exp(-((c * v) ** 2)), v
+
+
+def _as_line(c_interval: Interval) -> tuple[str, str]:
+    """A slowly falling exponential is part of the line (A + B, D - B·C); one that is gone is not (A, D)."""
+    if c_interval[0] is None and c_interval[1] is not None:
+        return "A + B", "D - B·C"
+    if c_interval[0] is not None and c_interval[1] is None:
+        return "A (A + B if C is small)", "D (D - B·C if C is small)"
+    return "A + B (A alone if C is large)", "D - B·C (D alone if C is large)"
+
+
+def _negative_breakaway(ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
+    bounds = ci95["B"]
+    if bounds is None or (bounds[1] or 0.0) >= 0:
+        return ()
+    return (
+        "B is negative: friction rises towards a level instead of falling from breakaway; A is not a Coulomb level.",
+    )
+
+
+def _stribeck_named(x: FloatArray, c: float) -> dict[str, float]:
+    a, b, d = (float(v) for v in x)
+    return {"Fc": a, "Fs": a + b, "vs": 1.0 / c, "sigma2": d}
+
+
+def _stribeck_natural(values: Values) -> Coefficients:
+    linear = np.array([values["Fc"], values["Fs"] - values["Fc"], values["sigma2"]])
+    return linear, 1.0 / values["vs"] if values["vs"] else np.inf  # at a Stribeck speed of 0 the rest is gone
+
+
+_LUGRE_NAMED, _LUGRE_NATURAL = plain("A", "B", "C", "D", rate="C")
+_STRIBECK = (
+    Parameter("Fc", "friction", "Coulomb friction"),
+    Parameter("Fs", "friction", "breakaway friction"),
+    Parameter("vs", "speed", "Stribeck speed"),
+    Parameter("sigma2", "viscous", "viscous friction"),
+)
+
+STATIC_LUGRE = SeparableLaw(
+    name="static-lugre",
+    title="static LuGre",
+    formula="f(v) = A + B·exp(−C·v) + D·v",
+    parameters=(
+        Parameter("A", "friction", "Coulomb friction"),
+        Parameter("B", "friction", "extra friction near standstill"),
+        Parameter("C", "rate", "how fast that extra fades with speed"),
+        Parameter("D", "viscous", "viscous friction"),
+    ),
+    breakaway=True,
+    remarks=_negative_breakaway,
+    shape=_exponential,
+    named=_LUGRE_NAMED,
+    natural=_LUGRE_NATURAL,
+    rate=RateTerm("exp(-C·v)", "an exponential", "C", "gone", ("B", "C")),
+    as_line=_as_line,
+)
+
+STRIBECK_GAUSS = SeparableLaw(
+    name="stribeck-gauss",
+    title="Stribeck (Gauss)",
+    formula="f(v) = Fc + (Fs − Fc)·exp(−(v/vs)²) + sigma2·v",
+    parameters=_STRIBECK,
+    breakaway=True,
+    shape=_gaussian,
+    named=_stribeck_named,
+    natural=_stribeck_natural,
+    rate=RateTerm("exp(-(v/v_s)²)", "a Gaussian", "1/v_s", "gone", ("Fs", "vs")),
+)
+
+
+_MOST_CENTRES = 8
+
+
+def _layout(speed: FloatArray) -> dict[str, float]:
+    """Centres v1, v2, … from the slowest to the fastest speed, and the width w, a ratio of speeds (logarithmic)."""
+    centres = np.geomspace(speed.min(), speed.max(), max(3, min(_MOST_CENTRES, speed.size // 3)))
+    width = float(np.log(centres[1] / centres[0]))
+    return {f"v{k}": float(v) for k, v in enumerate(centres, 1)} | {"w": width}
+
+
+def _bumps(speed: FloatArray, values: Values) -> FloatArray:
+    """(n, k) Gaussian bumps over the logarithm of speed."""
+    count = sum(symbol.startswith("v") for symbol in values)
+    centres = np.array([values[f"v{k}"] for k in range(1, count + 1)])
+    x = np.log(np.clip(speed, centres[0], centres[-1]))
+    return np.asarray(np.exp(-0.5 * ((x[..., None] - np.log(centres)) / values["w"]) ** 2))
+
+
+def _only_the_curve(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
+    return ("The law is data-driven: only its curve means anything, which the page draws.",)
+
+
+RBF = RidgeLaw(
+    name="rbf",
+    title="data-driven",
+    formula="f(v) = A + D·v + Gaussian bumps over the logarithm of speed",
+    parameters=(
+        Parameter("A", "friction"),
+        Parameter("D", "viscous"),
+        Parameter("W", "friction", numbered=True),
+        Parameter("v", "speed", numbered=True),
+        Parameter("w", "number"),
+    ),
+    data_driven=True,
+    remarks=_only_the_curve,
+    layout=_layout,
+    columns=_bumps,
+    least_points=8,
+    least_held_out=6,
+)
+
 
 #: Simplest first: of laws that explain the points as well with as many parameters, the earlier is taken.
 LAWS: dict[str, FrictionLaw] = {

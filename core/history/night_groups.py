@@ -13,10 +13,9 @@ from math import ceil
 from typing import Literal
 
 from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, is_alike, program_of, tool_place
-from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import AuditResult, Cause
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.history.joint_nights import JointNights
+from collaudit.core.history.night_row import JointNights
 
 GroupState = Literal["new", "known", "back", "flaky", "accepted", "gone", "not tested"]
 #: Of contacts in one group the first of these is said; an acceptance speaks only where it covers all of them.

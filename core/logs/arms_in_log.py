@@ -10,7 +10,7 @@ import numpy as np
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
-from collaudit.core.logs.signals.joint_guess import guess_joints
+from collaudit.core.logs.signals.joint_naming import guess_joints
 from collaudit.core.logs.signals.sample_clock import interpolate
 from collaudit.core.logs.signals.signal_roles import MARK, families
 

@@ -11,7 +11,7 @@ from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
-from collaudit.core.logs.storage.trace_files import AXIS
+from collaudit.core.logs.storage.file_content import AXIS
 from collaudit.core.logs.tables.column_findings import stated_units
 from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.file_quantities import (
@@ -26,7 +26,7 @@ from collaudit.core.logs.tables.file_quantities import (
     written,
 )
 from collaudit.core.logs.tables.joined_tables import join_tables
-from collaudit.core.logs.tables.stamp_parts import time_parts
+from collaudit.core.logs.tables.time_columns import time_parts
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 #: Keys that say how a table is written.

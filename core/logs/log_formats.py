@@ -10,6 +10,7 @@ from typing import Literal
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.logs.storage.file_content import (
+    TRACE,
     compression_of,
     first_member,
     head_of,
@@ -20,7 +21,6 @@ from collaudit.core.logs.storage.file_content import (
 )
 from collaudit.core.logs.storage.records import Damage, MessageReader, Overview
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.storage.trace_files import TRACE
 
 _LOGS = "collaudit.core.logs"
 
@@ -103,13 +103,13 @@ def _json_lines(head: bytes) -> bool:
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
-              f"{_LOGS}.mcap.mcap_file:open_mcap", overview=f"{_LOGS}.mcap.mcap_file:overview_of",
+              f"{_LOGS}.recordings.mcap_file:open_mcap", overview=f"{_LOGS}.mcap.mcap_file:overview_of",
               in_bag_folders=True),
     LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",),
               begins_with(b"#ROSBAG V", b"#ROSRECORD V", b"#ROSLOG V"),
-              f"{_LOGS}.rosbag1.bag_file:open_bag"),
+              f"{_LOGS}.recordings.bag_file:open_bag"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
-              f"{_LOGS}.rosbag2.db3_file:open_db3", in_bag_folders=True),
+              f"{_LOGS}.recordings.db3_file:open_db3", in_bag_folders=True),
     LogFormat("parquet", "Parquet", "table", (".parquet",), begins_with(b"PAR1"),
               f"{_LOGS}.column_files.arrow_file:open_arrow"),
     LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),

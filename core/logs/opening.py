@@ -11,14 +11,19 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import LogFormat, format_of, is_bag_storage, named_format
-from collaudit.core.logs.rosbag2.bag_folder import folder_files
+from collaudit.core.logs.recordings.bag_folder import folder_files
 from collaudit.core.logs.storage.chunked_file import ChunkedFile
-from collaudit.core.logs.storage.file_content import compression_of, head_of, inner_head, looks_like_text
-from collaudit.core.logs.storage.other_formats import other_format
+from collaudit.core.logs.storage.file_content import (
+    compression_of,
+    head_of,
+    inner_head,
+    looks_like_text,
+    other_format,
+    trace_values,
+)
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.storage.trace_files import trace_values
 from collaudit.core.numeric.stage_progress import Progress, stage
 
 

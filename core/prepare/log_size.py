@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.numeric.memory import memory_bytes
+from collaudit.core.numeric.linear_algebra import memory_bytes
 
 #: So many tables of a log's size must fit in memory: an audit keeps twelve, and the columns that are worked on at the
 #: same time take as much as six.

@@ -1,18 +1,21 @@
-"""From a configuration to a RobotModel: description, locked joints, tool, rotor inertia, findings."""
+"""From a configuration to a RobotModel: description, locked joints, tool, rotor inertia, findings.
+
+Also other descriptions that lie beside the configured one and have the log's joints.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.data.joint_log import JointType
-from collaudit.core.errors import RobotError
+from collaudit.core.errors import CollauditError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray, frozen
@@ -286,3 +289,29 @@ def _possible(inertia: FloatArray) -> bool:
     moments = np.linalg.eigvalsh(inertia)
     slack = 1e-6 + 1e-3 * float(moments[2])
     return bool(moments[0] >= -slack and moments[0] + moments[1] >= moments[2] - slack)
+
+
+#: A folder of a family has no more; each is a tenth of a second.
+_MOST = 20
+
+
+def sibling_robots(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> Iterator[tuple[str, RobotModel]]:
+    """Name of the file and model, with the tool and the mounting that are stated, of each such description.
+
+    Args:
+        config: the ``[robot]`` table.
+        base_dir: folder that relative paths start from.
+        joints: of the log.
+    """
+    if config.urdf is None:
+        return
+    own = base_dir / config.urdf
+    for path in sorted(own.parent.glob(f"*{own.suffix}"))[:_MOST]:
+        if path.name == own.name:
+            continue
+        try:
+            robot = build_robot(config.changed({"urdf": path}), base_dir, joints)
+        except CollauditError:  # of other joints, or no description: nothing to try
+            continue
+        if robot.has_inertials and robot.joint_names == tuple(joints):
+            yield path.name, robot

@@ -13,8 +13,7 @@ from pathlib import Path
 
 from collaudit.core.config.schema import DhRow, RobotConfig
 from collaudit.core.errors import ConfigError, RobotError, did_you_mean
-from collaudit.core.robot.urdf_file import JointFacts, expanded, read_urdf
-from collaudit.core.robot.urdf_numbers import check_rows
+from collaudit.core.robot.urdf_file import JointFacts, check_rows, expanded, read_urdf
 from collaudit.core.small_files import read_small
 
 

@@ -13,7 +13,7 @@ from collaudit.core.data.signals import Signals
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.nearest_stretch import nearest_stretch
 from collaudit.reports.page.environment import environment
-from collaudit.reports.plots.downsample import thin
+from collaudit.reports.plots.joint_trace import thin
 from collaudit.reports.plots.svg import Panel, drawing
 from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.visible_text import visible

@@ -1,20 +1,29 @@
-"""The page of alarms over threshold and persistence: one drawing a joint, cells shaded by their number of alarms."""
+"""Pages of one matter each: alarms over threshold and persistence, a fleet's nights, a plan, forces beside limits."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from datetime import date
 from math import log10, sqrt
 
 import numpy as np
 from markupsafe import Markup
 
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.history.night_row import JointNights
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.plan.planning import Plan
 from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.page.environment import environment
+from collaudit.reports.plots.arm_pose import moving_arm, positions_over_time
 from collaudit.reports.plots.svg import Panel, drawing
+from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
+from collaudit.reports.sections.plan_sections import plan_sections
 from collaudit.reports.sections.rule_sections import plane_section
+from collaudit.reports.sections.trend_sections import first_and_last, nights_section
 from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import verdict_word
 
 #: Shades from no alarm to many, and the counts at which they change.
 _SHADES = ("#f4f7fa", "#d3e0ec", "#a9c3da", "#7aa3c5", "#4b81ad", "#255f90", "#0b3f6e")
@@ -70,3 +79,76 @@ def _borders(values: FloatArray) -> FloatArray:
     """(k + 1,) logarithms of the borders of cells around k rising values in about equal ratios."""
     ratio = sqrt(float(values[1] / values[0]))
     return np.asarray(np.log10([values[0] / ratio, *np.sqrt(values[1:] * values[:-1]), values[-1] * ratio]))
+
+
+_WIDTH, _HEIGHT = 260, 84
+
+
+def trend_page(joints: Sequence[JointNights]) -> str:
+    """The page as text, the same for the same nights."""
+    nights = sorted({night.night for one in joints for night in one.nights})
+    robots = dict.fromkeys(one.robot for one in joints)
+    drawn = [
+        (robot, [_figure(one, f"j{number}") for number, one in enumerate(joints) if one.robot == robot])
+        for robot in robots
+    ]
+    table = nights_section(joints)
+    return environment().get_template("trend.html.j2").render(robots=drawn, nights=nights, table=table)
+
+
+def _figure(one: JointNights, key: str) -> tuple[str, str, Markup]:
+    """Joint, what is drawn in words, and the drawing: level, friction dotted, γ, a line at nights with contact."""
+    days = np.array([date.fromisoformat(night.night).toordinal() for night in one.nights], dtype=np.float64)
+    level = _values([night.level_nm for night in one.nights])
+    friction = _values([night.friction_nm for night in one.nights])
+    gamma = _values([night.gamma_nm for night in one.nights])
+    top = max((float(np.nanmax(x)) for x in (level, friction, gamma) if np.isfinite(x).any()), default=1.0)
+    panel = Panel((44, 14, _WIDTH - 52, _HEIGHT - 22), (days[0], days[-1]), (0.0, 1.1 * top))
+    panel.y_axis("N·m", 3)
+    panel.line(days, level, "curve")
+    panel.line(days, friction, "model")
+    panel.line(days, gamma, "gamma")
+    panel.moments(days[[night.contacts > 0 for night in one.nights]].tolist(), "onset")
+    words = f"level {first_and_last([night.level_nm for night in one.nights])} N·m"
+    label = visible(f"{one.joint}: {words}, {one.nights[0].night} to {one.nights[-1].night}")
+    return one.joint, words, drawing(_WIDTH, _HEIGHT, label, [panel], key)
+
+
+def _values(values: Sequence[float | None]) -> FloatArray:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+_FRAMES = 240
+
+
+def plan_page(plan: Plan) -> str:
+    """The page as text, without scripts; the same plan gives the same bytes."""
+    file, bodies = plan.file, plan.robot.bodies
+    assert bodies is not None
+    t, q, _, _ = plan.motion.sampled(plan.motion.duration_s / _FRAMES)
+    frames = [*bodies.joint_names, bodies.frame_names[-1]]
+    points = np.array([np.vstack([np.zeros(3), plan.robot.frame_positions(pose, frames)]) for pose in q])
+    return (
+        environment()
+        .get_template("plan.html.j2")
+        .render(
+            plan=file,
+            sections=plan_sections(file),
+            arm=moving_arm(points, plan.motion.duration_s),
+            joints=[(name, positions_over_time(t, q[:, j], file.limits[name], f"joint-{j}"))
+                    for j, name in enumerate(plan.robot.joint_names)],
+        )
+    )  # fmt: skip
+
+
+def body_regions_html(results: Sequence[AuditResult], limits: BodyLimits) -> str:
+    """The page of estimated forces beside limits by body region, with what cannot be concluded."""
+    return (
+        environment()
+        .get_template("body_regions.html.j2")
+        .render(
+            logs=[(r.verdict, verdict_word(r.verdict, r.exclusions), r.log.name) for r in results],
+            notes=(f"Limits by body region, as stated by: {limits.source}", CANNOT_BE_CONCLUDED),
+            sections=[body_region_section(result, limits) for result in results],
+        )
+    )

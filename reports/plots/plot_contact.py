@@ -11,8 +11,7 @@ from markupsafe import Markup
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.reports.plots.downsample import thin
-from collaudit.reports.plots.joint_trace import JointTrace
+from collaudit.reports.plots.joint_trace import JointTrace, thin
 from collaudit.reports.plots.svg import Panel, drawing
 from collaudit.reports.values.contact_alarms import contact_limits
 

@@ -11,8 +11,7 @@ import numpy as np
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.reports.plots.downsample import extremes
-from collaudit.reports.plots.joint_trace import JointTrace, Series
+from collaudit.reports.plots.joint_trace import JointTrace, Series, extremes
 from collaudit.reports.plots.plot_contact import model_range
 
 #: What a value that is not known reads as among the coarse ones.

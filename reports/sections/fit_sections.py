@@ -2,18 +2,239 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import assert_never
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
-from collaudit.core.data.identification_result import Identification, LeftOut
+from collaudit.core.data.identification_result import (
+    AngleTorque,
+    ChannelFacts,
+    CoupledFriction,
+    EstimateChoice,
+    FrictionVariation,
+    Identification,
+    Identified,
+    LeftOut,
+    SensorFacts,
+    Trend,
+)
+from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
-from collaudit.reports.sections.identified_sections import identified_sections, threshold_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import interval, significant, with_interval
+from collaudit.reports.values.numbers import duration, interval, percent, significant, with_interval
 from collaudit.reports.values.words import NONE, effort_unit, parameter_meaning, parameter_unit, speed_unit
+
+Bounds = tuple[float | None, float | None]
+
+
+def identified_sections(found: Identification) -> tuple[Section, ...]:
+    """Every section there is something for."""
+    tables = [_choice(found.choice)] if found.choice is not None else []
+    if found.identified is not None:
+        tables += _identified(found.identified)
+    if found.coupled:
+        tables.append(_coupled(found.coupled))
+    if found.channels:
+        tables.append(_channels(found.channels))
+        sensors = {log: facts.sensor for log, facts in found.channels.items()}
+        tables += [_sensor(log, sensor) for log, sensor in sensors.items() if sensor is not None]
+    if found.trends:
+        tables.append(_trends(found.trends))
+    return tuple(tables)
+
+
+def _choice(choice: EstimateChoice) -> Section:
+    """What each way to fit leaves of motion that it has not seen."""
+    joints = tuple(dict.fromkeys(joint for one in choice.tried for joint in one.held_out_rms_nm))
+    rows = [
+        (
+            f"{'→ ' if one.what == choice.taken else ''}{one.what}"
+            + (f" (not taken: {one.refused})" if one.refused else ""),
+            *(significant(one.held_out_rms_nm.get(joint)) for joint in joints),
+        )
+        for one in choice.tried
+    ]
+    rule = "the simplest whose error on motion left out of the fit lies within one standard error of the least"
+    note = f"Taken: {choice.taken}. It is {rule} among those that can be."
+    if choice.better is not None:
+        note = f'Stated: {choice.taken}. {choice.better} is {rule}: [fit] estimate = "auto" would take it.'
+    return Section("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
+
+
+def threshold_section(found: FittedThresholds) -> Section:
+    """What motion does by itself at the fitted persistence, and what it rests on."""
+    rows = []
+    for joint, one in found.joints.items():
+        level = min(one.levels, key=lambda x: x.gamma_nm, default=None)
+        if level is None:
+            rows.append((joint, NONE, significant(one.rms_nm), duration(3600.0 * one.hours), one.reason or NONE))
+            continue
+        low, high = level.false_alarms_ci95
+        rate = f"{significant(level.false_alarms_per_hour)} [{significant(low)} to {significant(high)}]"
+        rows.append((joint, significant(level.gamma_nm), significant(one.rms_nm), duration(3600.0 * one.hours), rate))
+    head = ("Joint", "Motion's level, N·m", "RMS on held-out motion", "Motion", "Passed an hour [95 %]")
+    margins = [one.levels[-1].margin for one in found.joints.values() if one.levels]
+    note = (
+        "What contact-free motion reaches at the rule's persistence, about once in ten hours of the arm, times "
+        f'{max(margins, default=1.0):.3g} for other recordings. gamma_nm = "auto" stands above it, "sharpest" at it.'
+    )
+    return Section("Motion's level", head, tuple(rows), (note,))
+
+
+def _coupled(axes: dict[str, CoupledFriction]) -> Section:
+    rows = [
+        (
+            joint,
+            " + ".join(name if w == 1 else f"{significant(w)}·{name}" for name, w in axis.weights.items()),
+            with_interval(axis.coulomb_nm, axis.ci95.get("coulomb_nm")),
+            with_interval(axis.viscous_nm_s_per_rad, axis.ci95.get("viscous_nm_s_per_rad")),
+            NONE if axis.inertia_kg_m2 is None else with_interval(axis.inertia_kg_m2, axis.ci95.get("inertia_kg_m2")),
+        )
+        for joint, axis in axes.items()
+    ]
+    head = ("Motor of", "Turns with", "Coulomb, N·m", "Viscous, N·m·s/rad", "Drive inertia, kg·m²")
+    note = "Subtracted from the effort of each of these joints. Their own friction is in the table of friction."
+    return Section("Friction of coupled axes", head, tuple(rows), (note,))
+
+
+def _springs(springs: Mapping[str, AngleTorque]) -> Section:
+    rows = [
+        (name, significant(angle), with_interval(torque, spring.ci95_nm[k] if spring.ci95_nm else None))
+        for name, spring in springs.items()
+        for k, (angle, torque) in enumerate(zip(spring.angle_rad, spring.torque_nm, strict=True))
+    ]
+    note = (
+        "What a spring, a counterbalance or a cable adds by the angle of its joint alone, beside the offset: taken "
+        "out of the effort; beyond these angles nothing of the joint is judged."
+    )
+    return Section("Torque by the joint's angle", ("Joint", "Angle, rad", "Torque, N·m"), tuple(rows), (note,))
+
+
+def _identified(found: Identified) -> Iterator[Section]:
+    joints = [
+        (
+            name,
+            NONE if j.gain is None else with_interval(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not estimated",
+            with_interval(j.offset_nm, j.offset_ci95),
+            f"{with_interval(j.armature_kg_m2, j.armature_ci95)} ({significant(j.armature_file_kg_m2)})",
+            f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
+        )
+        for name, j in found.joints.items()
+    ]
+    head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on held-out time, N·m")
+    said = f"{found.samples} samples, {significant(found.sample_rate_hz)} a second: {found.loss}."
+    yield Section("Drives, as identified", head, tuple(joints), (found.prior, said))
+    springs = {name: j.angle_torque for name, j in found.joints.items() if j.angle_torque is not None}
+    if springs:
+        yield _springs(springs)
+    if "inertials" in found.estimate:
+        bodies = [
+            (
+                name,
+                f"{significant(b.mass_kg)} ({significant(b.parameters_file[0])})",
+                ", ".join(significant(x) for x in b.com_m),
+                "yes" if b.consistent else "no",
+            )
+            for name, b in found.bodies.items()
+        ]
+        above = ("Moved by joint", "Mass (on file), kg", "Centre of mass, m", "Physically possible")
+        note = (
+            "No motion determines every mass on its own: only the base parameters below are determined. "
+            f"Physical consistency: {found.consistency}."
+        )
+        yield Section("Inertials, as identified", above, tuple(bodies), (note,))
+        base = [
+            (b.name, with_interval(b.value, b.ci95), significant(b.value_file), percent(b.from_data, 0))
+            for b in found.base_parameters
+        ]
+        columns = ("Combination", "Value", "On file", "Known from the data")
+        yield Section(f"{len(base)} base parameters, best known first", columns, tuple(base), folded=True)
+    if found.tool is not None:
+        tool = found.tool
+        com = NONE if tool.com_m is None else ", ".join(significant(x) for x in tool.com_m)
+        moment = "; ".join(interval(*b) for b in tool.moment_ci95_kg_m)
+        row = (tool.frame, with_interval(tool.mass_kg, tool.mass_ci95), com, moment)
+        over = ("In frame", "Mass, kg", "Centre of mass, m", "95 % of mass · centre (x; y; z), kg·m")
+        yield Section("Tool, as the joints feel it", over, (row,))
+
+
+def _channels(channels: dict[str, ChannelFacts]) -> Section:
+    lines = [
+        (
+            log,
+            _delay(c.effort_delay_ms, c.effort_delay_ci95_ms),
+            NONE if c.velocity_delay_ms is None else f"{c.velocity_delay_ms:.1f} ms",
+            _delay(c.wrench_delay_ms, c.wrench_delay_ci95_ms),
+        )
+        for log, c in channels.items()
+    ]
+    return Section(
+        "Sensor delays: lag behind the positions",
+        ("Log", "Effort", "Logged velocity", "Wrench"),
+        tuple(lines),
+        (f"{NONE}: not in the log, or not determinable from this motion.",),
+    )
+
+
+def _sensor(log: str, sensor: SensorFacts) -> Section:
+    lines = [("mass carried, kg", with_interval(sensor.mass_kg, sensor.mass_ci95))]
+    if sensor.com_m is not None and sensor.com_ci95 is not None:
+        lines += _axes("centre of mass {}, m", "xyz", sensor.com_m, sensor.com_ci95)
+    lines += _axes("offset of force {}, N", "xyz", sensor.offset[:3], sensor.offset_ci95[:3])
+    lines += _axes("offset of moment {}, N·m", "xyz", sensor.offset[3:], sensor.offset_ci95[3:])
+    if sensor.turn_deg is not None and sensor.turn_half_deg is not None:
+        turn = ", ".join(f"{x:.2f}" for x in sensor.turn_deg)
+        lines.append(("turned against its frame (rotation vector), degrees", f"{turn} ± {sensor.turn_half_deg:.2f}"))
+    lines += _axes("drift of force {} over the log, N", "xyz", sensor.drift[:3], sensor.drift_ci95[:3])
+    lines += _axes("drift of moment {} over the log, N·m", "xyz", sensor.drift[3:], sensor.drift_ci95[3:])
+    title = f"Wrist sensor in {sensor.frame}, from {sensor.poses} poses at rest of {log}"
+    return Section(title, ("Quantity", "Value"), tuple(lines), sensor.missing)
+
+
+def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds, ...]) -> list[tuple[str, str]]:
+    return [(text.format(n), with_interval(x, b)) for n, x, b in zip(names, values, bounds, strict=True)]
+
+
+def _trends(trends: dict[str, FrictionVariation]) -> Section:
+    lines: list[tuple[str, ...]] = []
+    undetermined: list[tuple[str, str]] = []
+    for joint, found in trends.items():
+        by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}
+        lines.append((joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1)))
+        undetermined += [(joint, f"{text}.") for text in found.untold]
+    head = (
+        "Joint",
+        "Friction with running time, % a minute",
+        "With temperature, % a kelvin",
+        "With load, N·m per N·m",
+    )
+    return Section(
+        "Friction trends (time, temperature, load)",
+        head,
+        tuple(lines),
+        tuple(joint_lines(undetermined, len(trends))),
+    )
+
+
+def _each(trends: list[Trend], scale: float) -> str:
+    """One entry a log; what is not told apart from nothing says so."""
+    cells = []
+    for t in trends:
+        low, high = (None if b is None else scale * b for b in t.ci95)
+        if low is not None and low == high:  # of friction that is itself held at a limit
+            cells.append("not determined")
+            continue
+        text = f"{significant(scale * t.per_unit, 2)} [{interval(low, high, 2)}]"
+        cells.append(text if t.shown else f"{text}, not significant")
+    return "; ".join(cells) or NONE
+
+
+def _delay(value: float | None, bounds: Bounds | None) -> str:
+    return NONE if value is None or bounds is None or None in bounds else f"{with_interval(value, bounds)} ms"
+
 
 #: Points of a joint that the page lists one by one.
 _MOST_POINTS = 40

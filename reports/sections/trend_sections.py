@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.core.history.joint_nights import Change, JointNights
+from collaudit.core.history.night_row import Change, JointNights
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.numbers import duration, significant, with_interval
 from collaudit.reports.values.words import NONE

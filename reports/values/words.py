@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 
-from collaudit.core.data.audit_result import AuditResult, Verdict
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import AuditResult, Cause, Verdict
 from collaudit.core.data.detection_result import AfterContact, ToolMotion
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding

@@ -18,8 +18,7 @@ from changed_logs import judged, prepared
 from rule_table import pushes_of
 from simulated_days import Arm, arm_of, day
 
-from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import Cause, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray

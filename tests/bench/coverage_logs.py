@@ -15,7 +15,7 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment, carry_out
-from collaudit.fixtures.imperfections.imperfections import geared, given_way, loads_nm, spoiled
+from collaudit.fixtures.imperfections import geared, given_way, loads_nm, spoiled
 from collaudit.fixtures.plant import LuGre, Trace
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record

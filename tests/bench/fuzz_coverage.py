@@ -15,10 +15,9 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
-    from collaudit.core.logs.mcap import mcap_file, mcap_records, mcap_scan
     from collaudit.core.logs.messages import column_extraction, layout
     from collaudit.core.logs.messages.message_schema import parse_schema
-    from collaudit.core.logs.rosbag1 import bag_file
+    from collaudit.core.logs.recordings import bag_file, mcap_file, mcap_records
     from collaudit.core.logs.storage.records import Channel
     from collaudit.core.logs.topics.log_topics import profile_of
 
@@ -64,7 +63,7 @@ def _file(data: bytes, magic: bytes) -> Path:
 def mcap_walk(data: bytes) -> None:
     path = _file(data, mcap_records.MAGIC)
     file = RandomFile(path)
-    index = mcap_scan.scan(file)
+    index = mcap_records.scan(file)
     file.close()
     assert all(chunk.data_at + chunk.data_size <= path.stat().st_size for chunk in index.chunks if chunk.complete)
     reader = mcap_file.McapFile(path)
@@ -119,7 +118,7 @@ def seeds(target: str) -> list[bytes]:
             if target.endswith("records"):
                 out.append(whole[len(mcap_records.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
             elif target == "mcap-chunk" and kind == "mcap-none":
-                index = mcap_scan.scan(RandomFile(path))
+                index = mcap_records.scan(RandomFile(path))
                 out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in index.chunks]
             elif target == "bag-chunk" and kind == "bag-none":
                 out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in bag_file.BagFile(path).chunks]

@@ -31,7 +31,7 @@ from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
-from collaudit.fixtures.imperfections.imperfections import geared, loads_nm
+from collaudit.fixtures.imperfections import geared, loads_nm
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import plan
 

@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.fixtures import experiments
-from collaudit.fixtures.config import config_text
 from collaudit.fixtures.experiments import Experiment, carry_out
 from collaudit.fixtures.experiments import Path as MotionPath
 from collaudit.fixtures.plant import SAMPLE_S, lugre
@@ -18,6 +17,7 @@ from collaudit.fixtures.robots.robot_paper6 import PAPER6
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.robots.simulated_robot import Description, FixtureRobot
 from collaudit.fixtures.sensors import record
+from collaudit.fixtures.truth import config_text
 from collaudit.fixtures.writers import write_log
 
 #: File, joints (all movable ones but fingers), start.

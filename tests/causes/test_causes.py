@@ -15,8 +15,7 @@ from three_joints import COULOMB, VISCOUS, arm, log_of, settings, sines
 from collaudit.core.audit import audit_log
 from collaudit.core.causes.causes import told_load
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import AuditResult, FrictionFile
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import AuditResult, Cause, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray

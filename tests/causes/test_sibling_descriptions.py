@@ -15,7 +15,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.robot.sibling_robots import sibling_robots
+from collaudit.core.robot.robot_building import sibling_robots
 
 PLAIN = settings(detect={"gamma_nm": "auto"})
 SIBLINGS = {"light.urdf": 0.8, "heavy.urdf": 1.3}

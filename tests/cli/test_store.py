@@ -12,7 +12,7 @@ import pytest
 from histories import HIT, dark_row, history, night_row
 
 from collaudit.cli.batch.log_jobs import RecordWanted
-from collaudit.core.history.joint_nights import joint_nights
+from collaudit.core.history.night_row import joint_nights
 from collaudit.reports.store.result_store import ResultStore
 
 

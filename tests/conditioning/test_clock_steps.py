@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.conditioning.clock_steps import clock_step_findings
+from collaudit.core.conditioning.conditioning import clock_step_findings
 
 T = 0.002 * np.arange(4000)
 MOVING = np.column_stack([np.sin(T), 0.5 * np.cos(1.7 * T)])

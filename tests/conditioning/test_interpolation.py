@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.conditioning.lost_samples import interpolated
+from collaudit.core.conditioning.stamp_order import interpolated
 
 COUNT = 40_000
 RNG = np.random.default_rng(3)

@@ -10,7 +10,7 @@ import pytest
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.measured.unmeasured import _period, without_unmeasured
+from collaudit.core.conditioning.unmeasured import _period, without_unmeasured
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig
 from collaudit.core.data.joint_log import JointLog
 

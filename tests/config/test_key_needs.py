@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from collaudit.core.config.key_needs import NEEDS, without_effect
+from collaudit.core.config.describe import NEEDS, without_effect
 from collaudit.core.config.schema import Config
 
 CONSTANTS = {"joint1": 11.2}

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.config import parse_config
-from collaudit.core.config.describe import all_keys
-from collaudit.core.config.removed_keys import REMOVED
+from collaudit.core.config.describe import REMOVED, all_keys
 from collaudit.core.config.schema import Config, CsvConfig, PhasesConfig, RobotConfig, UnitsConfig
 from collaudit.core.errors import ConfigError
 

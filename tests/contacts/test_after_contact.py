@@ -8,7 +8,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from collaudit.core.contacts.after_contact import with_controller
+from collaudit.core.contacts.contact_scene import with_controller
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
 from collaudit.fixtures import experiments

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from collaudit.core.detection.rest_blocks import RunningSums, travel
+from collaudit.core.detection.rest_steps import RunningSums, travel
 
 
 @pytest.mark.parametrize(("width", "rise"), [(1, 0), (4, 2), (12, 8), (40, 41)])

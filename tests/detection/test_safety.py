@@ -10,7 +10,7 @@ import pytest
 from origins import log_source
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.measured.doubled_samples import without_stalls
+from collaudit.core.conditioning.doubled_samples import without_stalls
 from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, RobotConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError

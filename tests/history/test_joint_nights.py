@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from histories import HIT, dark_row, history, night, night_row
 
-from collaudit.core.history.joint_nights import joint_nights
-from collaudit.core.history.night_row import rows_of_result
+from collaudit.core.history.night_row import joint_nights, rows_of_result
 
 
 def test_logs_of_a_night_count_by_their_judged_time() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from histories import dark_row, history, night, night_row
 
-from collaudit.core.history.joint_nights import change_of, joint_nights
+from collaudit.core.history.night_row import change_of, joint_nights
 from collaudit.reports.sections.trend_sections import change_text
 
 

@@ -9,11 +9,10 @@ import samples
 from histories import history, night
 
 from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog
-from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import AuditResult, Cause
 from collaudit.core.data.detection_result import Contact, ContactScene
-from collaudit.core.history.joint_nights import joint_nights
 from collaudit.core.history.night_groups import NightGroup, night_groups
+from collaudit.core.history.night_row import joint_nights
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.values.entries import entry_of
 from collaudit.reports.values.night import NightFacts, explained_night, group_section

@@ -8,8 +8,7 @@ import random
 import pytest
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.signals.joint_guess import guess_joints
-from collaudit.core.logs.signals.joint_naming import map_names
+from collaudit.core.logs.signals.joint_naming import guess_joints, map_names
 
 UR = ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"]
 PANDA = [f"panda_joint{i}" for i in range(1, 8)]

@@ -22,8 +22,8 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.mcap import mcap_file, mcap_scan
-from collaudit.core.logs.mcap.mcap_file import McapFile, overview_of
+from collaudit.core.logs.recordings import mcap_file, mcap_records
+from collaudit.core.logs.recordings.mcap_file import McapFile, overview_of
 from collaudit.core.numeric import parallel
 
 COUNT = 12
@@ -145,7 +145,7 @@ def test_loose_messages_are_read_in_windows_by_several_threads(
     window: int, threads: int, tmp_path: Path, reference: JointLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write(tmp_path / "log.mcap", None, IndexType.ALL, True, dict.fromkeys(OPTIONS, True))
-    monkeypatch.setattr(mcap_scan, "_WIDE_WINDOW", window)
+    monkeypatch.setattr(mcap_records, "_WIDE_WINDOW", window)
     monkeypatch.setattr(parallel, "_threads", threads)
     check(path, reference, window)
     with path.open("r+b") as file:  # what is cut while it is read is said once, and what lies before is read

@@ -10,9 +10,8 @@ import log_writers
 import numpy as np
 import pytest
 
-from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_records import MAGIC, MESSAGE
-from collaudit.core.logs.mcap.mcap_scan import LEAST_HEAD, message_run, scan
+from collaudit.core.logs.recordings.mcap_file import McapFile
+from collaudit.core.logs.recordings.mcap_records import LEAST_HEAD, MAGIC, MESSAGE, message_run, scan
 from collaudit.core.logs.storage.chunked_file import RandomFile
 
 

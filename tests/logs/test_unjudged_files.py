@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.inputs import expand_inputs, other_files
-from collaudit.core.logs.unjudged_files import left_out, left_out_urls
+from collaudit.core.logs.inputs import expand_inputs, left_out, left_out_urls, other_files
 
 
 def tar_of(path: Path, mode: str, *names: str, size: int = 10) -> Path:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.numeric import memory
-from collaudit.core.numeric.memory import memory_bytes
+from collaudit.core.numeric import linear_algebra as memory
+from collaudit.core.numeric.linear_algebra import memory_bytes
 from collaudit.core.prepare import log_size
 from collaudit.core.prepare.log_size import refuse_larger_than_memory
 

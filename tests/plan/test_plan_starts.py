@@ -11,9 +11,9 @@ from collaudit.core.config import load_config
 from collaudit.core.errors import ConfigError
 from collaudit.core.plan.planning import PlanRequest, make_plan, move_check
 from collaudit.core.provenance import make_provenance
-from collaudit.fixtures.config import config_text
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.truth import config_text
 from collaudit.reports.terminal.command_texts import brief_plan_text
 
 JOINTS = {"tiago_no_hand.urdf": [f"arm_{k}_joint" for k in range(1, 8)]}

@@ -25,11 +25,11 @@ BELONGS = {
     "pinocchio": ("core/robot/pinocchio_model.py", "core/robot/arm_shapes.py"),
     "coal": ("core/robot/arm_shapes.py",),
     "ruckig": ("core/plan/timing.py",),
-    "mcap": ("core/logs/mcap/", "fixtures/", "reports/exports/"),
+    "mcap": ("core/logs/recordings/", "fixtures/", "reports/exports/"),
     "mcap_ros1": (),
     "mcap_ros2": (),
     "rosbags": ("core/logs/messages/", "fixtures/", "reports/exports/"),
-    "sqlite3": ("core/logs/rosbag2/",),
+    "sqlite3": ("core/logs/recordings/",),
     "lz4": ("core/logs/storage/",),
     "zstandard": ("core/logs/storage/", "core/logs/csv/", "reports/exports/"),
     "pyarrow": (

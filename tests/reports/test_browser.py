@@ -17,9 +17,9 @@ from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
 from collaudit.reports.page import html
-from collaudit.reports.page.body_region_page import body_regions_html
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import write_index
+from collaudit.reports.page.plane_page import body_regions_html
 from collaudit.reports.page.scripts import write_assets
 from collaudit.reports.sections.body_region_sections import BodyLimits
 from collaudit.reports.values.entries import entry_of, entry_of_error
@@ -368,8 +368,8 @@ def test_the_index_is_sorted_and_filtered(chromium: Any, tmp_path: Path) -> None
 def test_the_page_of_trends_is_for_everybody(chromium: Any, axe: str, tmp_path: Path, scheme: str, width: int) -> None:
     from histories import history
 
-    from collaudit.core.history.joint_nights import joint_nights
-    from collaudit.reports.page.trend_page import trend_page
+    from collaudit.core.history.night_row import joint_nights
+    from collaudit.reports.page.plane_page import trend_page
 
     rows = [*history("cell <b>7</b>", 40), *history("steady", 40)]
     (tmp_path / "trend.html").write_text(trend_page(joint_nights(rows)))

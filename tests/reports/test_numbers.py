@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.identification_result import FrictionVariation, Identification, Trend
-from collaudit.reports.sections.identified_sections import identified_sections
+from collaudit.reports.sections.fit_sections import identified_sections
 from collaudit.reports.terminal.command_texts import fit_text
 from collaudit.reports.values.numbers import (
     BELOW_SUPPORT,

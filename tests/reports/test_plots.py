@@ -22,8 +22,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.files.run_files import open_run, read_run, write_run
 from collaudit.reports.page.html import html_text
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
-from collaudit.reports.plots.downsample import column_edges, column_shares, thin
-from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
+from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory, column_edges, column_shares, thin
 from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_friction import band, curve, draw_friction
 from collaudit.reports.plots.plot_residual import autocorrelation, coverage_bar, draw_overview

@@ -13,7 +13,7 @@ from collaudit.core.data.sensitivity_result import NoticedForce
 from collaudit.core.robot.arm_places import RequiredForce, arm_places, directions
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.verdict.noticed_push import Moments, level_at, longest_unseen, noticed_forces
+from collaudit.core.verdict.sensitivity import Moments, level_at, longest_unseen, noticed_forces
 
 K = 100
 

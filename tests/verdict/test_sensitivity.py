@@ -29,7 +29,7 @@ from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual import residual
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.verdict import sensitivity
-from collaudit.core.verdict.noticed_push import Push, _height
+from collaudit.core.verdict.sensitivity import Push, _height
 
 NAMES = ("joint1", "joint2")
 ROBOT = dh_robot(

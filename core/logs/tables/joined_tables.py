@@ -17,7 +17,14 @@ from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_faults import check_columns, check_measured, refuse_by_names
+from collaudit.core.logs.tables.column_faults import (
+    check_columns,
+    check_measured,
+    echoed_keys,
+    echoed_lines,
+    refuse_by_names,
+    widening_command,
+)
 from collaudit.core.logs.tables.column_findings import (
     guess_findings,
     left_out_findings,
@@ -26,10 +33,17 @@ from collaudit.core.logs.tables.column_findings import (
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
 from collaudit.core.logs.tables.mode_columns import mode_columns
-from collaudit.core.logs.tables.other_layouts import echoed_keys, echoed_lines, widening_command
-from collaudit.core.logs.tables.stamp_parts import dated_stamps, joined_stamps, time_parts, unwrapped
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.time_columns import FRACTION, guess_time, named_unit, seconds_of
+from collaudit.core.logs.tables.time_columns import (
+    FRACTION,
+    dated_stamps,
+    guess_time,
+    joined_stamps,
+    named_unit,
+    seconds_of,
+    time_parts,
+    unwrapped,
+)
 from collaudit.core.logs.tables.time_unit import told_unit
 from collaudit.core.numeric.arrays import FloatArray
 

@@ -10,13 +10,13 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding
 from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.stamp_parts import time_parts
 from collaudit.core.logs.tables.time_columns import (
     LONGEST_STEP_S,
     SCALES,
     is_doubtful,
     named_unit,
     repeats_most,
+    time_parts,
     usual_step_s,
 )
 from collaudit.core.numeric.arrays import FloatArray

@@ -10,8 +10,7 @@ from typing import Any, Literal
 
 from collaudit.cli.commands.detect import SCORE_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
-from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
-from collaudit.core.data.cause import Cause
+from collaudit.core.data.audit_result import AuditResult, Cause, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.recommendation_result import (
     ArmRate,
@@ -21,7 +20,7 @@ from collaudit.core.data.recommendation_result import (
     StretchToConfirm,
 )
 from collaudit.core.findings import Finding
-from collaudit.core.history.joint_nights import JointNights
+from collaudit.core.history.night_row import JointNights
 from collaudit.core.history.retention import KeptRun
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.alarm_plane import AlarmPlane

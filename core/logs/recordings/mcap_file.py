@@ -13,16 +13,17 @@ from pathlib import Path
 import numpy as np
 from zlib_ng import zlib_ng
 
-from collaudit.core.logs.mcap.mcap_records import (
+from collaudit.core.logs.recordings.mcap_records import (
     CHANNEL,
     MESSAGE,
     MESSAGE_HEAD,
     SCHEMA,
     McapIndex,
+    chunk_at,
     read_summary,
     record_places,
+    scan,
 )
-from collaudit.core.logs.mcap.mcap_scan import chunk_at, scan
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile, ChunkRef, RandomFile
 from collaudit.core.logs.storage.decompression import unpack

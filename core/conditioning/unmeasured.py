@@ -13,14 +13,14 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.conditioning.measured.calm_stretches import (
+from collaudit.core.conditioning.calm_stretches import (
     quiet_rows,
     shortest_stretch,
     straight,
     straight_rows,
     straight_runs,
 )
-from collaudit.core.conditioning.measured.doubled_samples import frozen_spans, repeated_rows, repeated_rows_of_all
+from collaudit.core.conditioning.doubled_samples import frozen_spans, repeated_rows, repeated_rows_of_all
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S

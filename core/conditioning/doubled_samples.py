@@ -8,7 +8,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.conditioning.measured.calm_stretches import CHANCE
+from collaudit.core.conditioning.calm_stretches import CHANCE
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding

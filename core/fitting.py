@@ -22,6 +22,7 @@ from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.estimate_choice import choose, wanted
 from collaudit.core.identification.identification import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
+from collaudit.core.identification.motion_sums import gathered
 from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -31,12 +32,11 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, settled_motion
 from collaudit.core.recommend.held_out_residual import (
     FrictionCovariates,
-    fold_count,
-    fold_of_sample,
     held_out_residuals,
 )
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import known_contact_times
+from collaudit.core.torque_table.folds import fold_count, fold_of_sample
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,8 +92,9 @@ def _fit(
     if wanted(config) == "auto" or {"tool", "inertials"} & set(wanted(config)):
         sensor = replace(sensor, tool=None)  # the joint torques are to tell the tool
     known = [calibrated(log, sensor, config) for log in clean.logs]
-    taken, choice = choose(known, config)
-    arm = fit_arm(known, taken, config, progress=stage(progress, 0.4, 0.55))
+    sums = gathered(known, config.fit.blocks)
+    taken, choice = choose(known, config, sums)
+    arm = fit_arm(known, taken, config, sums=sums, progress=stage(progress, 0.4, 0.55))
     settled = settled_motion(arm.logs, arm.fits, stage(progress, 0.55, 0.65))
     covariates = FrictionCovariates(settled.variation, settled.corrections)
     residuals = held_out_residuals(known, arm, taken, covariates, config, stage(progress, 0.65, 0.95))
@@ -150,7 +151,7 @@ def fit_by_parts(
         config, provenance, progress, and errors: as of :func:`fit_logs`.
     """
     whole = _fit([prepared], config, provenance, (), stage(progress, 0.0, 0.6))
-    count, step = fold_count([prepared], config), stage(progress, 0.6, 1.0)
+    count, step = fold_count([prepared.series], config.fit.blocks), stage(progress, 0.6, 1.0)
     fold, parts = fold_of_sample(prepared.series, count), []
     for k in range(count):
         own = fold == k

@@ -28,8 +28,8 @@ from collaudit.reports.values.words import verdict_word
 
 #: Longer logs are tried on a stretch of so many values of one channel (rows times joints): a few seconds of work.
 MOST_VALUES = 1_500_000
-#: Whether a log can be judged is seen from fewer samples and folds than its fit should have.
-_SAMPLES, _FOLDS = 2000, 3
+#: Whether a log can be judged is seen from fewer folds than its fit should have.
+_FOLDS = 3
 _SHOWN = 6
 _NO_ROBOT = (
     'a model of the robot: give --urdf arm.urdf, or write [robot] urdf = "arm.urdf" into the file (or dh_convention '
@@ -147,8 +147,7 @@ def _own_fit(
 
     try:
         fit = loaded.config.fit
-        quick = fit.changed({"max_samples": min(fit.max_samples, _SAMPLES), "blocks": min(fit.blocks, _FOLDS)})
-        config = loaded.config.changed({"fit": quick})
+        config = loaded.config.changed({"fit": fit.changed({"blocks": min(fit.blocks, _FOLDS)})})
         fitted = fit_logs([prepared], config, origin, progress=report)
     except CollauditError as error:
         return error

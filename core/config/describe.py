@@ -26,6 +26,7 @@ from collaudit.core.friction_laws.law_registry import NameOfLaw
 REMOVED: Mapping[str, str] = {
     "cycles.least": "take the line out: a reference needs four other cycles, or nights",
     "detect.friction_level": "take the line out: the level of friction is always followed",
+    "fit.max_samples": "take the line out: sums of all motion are fitted, as fast as the filter lets it change",
     "fleet.robots.serials": "tell the robot's logs by `paths`, `topics` or `joints`",
     "log.csv.also": "name the further files beside the log on the command line",
     "log.csv.labels": "state the columns in [log] `labels`",

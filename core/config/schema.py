@@ -218,9 +218,6 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
             "is reported."
         ),
     ] = "find"
-    max_samples: Annotated[
-        int, Meta(ge=500), about("Most samples used of arbitrary motion; friction.json says what precision this costs.")
-    ] = 20_000
     blocks: Annotated[int, Meta(ge=2, le=20), about("Blocks of time held out in turn.")] = 5
 
 

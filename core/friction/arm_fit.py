@@ -15,8 +15,8 @@ from collaudit.core.friction.joint_fits import fit_joints, refit_joints, section
 from collaudit.core.friction.sections import SectionSet
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
-from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Candidate
+from collaudit.core.identification.motion_sums import MotionSums, collect
+from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated
@@ -34,8 +34,8 @@ class ArmFit:
         fits: friction by joint.
         findings: on the coupled axes.
         sections: of each log, its constant speeds.
-        samples: some of what drives, inertials and tool were identified from, for fits without a part of them; None
-            where only friction was fitted.
+        sums: of what drives, inertials and tool were identified from, for fits without a part of it; None where only
+            friction was fitted.
     """
 
     logs: tuple[Prepared, ...]
@@ -44,7 +44,7 @@ class ArmFit:
     fits: Mapping[str, FrictionFit]
     findings: tuple[Finding, ...]
     sections: tuple[SectionSet, ...]
-    samples: Motion | None
+    sums: MotionSums | None
 
 
 def fit_arm(
@@ -53,6 +53,7 @@ def fit_arm(
     config: Config,
     left_out: Sequence[BoolArray] | None = None,
     known: ArmFit | None = None,
+    sums: MotionSums | None = None,
     progress: Progress | None = None,
 ) -> ArmFit:
     """Fit an arm from its logs.
@@ -64,6 +65,7 @@ def fit_arm(
         left_out: of each log the samples (n,) that are not to be fitted; None for none.
         known: the fit of the whole logs: only the values of its laws are found again, without intervals; None chooses
             each law.
+        sums: of what is to be fitted; None to gather them here.
         progress: called with steps done and in all.
     """
 
@@ -74,13 +76,11 @@ def fit_arm(
     whole = list(logs)
     again = calibrated if known is None else recalibrated
     if known is None:
-        most, blocks = config.fit.max_samples, config.fit.blocks
-        samples = collect(seen(whole), most, blocks) if taken.estimate else None
-        identified = None if samples is None else identify(seen(whole), config, taken, samples)
-        samples = None if samples is None else samples.at_most(MOST_HELD_OUT)
+        sums = (sums or collect(seen(whole), config.fit.blocks)) if taken.estimate else None
+        identified = None if sums is None else identify(whole, config, taken, sums)
     else:
-        samples = known.samples
-        identified = None if samples is None else identify_values(seen(whole), config, taken, samples)
+        sums = known.sums if known.sums is None or left_out is None else known.sums.without(left_out)
+        identified = None if sums is None else identify_values(whole, config, taken, sums)
     if identified is not None:
         starts = whole if known is None else known.logs
         drives = [replace(log.calibration, identified=identified, coupled={}) for log in starts]
@@ -97,7 +97,7 @@ def fit_arm(
     else:
         sections = list(known.sections)
         fits = refit_joints(seen(whole), known.fits, sections, config)
-    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings), tuple(sections), samples)
+    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings), tuple(sections), sums)
 
 
 def _has_no_gain(joint: str, logs: Sequence[Prepared], identified: Identified | None) -> bool:

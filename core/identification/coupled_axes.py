@@ -1,8 +1,8 @@
 """Friction and drive inertia of axes that turn with several joints, from what the model leaves on these joints.
 
 On joint j with weight w the motor of a coupled axis leaves w (F_c sgn s + F_v s + I ds/dt), s the axis' speed; beside
-it stand each joint's own friction and offset as ``problem_terms.py`` has them, so that what its own speed explains is
-its own. One solve of sums over all joints of all axes, by stretches of one second (core/torque_table). Friction
+it stand each joint's own friction and offset as ``torque_columns.py`` has them, so that what its own speed explains is
+its own. One solve of sums over all joints of all axes (core/torque_table). Friction
 dissipates: what would be negative is held at zero.
 """
 
@@ -17,12 +17,12 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, friction_columns
+from collaudit.core.identification.motion_sums import MotionSums, collect
+from collaudit.core.identification.torque_columns import FRICTION_COLUMNS
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.torque_table.block_sums import estimate, explained, products_of
+from collaudit.core.torque_table.block_sums import estimate, explained
 
 _KEYS = ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2")
 _LEAST_OWN_SHARE = 1e-3  # of a column's power that the other columns must leave
@@ -33,7 +33,7 @@ class _System:
     """All equations in one, in units of each joint's own error.
 
     Attributes:
-        products: (b, k, c, c) sums over stretches of one second, of each coupled joint's columns and, last, its torque.
+        products: (b, k, c, c) sums over blocks of time, of each coupled joint's columns and, last, its torque.
         count: (b, k) samples.
         place: (k, c - 1) number of the coefficient of each column: those of the axes are the first.
     """
@@ -55,7 +55,7 @@ def fit_coupled(
 
     Args:
         prepared: logs of the arm, calibrated so far.
-        config: how many samples are used.
+        config: into how many parts time is divided.
         with_inertia: whether the drive's inertia on the axis is to be identified, as other inertias are.
     """
     couplings = prepared[0].series.couplings
@@ -64,14 +64,13 @@ def fit_coupled(
     if any(p.rigid_nm is None or p.series.effort is None or p.series.effort_unit != "Nm" for p in prepared):
         return {}, [_undetermined(c, "model torque and effort in N·m are needed") for c in couplings]
     try:
-        motion = collect(prepared, config.fit.max_samples, config.fit.blocks, inertials=False)
+        sums = collect(prepared, config.fit.blocks, inertials=False)
     except NotJudgedError as error:
         return {}, [_undetermined(c, error.message) for c in couplings]
-    weights = motion.coupled
-    rigid = prepared[0].robot.inverse_dynamics(motion.position, motion.velocity, motion.acceleration)
-    if not motion.moving[:, (motion.coupled != 0).any(axis=0)].any():
+    touched = (sums.coupled != 0).any(axis=0) & sums.count.any(axis=0)
+    if not touched.any():
         return {}, [_undetermined(c, "its joints do not move") for c in couplings]
-    system = _system(motion, motion.effort - motion.contact - rigid, weights)
+    system = _system(sums, np.flatnonzero(touched))
     determined = _determined(system, len(couplings), with_inertia)
     fits: dict[str, CoupledFriction] = {}
     findings = []
@@ -80,27 +79,22 @@ def fit_coupled(
         if not determined[3 * c : 3 * c + 2].all():
             findings.append(_undetermined(coupling, "its motion cannot be separated from that of the joints"))
             continue
-        s = np.abs(motion.velocity @ weights[c])[motion.moving[:, weights[c] != 0].any(axis=1)]
-        fit = _result(coupling, values[3 * c : 3 * c + 3], spread[3 * c : 3 * c + 3], s, with_inertia)
+        found = values[3 * c : 3 * c + 3], spread[3 * c : 3 * c + 3]
+        fit = _result(coupling, *found, sums.axis_speeds[c], sums.rows, with_inertia)
         fits[coupling.joint] = fit
         findings.append(_said(coupling, fit))
     return fits, findings
 
 
-def _system(motion: Motion, rest: FloatArray, weights: FloatArray) -> _System:
-    touched = np.flatnonzero((weights != 0).any(axis=0) & motion.moving.any(axis=0))
-    shared, own = 3 * weights.shape[0], FRICTION_COLUMNS
-    columns = np.zeros((len(rest), touched.size, shared + own + 1))
-    for k, j in enumerate(touched):
-        for c in np.flatnonzero(weights[:, j]):
-            s, ds = motion.velocity @ weights[c], motion.acceleration @ weights[c]
-            columns[:, k, 3 * c : 3 * c + 3] = weights[c, j] * np.column_stack([np.sign(s), s, ds])
-        columns[:, k, shared:-1] = friction_columns(motion.velocity[:, j], motion.acceleration[:, j])
-    columns[:, :, -1] = rest[:, touched]
-    moving = motion.moving[:, touched].astype(np.float64)
-    products = products_of(columns * moving[:, :, None], motion.cluster)
-    count = products_of(moving[:, :, None], motion.cluster)[:, :, 0, 0]
-    alone = np.arange(shared + own)[None]
+def _system(sums: MotionSums, touched: IntArray) -> _System:
+    axes, law, own = sums.parts["axes"], sums.columns("law"), FRICTION_COLUMNS
+    shared = sums.columns("axes").stop - axes
+    columns = np.zeros((touched.size, sums.parts["end"], shared + own + 1))
+    columns[:, np.arange(axes, axes + shared), np.arange(shared)] = np.repeat(sums.coupled[:, touched].T, 3, axis=1)
+    columns[:, law, shared:-1] = np.eye(own)
+    columns[:, [sums.parts["effort"], sums.parts["model"]], -1] = 1.0, -1.0
+    products = np.swapaxes(columns, 1, 2) @ sums.raw[:, touched] @ columns
+    count, alone = sums.count[:, touched], np.arange(shared + own)[None]
     for k in range(touched.size):
         usual = estimate(products[:, k : k + 1], count[:, k : k + 1], alone, np.zeros(alone.size))
         products[:, k] *= usual.count / max(usual.left, 1e-300)
@@ -132,8 +126,9 @@ def _solved(system: _System, use: BoolArray) -> tuple[FloatArray, FloatArray]:
         use = use & ~negative
 
 
-def _result(coupling: Coupling, x: FloatArray, half: FloatArray, s: FloatArray, with_inertia: bool) -> CoupledFriction:
-    low, high = (float(v) for v in np.quantile(s, [0.01, 1.0]))
+def _result(
+    coupling: Coupling, x: FloatArray, half: FloatArray, speeds: FloatArray, rows: int, with_inertia: bool
+) -> CoupledFriction:
     keys = _KEYS if with_inertia else _KEYS[:2]
     return CoupledFriction(
         weights=coupling.weights,
@@ -141,8 +136,8 @@ def _result(coupling: Coupling, x: FloatArray, half: FloatArray, s: FloatArray, 
         viscous_nm_s_per_rad=float(x[1]),
         inertia_kg_m2=float(x[2]) if with_inertia else None,
         ci95={key: (float(v - h), float(v + h)) for key, v, h in zip(keys, x, half, strict=False)},
-        speed_range_rad_s=(low, high),
-        samples=int(s.size),
+        speed_range_rad_s=(float(speeds[0]), float(speeds[1])),
+        samples=rows,
     )
 
 

@@ -18,23 +18,20 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.problem.identification_samples import collect
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
-from collaudit.core.identification.problem.solution_errors import held_out
+from collaudit.core.identification.motion_sums import MotionSums, collect
 from collaudit.core.identification.solved_problem import Candidate, Gains, solved, with_gains
+from collaudit.core.identification.sums_solution import Unknowns, held_out
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 
 #: An error counts as at most this many times the usual one: contact and stops choose nothing.
 _MOST = 3.0
 #: Seconds that err alike: a stroke, or a few of them.
-_ALIKE = 5
+_ALIKE_S = 5.0
 #: Whole logs are held out where there are so many.
 _FEWEST_LOGS = 2
 #: Standard errors by which a joint's own torque by its angle must predict better.
 _SURE = 2.0
-#: Samples that tell candidates apart as well as all would: errors within a second are alike.
-_MOST_TO_CHOOSE = 2000
 #: Trust in the description that is tried where none is stated: standard deviation of its inertials, as a share.
 WIDTHS = (0.2, 1.0, 5.0)
 
@@ -81,8 +78,15 @@ def wanted(config: Config) -> tuple[str, ...] | Literal["auto"]:
     return tuple(asked)
 
 
-def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, EstimateChoice | None]:
+def choose(
+    prepared: Sequence[Prepared], config: Config, sums: MotionSums | None = None
+) -> tuple[Candidate, EstimateChoice | None]:
     """What is identified from these logs beyond friction, and what else was tried; nothing where nothing can be.
+
+    Args:
+        prepared: the logs.
+        config: what is asked for.
+        sums: of the logs; None to gather them here.
 
     Raises:
         ConfigError: efforts in an unknown unit without the gain being estimated. NotJudgedError: what is asked for
@@ -104,7 +108,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
         others = candidates_of("auto", False, prepared[0].effort_source != "joint")
         tried = (stated, *(one for one in others if one != stated))
     try:
-        motion = collect(prepared, min(config.fit.max_samples, _MOST_TO_CHOOSE), config.fit.blocks)
+        sums = sums or collect(prepared, config.fit.blocks)
     except (NotJudgedError, ConfigError):
         if asked == "auto" or stated is not None:
             return stated or nothing, None
@@ -114,8 +118,8 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
 
     def unknowns(one: Candidate) -> Unknowns:
         if "tool" in one.estimate:  # with the inertia of its mass, and other gains beside it
-            return solved(prepared, motion, config, one).unknowns
-        found, estimated = with_gains(prepared, config, one, motion, gains[0] if gains else None)
+            return solved(prepared, sums, config, one).problem.unknowns
+        found, estimated = with_gains(prepared, config, one, sums, gains[0] if gains else None)
         if estimated is not None and not gains:
             gains.append(estimated)
         return found
@@ -125,16 +129,16 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     if not np.isfinite(scale).any():
         return nothing, None
 
-    whole_logs = [motion.log] if np.unique(motion.log).size >= _FEWEST_LOGS else []
+    whole_logs, alike = [sums.log] if np.unique(sums.log).size >= _FEWEST_LOGS else [], sums.together(_ALIKE_S)
 
     def left_of(one: Unknowns) -> FloatArray:
-        return held_out(Terms.of(motion, one), one, [motion.block, *whole_logs]) * (one.gain / scale)
+        return held_out(sums, one, [sums.fold, *whole_logs]) * (one.gain / scale)
 
     left = {one: left_of(unknowns(one)) for one in tried}
     plain = [one for one in tried if not {"gain", "inertials", "tool"} & set(one.estimate)]
     if asked == "auto" and plain:
         every = left_of(unknowns(replace(plain[-1], estimate=(*plain[-1].estimate, "spring"))))
-        springs = _joints_better(every, left[plain[-1]], motion.cluster // _ALIKE)
+        springs = _joints_better(every, left[plain[-1]], alike)
         tried = with_springs(tried, springs) if springs else tried
     left = {one: left[one] if one in left else left_of(unknowns(one)) for one in tried}
     if not np.isfinite(list(left.values())).all(axis=0).any():  # no sample by which all can be compared
@@ -142,9 +146,9 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
 
     def refused(one: Candidate) -> str:
         free = "tool" in one.estimate and one != stated and (asked == "auto" or stated is not None)
-        return "the tool would weigh less than nothing" if free and _weighs_less(prepared, config, one) else ""
+        return "the tool would weigh less than nothing" if free and _weighs_less(prepared, sums, config, one) else ""
 
-    taken, choice = choose_estimate(tried, list(left.values()), motion.cluster // _ALIKE, robot.joint_names, refused)
+    taken, choice = choose_estimate(tried, list(left.values()), alike, robot.joint_names, refused)
     if stated is None:
         return taken, choice
     return stated, None if taken == stated else replace(choice, taken=stated.words, better=taken.words)
@@ -190,12 +194,12 @@ def _joints_better(with_more: FloatArray, without: FloatArray, cluster: IntArray
     return tuple(out)
 
 
-def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:
+def _weighs_less(prepared: Sequence[Prepared], sums: MotionSums, config: Config, taken: Candidate) -> bool:
     """Whether the arm would carry a tool of negative mass: something else of the description is wrong then."""
-    found = solved(prepared, collect(prepared, config.fit.max_samples, config.fit.blocks), config, taken)
-    body = 10 * found.robot.in_joint(config.robot.tool.frame)[2]
+    found = solved(prepared, sums, config, taken)
+    body = 10 * sums.robot.in_joint(config.robot.tool.frame)[2]
     known = config.robot.tool.mass_kg
-    change = float(found.solution.inertials[body] - found.robot.inertial_parameters[body])
+    change = float(found.solution.inertials[body] - sums.robot.inertial_parameters[body])
     return change + (0.0 if isinstance(known, str) else known) < 0.0
 
 

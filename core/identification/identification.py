@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Identified
 from collaudit.core.findings import Finding, fact
@@ -16,19 +18,12 @@ from collaudit.core.identification.identified_values import (
     joints_of,
     load_sd_of,
     prior_words,
-    rms_of,
     tool_of,
 )
 from collaudit.core.identification.inertial_parameters import Consistent, is_consistent, make_consistent
-from collaudit.core.identification.problem.identification_problem import (
-    Solution,
-    precision_of,
-    refit_nuisance,
-    residual,
-)
-from collaudit.core.identification.problem.identification_samples import Motion, collect
-from collaudit.core.identification.problem.solution_errors import standard_errors
+from collaudit.core.identification.motion_sums import MotionSums, collect
 from collaudit.core.identification.solved_problem import Candidate, Solved, solved
+from collaudit.core.identification.sums_solution import Problem, Solution
 from collaudit.core.prepare.prepared import Prepared
 
 #: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.
@@ -36,7 +31,7 @@ _WORSE = 1.05
 
 
 def identify(
-    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, samples: Motion | None = None
+    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, sums: MotionSums | None = None
 ) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
@@ -44,7 +39,7 @@ def identify(
         prepared: the logs.
         config: how.
         taken: of :func:`choose`; None to choose here.
-        samples: of the logs; None to gather them here.
+        sums: of the logs; None to gather them here.
 
     Raises:
         ConfigError, NotJudgedError: as of :func:`choose`.
@@ -53,35 +48,40 @@ def identify(
     estimate = taken.estimate
     if not estimate:
         return None
-    found = solved(prepared, samples or collect(prepared, config.fit.max_samples, config.fit.blocks), config, taken)
-    unknowns, solution, terms = found.unknowns, found.solution, found.terms
-    precision, bodies = precision_of(terms, unknowns, solution), unknowns.inertials.size // 10
-    made = make_consistent(solution.values, precision, solution.free, bodies)
-    final = refit_nuisance(terms, solution.with_free(made.free))
-    made, final = _kept_if_it_fits(found, solution, made, final)
-    errors = standard_errors(terms, solution, unknowns)
-    job = Report(found.robot, terms, unknowns, final, found.gains, errors, estimate)
+    found = solved(prepared, sums or collect(prepared, config.fit.blocks), config, taken)
+    problem, solution = found.problem, found.solution
+    unknowns = problem.unknowns
+    free = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd]) > 0.0
+    best, count = np.concatenate([solution.inertials, solution.armature, solution.gain]), unknowns.inertials.size
+    made = make_consistent(best, problem.possible_precision(solution, free), free, count // 10)
+    best[free] = made.free
+    held = Problem.of(problem.sums, unknowns.held(best[:count], best[count : -unknowns.gain.size]))
+    final = held.fitted(problem.sums.total, solution)
+    made, final = _kept_if_it_fits(found, made, final)
+    tool = 10 * problem.sums.robot.in_joint(config.robot.tool.frame)[2]
+    errors = problem.errors(solution, slice(tool, tool + 4))
+    job = Report(problem, final, found.gains, errors, estimate)
     return Identified(
         estimate=("friction", *estimate),
         joints=joints_of(job),
-        bodies=bodies_of(job.robot, final),
+        bodies=bodies_of(problem.sums.robot, final),
         base_parameters=base_parameters_of(job) if "inertials" in estimate else (),
         tool=tool_of(job, config) if "tool" in estimate else None,
         prior=prior_words(estimate, taken.width),
         prior_sd=taken.width,
         consistent=made.consistent,
         consistency=made.how,
-        samples=terms.motion.cluster.size,
-        sample_rate_hz=terms.motion.rate_hz,
-        loss=terms.motion.loss,
+        samples=problem.sums.rows,
+        sample_rate_hz=problem.sums.rate_hz,
+        loss=problem.sums.loss,
         load_sd=load_sd_of(job, config),
     )
 
 
-def _kept_if_it_fits(found: Solved, free: Solution, made: Consistent, final: Solution) -> tuple[Consistent, Solution]:
+def _kept_if_it_fits(found: Solved, made: Consistent, final: Solution) -> tuple[Consistent, Solution]:
     """What bodies can be, unless the motion speaks against it: a wrong scale of an effort looks like no body at all."""
-    moving, names = found.terms.motion.moving, found.robot.joint_names
-    before, after = (rms_of(residual(found.terms, one), moving) for one in (free, final))
+    free, names = found.solution, found.problem.sums.robot.joint_names
+    before, after = (found.problem.rms(one) for one in (free, final))
     worse = [k for k, (a, b) in enumerate(zip(before, after, strict=True)) if a and b and b > _WORSE * a]
     if not worse:
         return made, final
@@ -95,30 +95,29 @@ def _kept_if_it_fits(found: Solved, free: Solution, made: Consistent, final: Sol
     return Consistent(made.free, possible, how), free
 
 
-def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate, samples: Motion) -> Identified:
+def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate, sums: MotionSums) -> Identified:
     """The values that :func:`identify` finds, without intervals and checks: what a held-out fit needs.
 
     Args:
-        prepared: the logs, with some of their effort unknown.
+        prepared: the logs.
         config: how.
         taken: what is identified.
-        samples: of the whole logs.
+        sums: of what is not held out.
     """
-    found = solved(prepared, samples.with_effort_of(prepared), config, taken)
-    motion = found.terms.motion
+    found, robot = solved(prepared, sums, config, taken), sums.robot
     return Identified(
         estimate=("friction", *taken.estimate),
-        joints={name: drive_of(found, j) for j, name in enumerate(found.robot.joint_names)},
-        bodies=bodies_of(found.robot, found.solution),
+        joints={name: drive_of(found, j) for j, name in enumerate(robot.joint_names)},
+        bodies=bodies_of(robot, found.solution),
         base_parameters=(),
         tool=None,
         prior="",
         prior_sd=taken.width,
         consistent=False,
         consistency="",
-        samples=motion.cluster.size,
-        sample_rate_hz=motion.rate_hz,
-        loss=motion.loss,
+        samples=sums.rows,
+        sample_rate_hz=sums.rate_hz,
+        loss=sums.loss,
     )
 
 

@@ -16,16 +16,18 @@ from collaudit.core.data.identification_result import (
     IdentifiedTool,
 )
 from collaudit.core.identification.inertial_parameters import BaseMap, base_map, is_consistent
-from collaudit.core.identification.problem.identification_problem import Solution, solve
-from collaudit.core.identification.problem.problem_terms import OFFSET, Terms, Unknowns, angle_torque
-from collaudit.core.identification.problem.solution_errors import (
-    HELD_OUT_STEPS,
+from collaudit.core.identification.motion_sums import MotionSums
+from collaudit.core.identification.solved_problem import ARMATURE_SHARE, Solved
+from collaudit.core.identification.sums_solution import (
+    Problem,
+    Solution,
     StandardErrors,
+    Unknowns,
     held_out,
-    standard_errors,
+    own_armature,
 )
-from collaudit.core.identification.solved_problem import ARMATURE_SHARE, MOST_HELD_OUT, Solved, own_armature
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.identification.torque_columns import OFFSET, angle_torque
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -42,20 +44,19 @@ class Report(Solved):
 
 def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
     """Drive and rotor of each joint with intervals, and what is left beside what the description leaves."""
+    sums, unknowns = job.problem.sums, job.problem.unknowns
     file_only = replace(
-        job.unknowns,
-        inertials=job.robot.inertial_parameters,
-        inertials_prior_sd=np.zeros_like(job.unknowns.inertials_prior_sd),
-        armature_prior_sd=np.zeros_like(job.unknowns.armature_prior_sd),
-        armature=own_armature(job.robot),
+        unknowns,
+        inertials=job.problem.sums.robot.inertial_parameters,
+        inertials_prior_sd=np.zeros_like(unknowns.inertials_prior_sd),
+        armature_prior_sd=np.zeros_like(unknowns.armature_prior_sd),
+        armature=own_armature(job.problem.sums.robot),
     )
-    moving = job.terms.motion.moving
-    some = job.terms.motion.at_most(MOST_HELD_OUT)
-    out = [_held_out(Terms.of(some, each), each) for each in (file_only, job.unknowns)]
+    out = [_held_out(sums, each) for each in (file_only, unknowns)]
     joints = {}
-    for j, name in enumerate(job.robot.joint_names):
+    for j, name in enumerate(job.problem.sums.robot.joint_names):
         drive = drive_of(job, j)
-        offset_known = drive.gain is not None and bool(moving[:, j].any()) and not job.terms.one_way[j]
+        offset_known = drive.gain is not None and bool(sums.count[:, j].any()) and not sums.one_way[j]
         known = None if drive.gain is None or job.gains is None else interval_95(drive.gain, float(job.gains.sd[j]))
         joints[name] = replace(
             drive,
@@ -64,7 +65,7 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
             gain_by_load=job.gains is not None and bool(job.gains.by_load[j]),
             offset_ci95=interval_95(drive.offset_nm, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_ci95=_armature_interval(job, j),
-            angle_torque=_angle_torque(job, j, job.errors.nuisance[j]),
+            angle_torque=_angle_torque(job, j, job.errors.angle[j]),
             held_out_rms_file_nm=out[0][j],
             held_out_rms_nm=out[1][j],
         )
@@ -73,16 +74,16 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
 
 def drive_of(found: Solved, j: int) -> IdentifiedJoint:
     """Gain, offset and rotor inertia of one joint."""
-    solution, gain = found.solution, float(found.solution.gain[j])
-    known = bool(np.isfinite(gain))
+    solution, problem = found.solution, found.problem
+    known = bool(np.isfinite(problem.unknowns.gain[j]))
     return IdentifiedJoint(
-        gain=gain if known else None,
+        gain=float(solution.gain[j]) if known else None,
         gain_ci95=None,
-        offset_nm=float(solution.nuisance[j, OFFSET]) if known and not found.terms.one_way[j] else 0.0,
+        offset_nm=float(solution.nuisance[j, OFFSET]) if known and not problem.sums.one_way[j] else 0.0,
         offset_ci95=(None, None),
         armature_kg_m2=float(solution.armature[j]),
-        armature_file_kg_m2=float(own_armature(found.robot)[j]),
-        samples=int(np.count_nonzero(found.terms.motion.moving[:, j])),
+        armature_file_kg_m2=float(own_armature(problem.sums.robot)[j]),
+        samples=int(problem.sums.count[:, j].sum()),
         held_out_rms_file_nm=None,
         held_out_rms_nm=None,
         angle_torque=_angle_torque(found, j, None) if known else None,
@@ -90,36 +91,27 @@ def drive_of(found: Solved, j: int) -> IdentifiedJoint:
 
 
 def _angle_torque(found: Solved, j: int, covariance: FloatArray | None) -> AngleTorque | None:
-    """What joint j's angle adds, with intervals where the covariance (k, k) of its nuisance is given."""
-    if found.unknowns.springs is None or not found.unknowns.springs[j]:
+    """What joint j's angle adds, with intervals where the covariance (4, 4) of its coefficients is given."""
+    if not found.problem.unknowns.sprung[j]:
         return None
-    motion, at = found.terms.motion, found.terms.angles_in(found.terms.nuisance, found.terms.motion)
-    own = None if covariance is None else covariance[at, at]
-    return angle_torque(motion.position[:, j], motion.moving[:, j], found.solution.nuisance[j, at], own)
+    sums = found.problem.sums
+    at = sums.columns("angle")
+    return angle_torque(sums.angles[j], -found.problem.rest(found.solution)[j, at], covariance)
 
 
 def _armature_interval(job: Report, j: int) -> Bounds | None:
     """Interval of joint j's rotor inertia, or None where it was held."""
-    p = job.solution.inertials.size
-    if not job.solution.free[p + j]:
+    if not job.problem.unknowns.armature_prior_sd[j] > 0.0:
         return None
-    at = int(np.count_nonzero(job.solution.free[: p + j]))
-    low, high = interval_95(float(job.solution.armature[j]), float(np.sqrt(max(job.errors.covariance[at, at], 0.0))))
+    low, high = interval_95(float(job.solution.armature[j]), float(job.errors.armature_sd[j]))
     return (max(0.0, low or 0.0), high)
 
 
-def rms_of(rest: FloatArray, moving: BoolArray) -> list[float | None]:
-    """Root mean square of (n, j) values at the samples that count, of each joint."""
-    return [
-        float(np.sqrt(np.mean(rest[moving[:, j], j] ** 2))) if np.any(moving[:, j]) else None
-        for j in range(rest.shape[1])
-    ]
-
-
-def _held_out(terms: Terms, unknowns: Unknowns) -> list[float | None]:
+def _held_out(sums: MotionSums, unknowns: Unknowns) -> list[float | None]:
     """RMS per joint over all blocks of time, each predicted from the other blocks."""
-    rest = held_out(terms, unknowns, [terms.motion.block])
-    return rms_of(rest, np.isfinite(rest))
+    count = np.where(np.isfinite(rest := held_out(sums, unknowns, [sums.fold])), sums.weight * sums.count, 0.0)
+    mean = np.sum(count * np.nan_to_num(rest) ** 2, axis=0) / np.maximum(count.sum(axis=0), 1e-300)
+    return [float(np.sqrt(x)) if n > 0.0 else None for x, n in zip(mean, count.sum(axis=0), strict=True)]
 
 
 def bodies_of(robot: RobotModel, solution: Solution) -> dict[str, IdentifiedBody]:
@@ -142,18 +134,13 @@ def bodies_of(robot: RobotModel, solution: Solution) -> dict[str, IdentifiedBody
 
 def base_parameters_of(job: Report) -> tuple[BaseParameter, ...]:
     """Values, intervals, and how much of the knowledge comes from the data, best known first."""
-    base: BaseMap = base_map(job.robot, tuple(job.robot.inertial_bodies().joint_names))
-    p = job.unknowns.inertials.size
-    covariance = np.zeros((p, p))
-    pick = np.flatnonzero(job.solution.free[:p])
-    count = pick.size
-    covariance[np.ix_(pick, pick)] = job.errors.covariance[:count, :count]
-    after = np.sqrt(np.maximum(np.einsum("bp,pq,bq->b", base.matrix, covariance, base.matrix), 0.0))
-    before = np.sqrt(base.matrix**2 @ job.unknowns.inertials_prior_sd**2)
+    base: BaseMap = base_map(job.problem.sums.robot, tuple(job.problem.sums.robot.inertial_bodies().joint_names))
+    after = np.sqrt(np.maximum(np.einsum("bp,pq,bq->b", base.matrix, job.errors.inertials, base.matrix), 0.0))
+    before = np.sqrt(base.matrix**2 @ job.problem.unknowns.inertials_prior_sd**2)
     found = []
     for k, name in enumerate(base.names):
         value = float(base.matrix[k] @ job.solution.inertials)
-        on_file = float(base.matrix[k] @ job.robot.inertial_parameters)
+        on_file = float(base.matrix[k] @ job.problem.sums.robot.inertial_parameters)
         share = float(1.0 - (after[k] / before[k]) ** 2) if before[k] > 0 else 0.0
         found.append(BaseParameter(name, value, on_file, interval_95(value, float(after[k])), max(0.0, share)))
     return tuple(sorted(found, key=lambda b: -b.from_data))
@@ -161,17 +148,14 @@ def base_parameters_of(job: Report) -> tuple[BaseParameter, ...]:
 
 def tool_of(job: Report, config: Config) -> IdentifiedTool:
     """The tool; what each half of the motion says of it, where they contradict each other."""
-    found = identified_tool(job.robot, config, job.unknowns.inertials, job.solution, job.errors)
-    moving = job.terms.motion.moving
-    first = np.zeros_like(moving)
-    first[: len(moving) // 2] = True
+    unknowns, sums = job.problem.unknowns, job.problem.sums
+    found = identified_tool(job.problem.sums.robot, config, unknowns.inertials, job.solution, job.errors)
     masses, spread = [], []
-    for rows in (first, ~first):
-        half = replace(job.terms, motion=replace(job.terms.motion, moving=np.asarray(moving & rows)))
-        solution = solve(half, job.unknowns, HELD_OUT_STEPS)
-        tool = identified_tool(
-            job.robot, config, job.unknowns.inertials, solution, standard_errors(half, solution, job.unknowns)
-        )
+    first = np.cumsum(sums.count.sum(axis=1)) <= 0.5 * sums.count.sum()
+    for blocks in (first, ~first):
+        half = Problem.of(sums.some(blocks), unknowns)
+        solution = half.solved()
+        tool = identified_tool(job.problem.sums.robot, config, unknowns.inertials, solution, half.errors(solution))
         masses.append(tool.mass_kg)
         spread.append(0.5 * ((tool.mass_ci95[1] or 0.0) - (tool.mass_ci95[0] or 0.0)))
     apart = abs(masses[1] - masses[0]) > _CONTRADICT * float(np.hypot(spread[0], spread[1]))
@@ -200,8 +184,7 @@ def identified_tool(
     total = known + float(solution.inertials[k] - before[k])
     moment = known * at + solution.inertials[k + 1 : k + 4] - before[k + 1 : k + 4]
     in_frame = turn.T @ (moment - total * place)
-    rows = (np.cumsum(solution.free) - 1)[k : k + 4]
-    covariance = errors.covariance[np.ix_(rows, rows)]  # of mass and first moments
+    covariance = errors.inertials[k : k + 4, k : k + 4]  # of mass and first moments
     mass_sd, *sd = _in_frame(turn, place, covariance)
     x, y, z = (interval_95(value, error) for value, error in zip(in_frame, sd, strict=True))
     centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
@@ -223,11 +206,10 @@ def _in_frame(turn: FloatArray, place: FloatArray, covariance: FloatArray) -> li
 
 def load_sd_of(job: Report, config: Config) -> tuple[float, ...] | None:
     """(4,) by how much a load that like motion tells is off with the arm as identified; None where no load was open."""
-    turn, place, body = job.robot.in_joint(config.robot.tool.frame)
-    rows = slice(10 * body, 10 * body + 4)
-    if not job.solution.free[rows].all():
+    turn, place, body = job.problem.sums.robot.in_joint(config.robot.tool.frame)
+    if not (job.problem.unknowns.inertials_prior_sd[10 * body : 10 * body + 4] > 0.0).all():
         return None
-    return tuple(_in_frame(turn, place, job.errors.moved((np.cumsum(job.solution.free) - 1)[rows])))
+    return tuple(_in_frame(turn, place, job.errors.load))
 
 
 def prior_words(estimate: tuple[str, ...], share: float) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.robot.robot_model import RobotModel
 
 _SYMBOLS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
@@ -29,10 +29,12 @@ class BaseMap:
     Attributes:
         matrix: (b, p).
         names: b texts.
+        first: (b,) the parameter of each by which torques change as by the combination.
     """
 
     matrix: FloatArray
     names: tuple[str, ...]
+    first: IntArray
 
 
 def base_map(robot: RobotModel, labels: tuple[str, ...]) -> BaseMap:
@@ -57,7 +59,8 @@ def base_map(robot: RobotModel, labels: tuple[str, ...]) -> BaseMap:
     dependent[np.abs(dependent) < _NEGLIGIBLE] = 0.0
     matrix[:, order[rank:]] = dependent
     symbols = [f"{s}({label})" for label in labels for s in _SYMBOLS]
-    return BaseMap(matrix, tuple(_name(row, int(k), symbols) for row, k in zip(matrix, order[:rank], strict=True)))
+    names = tuple(_name(row, int(k), symbols) for row, k in zip(matrix, order[:rank], strict=True))
+    return BaseMap(matrix, names, np.asarray(order[:rank], dtype=np.int64))
 
 
 def _name(row: FloatArray, first: int, symbols: list[str]) -> str:
@@ -70,6 +73,16 @@ def _name(row: FloatArray, first: int, symbols: list[str]) -> str:
     if len(others) > _SHOWN_TERMS:
         terms.append(f"+ {len(others) - _SHOWN_TERMS} more")
     return " ".join(terms)
+
+
+def prior_directions(base: FloatArray, sd: FloatArray) -> FloatArray:
+    """(p, r) directions of the inertial parameters that torques depend on, each a standard deviation of the prior.
+
+    Args:
+        base: (b, p) combinations that torques depend on; sd: (p,) of the prior.
+    """
+    _, size, directions = np.linalg.svd(base * sd, full_matrices=False)
+    return np.asarray(sd[:, None] * directions[size > _RANK * size.max(initial=0.0)].T)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.identification.problem.problem_terms import FRICTION_COLUMNS, Terms
+from collaudit.core.identification.motion_sums import MotionSums
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.torque_table.block_sums import BlockSums, Slope
@@ -21,37 +21,37 @@ _SHOWN, _LEFT = 0.1, 0.03
 _STATED = 0.005
 
 
-def pair_gains(terms: Terms) -> tuple[FloatArray, FloatArray]:
+def pair_gains(sums: MotionSums) -> tuple[FloatArray, FloatArray]:
     """Gains from known loads.
 
     Args:
-        terms: samples and columns of all logs together.
+        sums: of all logs together.
 
     Returns:
         Gains (j,) and standard errors (j,) such that 1.96 of them span 95 %; NaN and inf where the loads do not tell
         one.
     """
-    load_nm, log = terms.motion.load, terms.motion.log
-    count = load_nm.shape[1]
-    gain, sd = np.full(count, np.nan), np.full(count, np.inf)
-    for j in range(count):
-        use = terms.motion.moving[:, j]
-        if len({float(np.abs(load_nm[log == k, j]).max(initial=0.0)) for k in np.unique(log[use])}) < 2:
+    joints, load = sums.count.shape[1], sums.parts["load"]
+    gain, sd = np.full(joints, np.nan), np.full(joints, np.inf)
+    for j in range(joints):
+        if np.unique(sums.log[sums.count[:, j] > 0]).size < 2 or not sums.raw[:, j, load, load].any():
             continue
-        found = _slope(terms, j)
+        found = _slope(sums, j)
         if found is not None and found.half < _SHOWN * STANDARD_ERRORS_95 * abs(found.value):
             gain[j], sd[j] = found.value, np.hypot(found.half / STANDARD_ERRORS_95, _STATED * found.value)
     return gain, sd
 
 
-def _slope(terms: Terms, j: int) -> Slope | None:
-    motion, use = terms.motion, terms.motion.moving[:, j]
-    load, log = motion.load[:, j], motion.log
-    law, drift = terms.nuisance[j][:, :FRICTION_COLUMNS], terms.nuisance[j][:, FRICTION_COLUMNS:]
-    others = [
-        *(np.sign(motion.velocity[:, j]) * np.abs(load), motion.acceleration[:, j], motion.regressor[:, j], drift),
-        *(law * (log == k)[:, None] for k in np.unique(log[use])),
-    ]
-    columns = np.column_stack([motion.effort[:, j], load, *others])[use]
-    names = ("effort", "load", *map(str, range(columns.shape[1] - 2)))
-    return BlockSums.of(motion.cluster[use], names, columns).slope(*names, least_own=_LEFT)
+def _slope(sums: MotionSums, j: int) -> Slope | None:
+    """Of the effort on the load, beside what any arm needs and a law of friction for each log."""
+    whole = sums.of(j, "effort", "load", "spin", "base", "axes", "angle", "drift", "law")
+    first, logs = whole.names.index("law 0"), np.unique(sums.log)
+    laws = len(whole.names) - first
+    wider = np.zeros((len(whole.count), len(whole.names), first + laws * logs.size))
+    wider[:, range(first), range(first)] = 1.0
+    for number, k in enumerate(logs):
+        its = np.arange(laws)
+        wider[np.ix_(sums.log == k, first + its, first + laws * number + its)] = np.eye(laws)
+    names = (*whole.names[:first], *(f"law {k}" for k in range(laws * logs.size)))
+    every = BlockSums(names, np.swapaxes(wider, 1, 2) @ whole.products @ wider, whole.count)
+    return every.slope(*names[1:], least_own=_LEFT)

@@ -12,14 +12,11 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.load_pairs import pair_gains
-from collaudit.core.identification.problem.identification_problem import Solution, solve
-from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns
-from collaudit.core.identification.problem.solution_errors import standard_errors
+from collaudit.core.identification.motion_sums import MotionSums
+from collaudit.core.identification.sums_solution import Problem, Solution, Unknowns, own_armature
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
-from collaudit.core.torque_table.block_sums import BlockSums
 
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
@@ -34,8 +31,6 @@ _FOR_THE_MIDDLE = 10_000
 _SEEN, _ALIKE = 3.0, (0.5, 2.0)
 #: A gain keeps its stated value unless the motion lowers its standard deviation below this share of the prior's.
 _DETERMINED = 0.8
-#: Samples of held-out fits: errors within a tenth of a second are alike, so more would not make their values better.
-MOST_HELD_OUT = 5000
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +114,7 @@ class Gains:
 
 
 def drive_gains(
-    motion: Motion, unknowns: Unknowns, config: Config, robot: RobotModel, estimate: tuple[str, ...]
+    sums: MotionSums, unknowns: Unknowns, config: Config, robot: RobotModel, estimate: tuple[str, ...]
 ) -> Gains:
     """Drive gains given the description's inertials, with rotor inertias that are not stated and a tool beside them.
 
@@ -129,42 +124,36 @@ def drive_gains(
     if "tool" in estimate:
         k = 10 * robot.in_joint(config.robot.tool.frame)[2]
         sd[k : k + 4] = unknowns.inertials_prior_sd[k : k + 4]
+    moves, prior = sums.count.any(axis=0), unknowns.gain_prior_sd
     rotors = np.where(unknowns.armature > 0.0, 0.0, unknowns.armature_prior_sd)
-    free = replace(unknowns, inertials_prior_sd=sd, armature_prior_sd=rotors)
-    terms = Terms.of(motion, free)
-    first = solve(terms, free)
-    count = unknowns.gain.size
-    error = np.full(first.free.size, np.inf)
-    error[first.free] = np.sqrt(np.diag(standard_errors(terms, first, free).covariance))
-    error = error[-count:]
+    free = replace(unknowns, inertials_prior_sd=sd, armature_prior_sd=rotors, gain_prior_sd=np.where(moves, prior, 0.0))
+    problem = Problem.of(sums, free)
+    first = problem.solved()
+    error = np.where(moves, problem.errors(first).gain_sd, np.inf)
     if (first.armature < 0.0).any():  # what no rotor has is left out of the estimate; its interval stays the wider one
         possible = np.where(first.armature < 0.0, 0.0, rotors)
-        first = solve(terms, replace(free, armature_prior_sd=possible))
-    prior = unknowns.gain_prior_sd
-    kept = np.isfinite(prior) & ~((error < _DETERMINED * prior) & _seen(terms, free, first.gain))
+        first = Problem.of(sums, replace(free, armature_prior_sd=possible)).solved()
+    seen = _seen(sums, free, first.gain)
+    kept = np.isfinite(prior) & ~((error < _DETERMINED * prior) & seen)
     gain = np.where(kept, unknowns.gain, first.gain)
-    shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
+    shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & seen)
     gain, sd = np.where(shown, gain, np.nan), np.where(kept, prior, error)
-    of_loads, loads_sd = pair_gains(terms)
+    of_loads, loads_sd = pair_gains(sums)
     by_load = np.isfinite(of_loads)
     gain, sd = np.where(by_load, of_loads, gain), np.where(by_load, loads_sd, sd)
     return Gains(gain, sd, np.asarray(kept & ~by_load), by_load)
 
 
-def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
+def _seen(sums: MotionSums, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
     """(j,) whether the model's torque is in the effort at all, by a regression in the effort's own unit.
 
     Dividing an effort by a gain makes errors small as the gain grows: a joint whose motion tells nothing can end there.
     """
-    motion = terms.motion
     out = np.zeros(gain.size, dtype=bool)
-    for j in np.flatnonzero(motion.moving.any(axis=0)):
-        use, spin = motion.moving[:, j], motion.acceleration[:, j]
-        model = motion.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
-        nuisance = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
-        columns = np.column_stack([motion.effort[:, j], model, *nuisance])[use]
-        names = ("effort", "model", *map(str, range(columns.shape[1] - 2)))
-        found = BlockSums.of(motion.cluster[use], names, columns).slope(*names, sigmas=_SEEN)
+    for j in np.flatnonzero(sums.count.any(axis=0)):
+        spin = ("spin",) if unknowns.armature_prior_sd[j] > 0.0 else ()
+        its = sums.of(int(j), "effort", "model", *spin, "law", "axes", "drift")
+        found = its.slope(*its.names[1:], sigmas=_SEEN)
         if found is not None and abs(found.value) > found.half:
             out[j] = _ALIKE[0] < gain[j] / found.value < _ALIKE[1]
     return out
@@ -191,64 +180,51 @@ def _joint_inertia(robot: RobotModel, prepared: Prepared) -> FloatArray:
     return np.asarray(np.diag(torque) - own_armature(robot))
 
 
-def own_armature(robot: RobotModel) -> FloatArray:
-    """(j,) rotor inertia that the description states of the bodies' own joints, kg·m²."""
-    names = robot.inertial_bodies().joint_names
-    return np.asarray(robot.armature[[names.index(name) for name in robot.joint_names]])
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Solved:
-    """A solution with the problem that it solves; ``gains`` where any were open."""
+    """A problem with its solution; ``gains`` where any were open."""
 
-    robot: RobotModel
-    terms: Terms
-    unknowns: Unknowns
+    problem: Problem
     solution: Solution
     gains: Gains | None
 
 
-def solved(prepared: Sequence[Prepared], motion: Motion, config: Config, taken: Candidate) -> Solved:
-    """The solution before what no body can have is mended, from samples of the logs."""
-    unknowns, gains = with_gains(prepared, config, taken, motion)
-    if gains is not None:
-        motion = replace(motion, moving=np.asarray(motion.moving & np.isfinite(gains.gain)))
-    terms = Terms.of(motion, unknowns)
-    solution = solve(terms, unknowns)
-    return Solved(prepared[0].robot, terms, *_repaired(terms, unknowns, solution, taken.estimate), gains)
+def solved(prepared: Sequence[Prepared], sums: MotionSums, config: Config, taken: Candidate) -> Solved:
+    """The solution before what no body can have is mended, from sums of the logs."""
+    unknowns, gains = with_gains(prepared, config, taken, sums)
+    problem = Problem.of(sums, unknowns)
+    return Solved(*_repaired(problem, problem.solved(), taken.estimate), gains)
 
 
 def with_gains(
-    prepared: Sequence[Prepared], config: Config, taken: Candidate, motion: Motion, gains: Gains | None = None
+    prepared: Sequence[Prepared], config: Config, taken: Candidate, sums: MotionSums, gains: Gains | None = None
 ) -> tuple[Unknowns, Gains | None]:
     """Priors of a candidate, with the gains found first (unless given) and then held, NaN where none is told."""
     robot = prepared[0].robot
     unknowns = unknowns_of(prepared, robot, taken, config)
     if "gain" not in taken.estimate:
         return unknowns, None
-    gains = gains or drive_gains(motion, unknowns, config, robot, taken.estimate)
+    gains = gains or drive_gains(sums, unknowns, config, robot, taken.estimate)
     return replace(unknowns, gain=gains.gain, gain_prior_sd=np.zeros_like(gains.gain)), gains
 
 
-def _repaired(
-    terms: Terms, unknowns: Unknowns, solution: Solution, estimate: tuple[str, ...]
-) -> tuple[Unknowns, Solution]:
+def _repaired(problem: Problem, solution: Solution, estimate: tuple[str, ...]) -> tuple[Problem, Solution]:
     """Solve again with negative rotor inertias held at zero, and with the inertia that a point-mass tool has."""
-    again = False
-    negative = solution.armature < 0
+    unknowns, negative = problem.unknowns, solution.armature < 0
     if negative.any():
         unknowns = replace(
             unknowns,
             armature=np.where(negative, 0.0, unknowns.armature),
             armature_prior_sd=np.where(negative, 0.0, unknowns.armature_prior_sd),
         )
-        again = True
     if "tool" in estimate and "inertials" not in estimate:
         unknowns = replace(
             unknowns, inertials=unknowns.inertials + _point_mass_inertia(unknowns.inertials, solution.inertials)
         )
-        again = True
-    return unknowns, solve(terms, unknowns) if again else solution
+    if unknowns is problem.unknowns:
+        return problem, solution
+    again = Problem.of(problem.sums, unknowns)
+    return again, again.solved()
 
 
 def _point_mass_inertia(before: FloatArray, after: FloatArray) -> FloatArray:

@@ -26,18 +26,13 @@ from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
+from collaudit.core.torque_table.folds import fold_count, fold_of_sample
 
-#: Blocks of time a fold at least, so that no fold is one kind of motion only; a long log has so many longer ones.
-_BLOCKS_A_FOLD, _ENOUGH_BLOCKS = 3, 20
-_BLOCK_S = 10.0
 #: The residual of a block is computed with so much of the log on either side: what a joint did before tells where
 #: friction is steady, and how its level is.
 _AROUND_S = 2.0
 #: A law without so much of the speeds of the whole fit would judge beyond what it was fitted on.
 _LEAST_RANGE = 0.8
-#: With so many samples a fit without a third of them is as good as one without a fifth, and takes less time. A half
-#: would often lack speeds of the other.
-_MANY, _FEWEST_FOLDS = 100_000, 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +101,7 @@ def held_out_residuals(
     """
     if any(log.rigid_nm is None or log.series.effort_unit != "Nm" for log in whole.logs):
         return []
-    count = fold_count(logs, config)
+    count = fold_count([log.series for log in logs], config.fit.blocks)
     folds = [fold_of_sample(log.series, count) for log in logs]
     unseen = left_out or [np.zeros(fold.size, dtype=np.bool_) for fold in folds]
     out = [_Filling.of(log, bool(covariates.corrections)) for log in whole.logs]
@@ -118,24 +113,6 @@ def held_out_residuals(
         if progress is not None:
             progress(k + 1, count)
     return [filling.made(log, left) for filling, log, left in zip(out, whole.logs, unseen, strict=True)]
-
-
-def fold_count(logs: Sequence[Prepared], config: Config) -> int:
-    """How many folds there are of these logs."""
-    return config.fit.blocks if sum(log.series.time_s.size for log in logs) <= _MANY else _FEWEST_FOLDS
-
-
-def fold_of_sample(series: UniformSeries, folds: int) -> NDArray[np.int16]:
-    """(n,) fold of each sample: blocks of time dealt out in turn, so that each fold has a part of every kind of motion.
-
-    Args:
-        series: the log.
-        folds: how many there are.
-    """
-    duration_s = float(series.time_s[-1] - series.time_s[0]) + series.period_s
-    usual_s = max(_BLOCK_S, duration_s / (folds * _ENOUGH_BLOCKS))
-    block_s = min(usual_s, duration_s / (folds * _BLOCKS_A_FOLD))
-    return np.asarray(np.floor((series.time_s - series.time_s[0]) / block_s).astype(np.int64) % folds, dtype=np.int16)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,6 +6,7 @@ are those of the blocks' scores (Liang and Zeger, Biometrika 73, 1986). A part o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ _FEWEST = 8
 #: what most blocks agree with.
 _FAR = (1.0,) * 6 + (3.0,) * 4
 _ROUNDING = 1e-6
+#: Share of the largest singular value below which combinations of coefficients are not told.
+_RANK = 1e-12
 #: Share of what is known of a coefficient that one block has at most.
 _MOST = 0.9
 #: Share of its standard deviation that a column must have of its own, beside the others. Torque by a description is
@@ -86,31 +89,92 @@ def estimate(
         prior: (p,) precision of the coefficients about zero.
         usual: RMS up to which a block counts whole; None for three times the median of all.
     """
-    weight, value, slope = np.ones(count.shape), np.zeros(prior.size), np.zeros(products.shape[:-1])
-    for far in _FAR:
-        gram, target = np.diag(prior), np.zeros(prior.size)
-        for at, product in zip(place, np.einsum("bj,bjmn->jmn", weight, products), strict=True):
-            gram[np.ix_(at, at)] += product[:-1, :-1]
-            target[at] += product[:-1, -1]
-        value = generalised_inverse(gram, 1e-12) @ target
-        every = np.hstack([value[place], -np.ones((len(place), 1))])
-        slope = (products @ every[:, :, None])[..., 0]
-        square = np.maximum(np.sum(slope * every, axis=2), 0.0)
-        sums = float(np.sum(weight * square)), float(np.sum(weight * count))
-        size = np.sqrt(square / np.maximum(count, 1.0))
-        bound = usual or max(far * median_of(size[count > 0]), _ROUNDING * size.max(), 1e-300)
-        weight = 1.0 / np.maximum(size / bound, 1.0) ** 2
+    weight, slope, square, value, gram, *sums = _majority(products, count, place, prior, usual)
     bread, score = gram.copy(), np.zeros((len(count), value.size))
     for j, at in enumerate(place):
         own = weight[:, j, None] * slope[:, j, :-1]
         score[:, at] += own
         off = weight[:, j] < 1.0
         bread[np.ix_(at, at)] -= own[off].T @ (own[off] / (weight * square)[off, j, None])
-    inverse, share = generalised_inverse(bread, 1e-12), np.zeros_like(score)
+    inverse, share = generalised_inverse(bread, _RANK), np.zeros_like(score)
     for at, product in zip(place, np.moveaxis(weight[:, :, None, None] * products, 1, 0), strict=True):
-        share += np.sum((inverse[:, at] @ product[:, :-1, :-1]) * inverse[:, at], axis=2)
+        share += _told(product[:, :-1, :-1], inverse[at])
     influence = score @ inverse
-    return Estimate(value, clustered_covariance(influence, np.maximum(share, 0.0)), influence, gram, *sums)
+    return Estimate(value, clustered_covariance(influence, share), influence, gram, *sums)
+
+
+def block_weights(products: FloatArray, count: FloatArray) -> FloatArray:
+    """(b,) of the blocks of one joint, where all of its columns (b, c + 1, c + 1) may explain the last one.
+
+    No majority is sought: so many columns would explain any half of a short log.
+    """
+    place = np.arange(products.shape[-1] - 1)[None]
+    return _majority(products[:, None], count[:, None], place, np.zeros(place.size), None, _FAR[-4:])[0][:, 0]
+
+
+def _majority(
+    products: FloatArray,
+    count: FloatArray,
+    place: IntArray,
+    prior: FloatArray,
+    usual: float | None,
+    rounds: Sequence[float] = _FAR,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float, float]:
+    """Of :func:`estimate`: weights (b, j), slopes (b, j, c + 1), squares (b, j), value, products, left and count."""
+    weight, value, slope, left, counted = np.ones(count.shape), np.zeros(prior.size), np.zeros(0), 0.0, 0.0
+    for far in rounds:
+        gram, target = np.diag(prior), np.zeros(prior.size)
+        for j, at in enumerate(place):
+            product = (weight[:, j] @ products[:, j].reshape(len(products), -1)).reshape(products.shape[2:])
+            gram[np.ix_(at, at)] += product[:-1, :-1]
+            target[at] += product[:-1, -1]
+        value = generalised_inverse(gram, _RANK) @ target
+        every = np.hstack([value[place], -np.ones((len(place), 1))])
+        slope = (products @ every[:, :, None])[..., 0]
+        square = np.maximum(np.sum(slope * every, axis=2), 0.0)
+        left, counted = float(np.sum(weight * square)), float(np.sum(weight * count))
+        size = np.sqrt(square / np.maximum(count, 1.0))
+        bound = usual or max(far * median_of(size[count > 0]), _ROUNDING * size.max(), 1e-300)
+        weight = 1.0 / np.maximum(size / bound, 1.0) ** 2
+    return weight, slope, square, value, gram, left, counted
+
+
+def scatter(
+    products: FloatArray,
+    rest: FloatArray,
+    columns: FloatArray,
+    place: IntArray,
+    gram: FloatArray,
+    prior: FloatArray,
+    asked: FloatArray,
+) -> FloatArray:
+    """(k, k) covariance of sums of coefficients, from the scatter of their scores between blocks, the prior included.
+
+    Args:
+        products: (b, j, c, c) of each joint's columns, weighted.
+        rest: (j, c) what these are multiplied by to give what is left, in units of its noise.
+        columns: (j, c, m) the same of the columns of the coefficients; place: (j, m) numbers of these.
+        gram: (p, p) products of all; prior: (p,) precision that comes to it.
+        asked: (p, k) weights of the coefficients in what is asked.
+    """
+    inverse = generalised_inverse(gram + np.diag(prior), _RANK) @ asked
+    influence, share = np.zeros((len(products), asked.shape[1])), np.zeros((len(products), asked.shape[1]))
+    for j, power in enumerate(np.einsum("bjcc->jc", products)):
+        own = np.flatnonzero(power)
+        if own.size:
+            block, moved = products[:, j, own][..., own], columns[j, own] @ inverse[place[j]]
+            influence += block @ rest[j, own] @ moved
+            share += _told(block, moved)
+    return clustered_covariance(influence, share) + (inverse.T * prior) @ inverse
+
+
+def _told(products: FloatArray, inverse: FloatArray) -> FloatArray:
+    """(b, k) share that each block's products (b, c, c) have of what is known of k coefficients.
+
+    Args:
+        inverse: (c, k) of the inverse of all products: rows of the columns, columns of the coefficients.
+    """
+    return np.asarray(np.maximum(np.sum((products @ inverse) * inverse, axis=1), 0.0))
 
 
 def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:

@@ -30,8 +30,7 @@ def tables(scale: float = 1.0, **extra: object) -> dict[str, Any]:
     tool = extra.pop("tool", None)
     if tool:
         robot["tool"] = tool
-    fit = {"max_samples": 2500, **extra.pop("fit", {})}  # type: ignore[dict-item]
-    return {"robot": robot, "fit": fit, **extra}
+    return {"robot": robot, **extra}
 
 
 def settings(scale: float = 1.0, **extra: object) -> Config:

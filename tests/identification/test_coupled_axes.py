@@ -37,7 +37,7 @@ def config_of(model: str = "auto", **fit: object) -> Config:
         dh_row(3.0, (-0.12, 0.01, 0), (0.01, 0.03, 0.03), a=0.30),
     ]
     robot = dh_robot(rows, armature_kg_m2=[0.8, 0.8, 0.4], reduction=R.tolist())
-    return Config.of({"robot": robot, "fit": {"max_samples": 2500, **fit}, "friction": {"model": model}})
+    return Config.of({"robot": robot, "fit": fit, "friction": {"model": model}})
 
 
 def arm(config: Config) -> RobotModel:

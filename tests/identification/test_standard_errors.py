@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import t
 from statsmodels.regression.linear_model import OLS
 
-from collaudit.core.identification.problem.identification_problem import solve
-from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.problem_terms import Terms, Unknowns, friction_columns
-from collaudit.core.identification.problem.solution_errors import standard_errors
+from collaudit.core.identification.motion_sums import MotionSums
+from collaudit.core.identification.sums_solution import Problem, Unknowns
+from collaudit.core.identification.torque_columns import friction_columns
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
+from collaudit.core.torque_table.block_sums import products_of
 
 CLUSTERS, EACH = 12, 60
 TRUE = np.array([2.0, -0.7])
@@ -20,6 +23,32 @@ TRUE = np.array([2.0, -0.7])
 def repeated(part: np.ndarray) -> np.ndarray:
     """The same in every cluster: each then brings the same share of what is known."""
     return np.concatenate([part] * CLUSTERS)
+
+
+def sums_of(*signals: np.ndarray) -> MotionSums:
+    """One joint's, with two inertial parameters; its blocks are the clusters."""
+    inertial, velocity, acceleration, effort, cluster = signals
+    one, law = np.ones(cluster.size), friction_columns(velocity, acceleration)
+    parts = (one, effort, 0.0 * one, acceleration, np.zeros((one.size, 2)), inertial, law)
+    raw = products_of(np.column_stack(parts)[:, None], cluster)
+    first = {"one": 0, "effort": 1, "model": 2, "spin": 3, "load": 4, "base": 6, "law": 8}
+    body: Any = SimpleNamespace(joint_names=("joint1",))
+    robot: Any = SimpleNamespace(
+        joint_names=("joint1",), inertial_parameters=np.zeros(2), armature=np.zeros(1), inertial_bodies=lambda: body
+    )
+    each = np.arange(CLUSTERS)
+    ends = dict.fromkeys(("axes", "angle", "drift", "end"), 15)
+    return MotionSums(
+        robot, {**first, **ends}, np.eye(2), raw, raw[:, :, 0, 0], each % 5, 0 * each, EACH * each,
+        EACH * each + EACH - 1, 1.0 / EACH, np.array([False]), (None,), np.zeros((0, 1)), np.zeros((0, 2)), one.size,
+        60.0, "",
+    )  # fmt: skip
+
+
+def nothing_known() -> Unknowns:
+    """Next to no prior of the inertials; rotor and gain are held."""
+    held = np.zeros(1)
+    return Unknowns(np.zeros(2), np.full(2, 1e6), held, held, np.ones(1), held)
 
 
 def test_they_are_cluster_robust_with_the_stated_factors() -> None:
@@ -32,44 +61,22 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
     # errors of one size, so that no weight is below one; of like sign inside a cluster more often than not
     bias = rng.uniform(-0.6, 0.6, CLUSTERS)[cluster]
     effort = columns @ TRUE + 3.0 * np.sign(velocity) + np.where(rng.uniform(-1, 1, cluster.size) < bias, 0.1, -0.1)
-    count = cluster.size
-    zeros = np.zeros((count, 1))
-    motion = Motion(
-        position=zeros,
-        velocity=velocity[:, None],
-        acceleration=acceleration[:, None],
-        effort=effort[:, None],
-        contact=zeros,
-        moving=np.ones((count, 1), dtype=bool),
-        drift=np.zeros((count, 0)),
-        coupled=np.zeros((0, 1)),
-        load=zeros,
-        log=np.zeros(count, dtype=np.intp),
-        row=np.arange(count),
-        bandwidth_hz=20.0,
-        regressor=columns[:, None, :],
-        cluster=cluster,
-        block=cluster % 5,
-        rate_hz=60.0,
-        loss="",
-    )
-    held = np.zeros(1)
-    unknowns = Unknowns(np.zeros(2), np.full(2, 1e6), held, held, np.ones(1), held)
-    terms = Terms.of(motion, unknowns)
-    solution = solve(terms, unknowns)
-    found = standard_errors(terms, solution, unknowns)
+    problem = Problem.of(sums_of(columns, velocity, acceleration, effort, cluster), nothing_known())
+    solution = problem.solved()
+    found = problem.errors(solution)
 
     design = np.column_stack([columns, friction_columns(velocity, acceleration)])
     fit = OLS(effort, design).fit(cov_type="cluster", cov_kwds={"groups": cluster, "use_correction": False})
     np.testing.assert_allclose(solution.inertials, fit.params[:2], rtol=1e-6)
     factor = t.ppf(0.975, CLUSTERS - 1) / NORMAL_QUANTILE_975 / (1.0 - 1.0 / CLUSTERS)
-    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), factor * fit.bse[:2], rtol=1e-6)
-    np.testing.assert_allclose(found.covariance, factor**2 * fit.cov_params()[:2, :2], rtol=1e-5, atol=1e-12)
+    np.testing.assert_allclose(np.sqrt(np.diag(found.inertials)), factor * fit.bse[:2], rtol=1e-6)
+    np.testing.assert_allclose(found.inertials, factor**2 * fit.cov_params()[:2, :2], rtol=1e-5, atol=1e-12)
     assert found.offset_sd[0] == pytest.approx(factor * fit.bse[4], rel=1e-6)
-    assert found.offset_sd[0] > 1.5 * OLS(effort, design).fit().bse[4]  # errors alike in a cluster do count
-    np.testing.assert_allclose(found.moved(np.arange(2)), found.covariance, rtol=1e-6)
+    np.testing.assert_allclose(problem.errors(solution, slice(2)).load, found.inertials, rtol=1e-6)
     # told alone it takes the other's error along, as it would in these very samples
     beside = np.delete(design, 1, axis=1)
     taken = np.linalg.lstsq(beside, columns[:, 1], rcond=None)[0][0]
-    (a, c), (_, b) = found.covariance
-    assert found.moved(np.array([0]))[0, 0] == pytest.approx(a + 2 * taken * c + taken**2 * b, rel=1e-3)
+    (a, c), (_, b) = found.inertials
+    load = problem.errors(solution, slice(1)).load
+    assert load[0, 0] == pytest.approx(a + 2 * taken * c + taken**2 * b, rel=1e-3)
+    assert found.offset_sd[0] > 1.5 * OLS(effort, design).fit().bse[4]  # errors alike in a cluster do count

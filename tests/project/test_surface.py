@@ -13,7 +13,7 @@ COMMON = frozenset({"--config", "--set"})
 
 
 def test_keys_of_the_configuration() -> None:
-    assert sum(key.shape == "value" for key in all_keys()) <= 130
+    assert sum(key.shape == "value" for key in all_keys()) <= 129
 
 
 def test_options_are_the_everyday_ones() -> None:

@@ -15,10 +15,12 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction, RippleWave
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import load_torque
+from collaudit.core.friction.gear.section_ripple import strongest_wave
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.friction.slopes import any_law, held_out_slopes, jackknifed
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.torque_table.block_sums import estimate, products_of, solutions
 
 _STRETCH_S, _FOLDS = 4.0, 5
 _FEWEST_STRETCHES = 10
@@ -128,8 +130,6 @@ _FEWEST_CYCLES, _MOST_CYCLES = 40, 500
 _MOST_WAVES = 4
 #: Share of the residual's RMS that a wave must take away on blocks left out.
 _WAVE_WORTH = 0.01
-#: Positions are put into so many bins of a turn to look for waves: 65 for the shortest one.
-_BINS = 1 << 15
 _LEAST_TRAVEL_RAD = 0.2
 _LEAST_SAMPLES = 500
 
@@ -142,26 +142,31 @@ def ripple_waves(
     Args:
         position_rad, direction, residual: (n,) settled samples; direction is the sign of the velocity.
         cluster: (n,) number of the stretch of time, within which errors are alike.
-        fold: (n,) fold of that stretch.
+        fold: (n,) fold of that stretch, from 0 on, none without samples.
     """
     waves: list[RippleWave] = []
     left = residual
     if position_rad.size < _LEAST_SAMPLES or np.ptp(position_rad) < _LEAST_TRAVEL_RAD:
         return (), left
+    fewest = max(_FEWEST_CYCLES, 4.0 * np.pi / np.ptp(position_rad))  # two cycles over the range
     for _ in range(_MOST_WAVES):
-        cycles = _strongest(position_rad, left - left.mean())
+        found = strongest_wave(position_rad, left - left.mean(), direction < 0, fewest, _MOST_CYCLES)
+        cycles = None if found is None else float(round(found))
         if cycles is None or any(cycles == wave.cycles_per_turn for wave in waves):
             break
         columns = _columns(position_rad, direction, cycles)
-        after = np.empty_like(left)
-        for k in np.unique(fold):
-            rest = fold != k
-            after[~rest] = left[~rest] - columns[~rest] @ _fit(columns[rest], left[rest])[:4]
+        sums = products_of(np.column_stack([columns, np.ones_like(left), left])[:, None], cluster)
+        count = np.bincount(cluster).astype(np.float64)[:, None]
+        by_fold = np.array([sums[np.unique(cluster[fold == k])].sum(axis=(0, 1)) for k in np.unique(fold)])
+        without = solutions(by_fold.sum(axis=0) - by_fold, tuple(range(5)))[0]
+        after = left - np.sum(columns * without[fold, :4], axis=1)
         better = [np.mean(after[fold == k] ** 2) < np.mean(left[fold == k] ** 2) for k in np.unique(fold)]
         if sum(better) < len(better) - 1 or np.mean(after**2) > (1.0 - _WAVE_WORTH) ** 2 * np.mean(left**2):
             break
-        a, b, c, d = (float(x) for x in _fit(columns, left)[:4])
-        waves.append(RippleWave(cycles, (a, b), (c, d), _amplitude_sd(columns, left, cluster)))
+        wave = estimate(sums, count, np.arange(5)[None], np.zeros(5))
+        a, b, c, d = (float(x) for x in wave.value[:4])
+        sd = float(np.sqrt(np.trace(wave.covariance[:4, :4]) / 2.0))
+        waves.append(RippleWave(cycles, (a, b), (c, d), sd))
         left = after
     return tuple(waves), left
 
@@ -177,33 +182,7 @@ def ripple_torque(waves: tuple[RippleWave, ...], position_rad: FloatArray, veloc
     return out
 
 
-def _strongest(position_rad: FloatArray, residual: FloatArray) -> float | None:
-    """Whole cycles a turn with the largest amplitude, of those with two cycles over the range at least."""
-    lowest = max(_FEWEST_CYCLES, int(np.ceil(4.0 * np.pi / np.ptp(position_rad))))
-    if lowest >= _MOST_CYCLES:
-        return None
-    place = np.floor(position_rad * (_BINS / (2.0 * np.pi))).astype(np.int64) % _BINS
-    amplitude = np.abs(np.fft.rfft(np.bincount(place, residual, _BINS)))
-    return float(lowest + int(np.argmax(amplitude[lowest : _MOST_CYCLES + 1])))
-
-
 def _columns(position_rad: FloatArray, direction: FloatArray, cycles: float) -> FloatArray:
     """(n, 4) columns of a wave: the same both ways, then against the motion."""
     wave = np.column_stack([np.cos(cycles * position_rad), np.sin(cycles * position_rad)])
     return np.column_stack([wave, direction[:, None] * wave])
-
-
-def _fit(columns: FloatArray, target: FloatArray) -> FloatArray:
-    """Coefficients beside a mean, which is the model's error and not the wave's."""
-    design = np.column_stack([columns, np.ones(columns.shape[0])])
-    return np.asarray(np.linalg.lstsq(design.T @ design, design.T @ target, rcond=None)[0])
-
-
-def _amplitude_sd(columns: FloatArray, target: FloatArray, cluster: IntArray) -> float:
-    """Standard error of a wave's amplitude, errors alike within a stretch (sandwich estimator)."""
-    inverse = np.linalg.pinv(columns.T @ columns)
-    error = target - target.mean() - columns @ (inverse @ (columns.T @ (target - target.mean())))
-    count = int(cluster.max()) + 1
-    score = np.stack([np.bincount(cluster, weights=error * x, minlength=count) for x in columns.T], axis=1)
-    covariance = inverse @ (score.T @ score) @ inverse
-    return float(np.sqrt(max(np.trace(covariance), 0.0) / 2.0))

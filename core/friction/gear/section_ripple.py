@@ -9,13 +9,14 @@ sections of a joint together, each with a parabola of its own for gravity and fr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.sections import Section
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.torque_table.block_sums import estimate, explained, products_of
 
 #: Slower waves have the shape of gravity and of cables; faster ones average out within the slowest strokes.
 _FEWEST_CYCLES, _MOST_CYCLES = 40, 800
@@ -114,23 +115,23 @@ class _Samples:
 
     @classmethod
     def of(cls, position: FloatArray, effort: FloatArray, section: IntArray, side: IntArray) -> _Samples:
-        """An orthonormal basis of parabolas in each section, and the effort without it."""
-        basis = np.empty((position.size, _PARABOLA))
-        for rows in np.split(np.arange(position.size), np.flatnonzero(np.diff(section)) + 1):
-            x = position[rows] - position[rows].mean()
-            x = x / max(float(np.max(np.abs(x))), 1e-12)
-            basis[rows] = np.linalg.qr(np.stack([np.ones_like(x), x, x * x], axis=1))[0]
-        whole = cls(position, effort, section, side, basis)
-        return cls(position, whole.without_parabolas(effort[:, None])[:, 0], section, side, basis)
+        """Parabolas over each section, and the effort without its own."""
+        low, high = (each.reduceat(position, _starts(section))[section] for each in (np.minimum, np.maximum))
+        x = (2.0 * position - low - high) / np.maximum(high - low, 1e-12)
+        whole = cls(position, effort, section, side, np.stack([np.ones_like(x), x, x * x], axis=1))
+        return replace(whole, effort=whole.without_parabolas(effort[:, None])[:, 0])
 
     def without_parabolas(self, columns: FloatArray) -> FloatArray:
-        """(n, k) columns less their projection on the parabolas of each section."""
-        starts = np.searchsorted(self.section, np.arange(int(self.section[-1]) + 1))
-        out = columns
-        for part in self.basis.T:
-            along = np.add.reduceat(part[:, None] * columns, starts, axis=0)
-            out = out - part[:, None] * along[self.section]
-        return out
+        """(n, k) columns less what the parabola of each section explains of them."""
+        basis = np.column_stack([self.basis, columns])
+        sums = products_of(basis[:, None], self.section)[:, 0]
+        own = np.array([explained(its[:3, :3], its[:3, 3:], its.diagonal()[3:])[0] for its in sums])
+        return np.asarray(columns - np.einsum("np,npk->nk", self.basis, own[self.section]))
+
+
+def _starts(section: IntArray) -> IntArray:
+    """(s,) first sample of each section."""
+    return np.searchsorted(section, np.arange(int(section[-1]) + 1))
 
 
 def _fitted(data: _Samples) -> SectionRipple | None:
@@ -138,7 +139,7 @@ def _fitted(data: _Samples) -> SectionRipple | None:
     found: SectionRipple | None = None
     cycles, left = np.empty(0), data.effort
     for _ in range(_MOST_WAVES):
-        fresh = _strongest(data, left)
+        fresh = strongest_wave(data.position, left, data.side == 1, _FEWEST_CYCLES, _MOST_CYCLES)
         if fresh is None or np.any(np.abs(cycles - fresh) * np.ptp(data.position) < _APART):
             break
         ripple, left = _solved(data, np.append(cycles, fresh))
@@ -149,25 +150,22 @@ def _fitted(data: _Samples) -> SectionRipple | None:
 
 
 def _solved(data: _Samples, cycles: FloatArray) -> tuple[SectionRipple, FloatArray]:
-    """Least squares (Gauss and Newton for the cycles), covariance clustered by section (sandwich), and what is left."""
+    """Least squares on sums by section (Gauss and Newton for the cycles), and what is left."""
     w = cycles.size
-    for last in (False, True):
+    for _ in range(2):
         waves = _waves(data.position, cycles)
         linear = data.without_parabolas(_sided(waves, data.side))
-        inverse = np.linalg.pinv(linear.T @ linear, hermitian=True)
-        coefficients = (inverse @ (linear.T @ data.effort)).reshape(2, 2 * w)
+        coefficients = explained(linear.T @ linear, linear.T @ data.effort[:, None], np.zeros(1))[0].reshape(2, 2 * w)
         left = data.effort - linear @ coefficients.ravel()
         by_cycles = data.without_parabolas(_by_cycles(data.position, data.side, waves, coefficients))
-        columns = np.concatenate([linear, by_cycles], axis=1)
-        inverse = np.linalg.pinv(columns.T @ columns, hermitian=True)
-        if not last:
-            most = _MOST_SHIFT / float(np.ptp(data.position))
-            cycles = cycles + np.clip((inverse @ (columns.T @ left))[4 * w :], -most, most)
-    count = int(data.section[-1]) + 1
-    starts = np.searchsorted(data.section, np.arange(count))
-    score = np.add.reduceat(left[:, None] * columns, starts, axis=0)
-    covariance = count / (count - 1.0) * inverse @ (score.T @ score) @ inverse
-    return SectionRipple(cycles, coefficients, covariance), left
+        sums = products_of(np.column_stack([linear, by_cycles, left])[:, None], data.section)
+        found = estimate(
+            sums, np.bincount(data.section).astype(np.float64)[:, None], np.arange(5 * w)[None], np.zeros(5 * w)
+        )
+        most = _MOST_SHIFT / float(np.ptp(data.position))
+        ripple = SectionRipple(cycles, coefficients, found.covariance)
+        cycles = cycles + np.clip(found.value[4 * w :], -most, most)
+    return ripple, left
 
 
 def _sure(ripple: SectionRipple) -> bool:
@@ -179,22 +177,26 @@ def _sure(ripple: SectionRipple) -> bool:
     return bool(np.any(size > _SURE**2 * error))
 
 
-def _strongest(data: _Samples, left: FloatArray) -> float | None:
-    """1/rad of the wave that explains most, directions apart (Fourier transform over bins of position)."""
-    place = ((data.position - data.position.min()) / _BIN_RAD).astype(np.int64)
+def strongest_wave(position: FloatArray, left: FloatArray, back: BoolArray, fewest: float, most: float) -> float | None:
+    """1/rad, in these bounds, of the wave that explains most (Fourier transform over bins of position).
+
+    Args:
+        position, left: (n,) rad, and the torque in which waves are looked for.
+        back: (n,) samples of backward motion; both directions are taken apart.
+    """
+    place = ((position - position.min()) / _BIN_RAD).astype(np.int64)
     bins = int(place.max()) + 1
     length = 1 << int(np.ceil(np.log2(_PADDED * bins)))
     cycles = 2.0 * np.pi * np.fft.rfftfreq(length, _BIN_RAD)
-    looked = (cycles >= _FEWEST_CYCLES) & (cycles <= _MOST_CYCLES)
+    looked = (cycles >= fewest) & (cycles <= most)
     if not looked.any():
         return None
-    explained = np.zeros(cycles.size)
-    for side in (0, 1):
-        here = data.side == side
+    explained_by = np.zeros(cycles.size)
+    for here in (back, ~back):
         if here.any():
             total = np.bincount(place[here], weights=left[here], minlength=bins)
-            explained += np.abs(np.fft.rfft(total, length)) ** 2 / np.count_nonzero(here)
-    return float(cycles[int(np.argmax(np.where(looked, explained, -1.0)))])
+            explained_by += np.abs(np.fft.rfft(total, length)) ** 2 / np.count_nonzero(here)
+    return float(cycles[int(np.argmax(np.where(looked, explained_by, -1.0)))])
 
 
 def _waves(position: FloatArray, cycles: FloatArray) -> FloatArray:

@@ -87,9 +87,10 @@ def find_causes(
     unclear = rival is not None and not first.beats(rival)
     ranked = [first, *(one for one in tried if one is not first)]
     causes = [_cause(one, table, robot, config) for one in ranked if one.share >= _WORTH_A_LINE]
-    # a joint whose effort cannot be judged says what is wrong; what its neighbours make of that is nobody's hand
+    # a joint whose effort cannot be judged says what is wrong; what its neighbours make of that is nobody's hand, and
+    # the zeros that they have on any day are not why the log is not judged
     lacking = any(finding.effect == "not-judged-joint" for finding in prepared.findings)
-    silent = lacking and first.trial.kind in _PERSON
+    silent = lacking and first.trial.kind in (*_PERSON, "zero")
     if causes and not silent and first.share >= _SPEAKS and first.least_share >= _EITHER_HALF:
         causes[0] = replace(causes[0], speaks=True)
         if unclear and rival is not None:  # what could hide somebody is not stated

@@ -170,13 +170,17 @@ def test_a_load_is_estimated_only_where_it_is_to_be_stated() -> None:
     assert told_load([replace(cause, code="force")]) is None
 
 
-def test_of_an_arm_with_a_joint_that_cannot_be_judged_no_hand_is_claimed() -> None:
+def leaned(effort: FloatArray, log: JointLog) -> FloatArray:
+    """Somebody leans on the second link."""
+    return effort - arm(PLAIN).base_torque_per_newton(log.position_rad, "link2") @ np.array([0.0, 0.0, -40.0])
+
+
+@pytest.mark.parametrize("change", [leaned, lambda x, log: x + np.array([0.0, 6.0, 0.0])])
+def test_of_an_arm_with_a_joint_that_cannot_be_judged_no_hand_and_no_zero_is_claimed(
+    change: Callable[[FloatArray, JointLog], FloatArray],
+) -> None:
     """Efforts in each other's place: one joint shows that its are impossible, and the other what a hand might do."""
-
-    def leaned(effort: FloatArray, log: JointLog) -> FloatArray:
-        return effort - arm(PLAIN).base_torque_per_newton(log.position_rad, "link2") @ np.array([0.0, 0.0, -40.0])
-
-    log = with_effort(leaned)
+    log = with_effort(change)
     assert log.effort is not None
     assert result_of(log).causes[0].speaks
     broken = log.effort.copy()
@@ -184,7 +188,7 @@ def test_of_an_arm_with_a_joint_that_cannot_be_judged_no_hand_is_claimed() -> No
     result = result_of(replace(log, effort=broken))
     assert result.verdict != "pass"
     assert "not-judged-joint" in {finding.effect for finding in result.findings}
-    assert not any(cause.speaks for cause in result.causes if cause.code in ("force", "pull"))
+    assert not any(cause.speaks for cause in result.causes if cause.code in ("force", "pull", "zero"))
 
 
 def test_contact_alone_has_no_cause_and_a_clean_log_none_to_try() -> None:

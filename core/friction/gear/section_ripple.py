@@ -16,7 +16,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.torque_table.block_sums import estimate, explained, products_of
+from collaudit.core.torque_table.block_sums import estimate, explained, products_of, solutions
 
 #: Slower waves have the shape of gravity and of cables; faster ones average out within the slowest strokes.
 _FEWEST_CYCLES, _MOST_CYCLES = 40, 800
@@ -125,7 +125,8 @@ class _Samples:
         """(n, k) columns less what the parabola of each section explains of them."""
         basis = np.column_stack([self.basis, columns])
         sums = products_of(basis[:, None], self.section)[:, 0]
-        own = np.array([explained(its[:3, :3], its[:3, 3:], its.diagonal()[3:])[0] for its in sums])
+        picks = ([0, 1, 2, k] for k in range(3, sums.shape[1]))
+        own = np.stack([solutions(sums[:, pick][..., pick], (0, 1, 2))[0] for pick in picks], axis=2)
         return np.asarray(columns - np.einsum("np,npk->nk", self.basis, own[self.section]))
 
 

@@ -77,7 +77,9 @@ def test_contact_does_not_change_what_is_noise(made: Maker) -> None:
     clean, found = ({b.joint: b for b in quiet_model(x, noisy, None)[1]} for x in (log.series, touched))
     clear = {joint: b.bandwidth_hz for joint, b in clean.items() if b.after_nm < 0.93 * b.before_nm}
     assert clear
-    assert set(clear) <= set(found) <= set(clean)
+    assert set(clear) <= set(found)
+    # what hardly matters to the residual is either; what matters is noise without contact, too
+    assert {joint for joint, b in found.items() if b.after_nm < 0.9 * b.before_nm} <= set(clean)
     assert [found[j].bandwidth_hz for j in clear] == pytest.approx(list(clear.values()), rel=0.5)
 
 

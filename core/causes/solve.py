@@ -82,7 +82,7 @@ class _Sums:
     else a load is told too small. A solve of some blocks, and what it leaves in each, need these sums alone.
 
     What another day and the errors of a fit leave is more: both drift over the log, sliding friction changes beside its
-    level, and the zero lies as far off as a threshold.
+    level, rotors are a tenth too large, and the zero lies as far off as a threshold.
 
     Attributes:
         products: (b, j, m, m) of the joint's m = k + f + 1 columns, in units of its usual level: k of the cause, f
@@ -110,9 +110,10 @@ class _Sums:
             bound.append(zero)
         if whole_day:
             drift = np.linspace(-1.0, 1.0, table.time_s.size)[:, None]
-            followed += [drift * table.known, drift * table.friction_nm, np.sign(table.friction_nm)]
+            spin = np.nan_to_num(table.motion[2][:, table.columns])
+            followed += [drift * table.known, drift * table.friction_nm, np.sign(table.friction_nm), spin]
             zero = zero / BOUND_SHARE
-            bound = [level, zero, zero, 0.5 * level, zero]
+            bound = [level, zero, zero, 0.5 * level, zero, zero]
         columns = np.concatenate([trial.columns_nm, np.stack([*followed, table.torque_nm], axis=2)], axis=2)
         columns = columns * (table.known / table.usual_nm)[:, :, None]
         return cls(

@@ -55,11 +55,11 @@ def some_pushes(log: JointLog, pushes: int) -> list[tuple[JointLog, int, int]]:
 
 @pytest.mark.parametrize(("robot", "every"), [("paper6", 1), ("seven", 4)], ids=["paper6-500 Hz", "seven-125 Hz"])
 def test_a_push_that_nothing_measured_never_passes(judged: tuple[JointLog, Judge], every: int) -> None:
-    """At 500 Hz, four times the work, the shortest and the longest push; at 125 Hz two between them, too."""
+    """At 500 Hz the shortest and the longest push, at 125 Hz two between them."""
     log, judge = judged
     assert judge(log).verdict == "pass"
     passed = []
-    for push, a, b in some_pushes(log, 2 if every == 1 else 4):
+    for push, a, b in some_pushes(log, 2) if every == 1 else some_pushes(log, 4)[1:3]:
         assert judge(push).verdict == "fail", "it is seen where it was measured"
         for name, fault in FAULTS.items():
             result = judge(fault(push, a, b))

@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 from faulty_case import clean_signals
 
+from collaudit.core import api
+from collaudit.core.config import load_config
+
 PUSH_NM = 30.0
 #: 8 s at 250 Hz; in the middle of them the push.
 TAKEN = slice(1250, 3250)
@@ -68,26 +71,49 @@ def two_connections(path: Path, *parts: list[w.Said]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("form", ["mcap", "bag", "db3", "csv"])
-@pytest.mark.parametrize(
-    ("calm_first", "every", "later_s"), [(True, 1, 0), (False, 1, 0), (True, 3, 0), (True, 3, 7e-4)]
-)
-def test_neither_is_judged(
-    form: str, calm_first: bool, every: int, later_s: float, arm, collaudit, tmp_path: Path
-) -> None:
-    text = arm.config.read_text()
+FORMS = ["mcap", "bag", "db3", "csv"]
+CONFLICT = "log-publishers-conflict"
+#: Whether the calm publisher is first, the second's samples, and how much later its clock is.
+PAIRS = [(True, 1, 0.0), (False, 1, 0.0), (True, 3, 0.0), (True, 3, 7e-4)]
+
+
+def of_both(folder: Path, text: str, form: str, calm_first: bool, every: int, later_s: float) -> Path:
+    """A log of the calm publisher and of the pushed one."""
     calm, pushed = course(text, 0.0), course(text, PUSH_NM)
     pushed = (pushed[0] + later_s, *pushed[1:])  # a clock of its own, where its stamps are not the same
-    log = write(tmp_path, form, (calm, pushed) if calm_first else (pushed, calm), every)
-    out = tmp_path / "run"
+    return write(folder, form, (calm, pushed) if calm_first else (pushed, calm), every)
+
+
+@pytest.mark.parametrize("form", ["mcap", "bag", "db3"])
+@pytest.mark.parametrize("pair", PAIRS[1:])
+def test_their_conflict_forbids_a_pass(form: str, pair: tuple[bool, int, float], arm, tmp_path: Path) -> None:
+    """As it is read; rows of a table conflict where they are put on one clock."""
+    log = of_both(tmp_path, arm.config.read_text(), form, *pair)
+    found = [f for f in api.open_log(log, load_config(arm.config)).findings if f.code == CONFLICT]
+    assert found and all(f.forbids_pass for f in found)
+
+
+@pytest.mark.parametrize(
+    ("form", "pair"), [*((form, PAIRS[0]) for form in FORMS), *(("csv", pair) for pair in PAIRS[1:])]
+)
+def test_neither_is_judged(form: str, pair: tuple[bool, int, float], arm, collaudit, tmp_path: Path) -> None:
+    log, out = of_both(tmp_path, arm.config.read_text(), form, *pair), tmp_path / "run"
     done = collaudit("detect", log, "-c", arm.config, "--friction", arm.friction, "-o", out)
     assert done.code == 3, done.out + done.err
     result = json.loads((out / "audit.json").read_text())
     assert result["verdict"] == "not_judged"
-    assert "log-publishers-conflict" in {finding["code"] for finding in result["findings"]}
+    assert CONFLICT in {finding["code"] for finding in result["findings"]}
 
 
-@pytest.mark.parametrize("form", ["mcap", "bag", "db3", "csv"])
+@pytest.mark.parametrize("form", ["mcap", "bag", "db3"])
+def test_the_same_twice_is_one(form: str, arm, tmp_path: Path) -> None:
+    pushed = course(arm.config.read_text(), PUSH_NM)
+    log = api.open_log(write(tmp_path, form, (pushed, pushed), 1), load_config(arm.config))
+    assert CONFLICT not in {f.code for f in log.findings}
+    assert not any(f.forbids_pass for f in log.findings)
+
+
+@pytest.mark.parametrize("form", ["mcap", "csv"])
 def test_the_same_twice_is_judged(form: str, arm, collaudit, tmp_path: Path) -> None:
     pushed = course(arm.config.read_text(), PUSH_NM)
     log = write(tmp_path, form, (pushed, pushed), 1)

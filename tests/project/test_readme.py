@@ -7,9 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from simulated_logs import TEN_SPEEDS
 from user_guide.pages import help_text
 
 from collaudit.cli.main import collaudit, run
+from collaudit.fixtures import experiments
 
 PROJECT = Path(__file__).resolve().parents[2]
 README = (PROJECT / "README.md").read_text(encoding="utf-8")
@@ -60,9 +62,15 @@ def _here(args: list[str], capfd: pytest.CaptureFixture[str]) -> tuple[int, str]
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "speeds", [TEN_SPEEDS, pytest.param(experiments.FRICTION_SPEEDS, marks=pytest.mark.bench)], ids=["ten", "all"]
+)
 def test_every_line_of_the_quick_start_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], speeds: int
 ) -> None:
+    """The friction run with a third of its speeds, which ends every line alike; with all of them in `make bench`."""
+    whole = experiments.friction
+    monkeypatch.setattr(experiments, "friction", lambda arm, joints, _: whole(arm, joints, speeds))
     monkeypatch.chdir(tmp_path)
     lines = [line for line in _block("quick start").splitlines() if line.strip()]
     assert len(lines) >= 9

@@ -121,22 +121,27 @@ def _majority(
     rounds: Sequence[float] = _FAR,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float, float]:
     """Of :func:`estimate`: weights (b, j), slopes (b, j, c + 1), squares (b, j), value, products, left and count."""
-    weight, value, slope, left, counted = np.ones(count.shape), np.zeros(prior.size), np.zeros(0), 0.0, 0.0
+    size, joints, width = prior.size, len(place), place.shape[1] + 1
+    by_joint, counted = np.ascontiguousarray(np.swapaxes(products, 0, 1)), np.ascontiguousarray(count.T)
+    flat, rows = by_joint.reshape(*counted.shape, width**2), by_joint.reshape(joints, len(count) * width, width)
+    pairs = (place[:, :, None] * size + place[:, None, :]).ravel()
+    weight, every = np.ones(counted.shape), np.full((joints, width, 1), -1.0)
+    settled, before = False, 0.0
     for far in rounds:
-        gram, target = np.diag(prior), np.zeros(prior.size)
-        for j, at in enumerate(place):
-            product = (weight[:, j] @ products[:, j].reshape(len(products), -1)).reshape(products.shape[2:])
-            gram[np.ix_(at, at)] += product[:-1, :-1]
-            target[at] += product[:-1, -1]
-        value = generalised_inverse(gram, _RANK) @ target
-        every = np.hstack([value[place], -np.ones((len(place), 1))])
-        slope = (products @ every[:, :, None])[..., 0]
-        square = np.maximum(np.sum(slope * every, axis=2), 0.0)
-        left, counted = float(np.sum(weight * square)), float(np.sum(weight * count))
-        size = np.sqrt(square / np.maximum(count, 1.0))
-        bound = usual or max(far * median_of(size[count > 0]), _ROUNDING * size.max(), 1e-300)
-        weight = 1.0 / np.maximum(size / bound, 1.0) ** 2
-    return weight, slope, square, value, gram, left, counted
+        if settled and (usual is not None or far == before):
+            continue  # the same weights again
+        total = (weight[:, None] @ flat).reshape(joints, width, width)
+        gram = np.bincount(pairs, total[:, :-1, :-1].ravel(), size**2).reshape(size, size) + np.diag(prior)
+        value = generalised_inverse(gram, _RANK) @ np.bincount(place.ravel(), total[:, :-1, -1].ravel(), size)
+        every[:, :-1, 0] = value[place]
+        slope = (rows @ every).reshape(*counted.shape, width)
+        square = np.maximum((slope @ every)[..., 0], 0.0)
+        left, known = float(np.sum(weight * square)), float(np.sum(weight * counted))
+        rms = np.sqrt(square / np.maximum(counted, 1.0))
+        bound = usual or max(far * median_of(rms[counted > 0]), _ROUNDING * rms.max(), 1e-300)
+        used, weight = weight, 1.0 / np.maximum(rms / bound, 1.0) ** 2
+        settled, before = np.array_equal(used, weight), far
+    return weight.T, np.swapaxes(slope, 0, 1), square.T, value, gram, left, known
 
 
 def scatter(
@@ -311,8 +316,8 @@ def generalised_inverse(gram: FloatArray, rank: float = 1e-10) -> FloatArray:
             "the motion cannot be identified: its speeds and accelerations are beyond any arm's",
             hint="look at the time of the log and its unit: [log.units] time, [log.csv] rate_hz, [log] time",
         )
-    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    size[np.diag(gram) <= 0] = 1.0
+    diagonal = np.diag(gram)
+    size = np.sqrt(np.where(diagonal > 0, np.maximum(diagonal, 1e-300), 1.0))
     scale = np.outer(size, size)
     values, vectors = np.linalg.eigh(gram / scale)  # as np.linalg.pinv(hermitian=True), in a third of its time
     kept = np.abs(values) > rank * np.abs(values).max(initial=0.0)

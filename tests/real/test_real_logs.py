@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from collaudit.core.api import open_log
+from collaudit.core.config import load_config
 from collaudit.core.friction_laws.law_registry import LAWS
 
 pytestmark = pytest.mark.real
@@ -116,27 +118,26 @@ def test_ur3_names_and_signs_by_config(  # type: ignore[no-untyped-def]
         values = {key.partition("_")[0]: value for key, value in fit["parameters"].items()}
         speeds = np.array(fit["speed_range_rad_s"])
         assert np.all(LAWS[fit["model"]].curve(values, speeds) > 0), joint
-    audits = {}
-    for name, log in {
-        "ros1-bag": logs[0],
-        "mcap-ros2-folder": data_dir / "ur3_mcap_ros2",
+    cli("detect", logs[0], "-c", cfg, "--friction", "friction.json", "-o", "run")
+    result = load("run/audit.json")
+    assert len([f for f in result["findings"] if f["code"] == "friction-same-log"]) == 1
+    assert result["residual"]["wrist_3_joint"]["mean_abs_nm"] < 1.0
+
+
+def test_ur3_bag_and_its_mcaps_are_one_log(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    """To the last bit, so their audits are, too."""
+    settings = load_config(Path(config(data_dir, "ur3_robot.urdf", UR3_NAMES + INVERTED)))
+    bag = open_log(data_dir / "ur3_bags" / "id1.bag", settings)
+    assert bag.source.format == "ros1-bag"
+    for form, log in {
+        "mcap-ros2 folder": data_dir / "ur3_mcap_ros2",
         "mcap-ros2": data_dir / "ur3_mcap_ros2" / "ur3_id1_rosbag2_mcap.mcap",
         "mcap-ros1": data_dir / "ur3_mcap_ros1" / "ur3_id1_ros1profile.mcap",
     }.items():
-        cli("detect", log, "-c", cfg, "--friction", "friction.json", "-o", f"run-{name}")
-        audits[name] = load(f"run-{name}/audit.json")
-        own = {key: audits[name]["log"].pop(key) for key in ("name", "sha256", "format")}
-        assert own["format"] in name
-        for contact in audits[name]["contacts"]:
-            contact.pop("id")  # it holds the log's hash
-    # Only the bag is, by its bytes, a log that friction was fitted on, which is said of it.
-    said = [f["text"] for f in audits["ros1-bag"]["findings"] if f["code"] == "friction-same-log"]
-    assert len(said) == 1
-    for audit in audits.values():
-        audit["findings"] = [f for f in audit["findings"] if f["code"] != "friction-same-log"]
-        audit["exclusions"] = [text for text in audit["exclusions"] if text not in said]
-    assert audits["ros1-bag"] == audits["mcap-ros2-folder"] == audits["mcap-ros2"] == audits["mcap-ros1"]
-    assert audits["ros1-bag"]["residual"]["wrist_3_joint"]["mean_abs_nm"] < 1.0
+        found = open_log(log, settings)
+        assert found.source.format == form.split()[0]
+        for name in ("time_s", "position_rad", "velocity_rad_s", "effort", "joint_names", "effort_unit", "findings"):
+            np.testing.assert_equal(getattr(found, name), getattr(bag, name), err_msg=f"{form}: {name}")
 
 
 def test_kuka_bag_and_its_mcap_give_the_same_audit(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]

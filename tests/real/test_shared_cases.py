@@ -7,7 +7,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from advice import walked
 
 pytestmark = pytest.mark.real
 
@@ -66,25 +65,3 @@ def test_traces_of_two_axes_are_one_log(cli, cases: Path) -> None:  # type: igno
     assert seen.code == 0, seen.err
     topic = json.loads(seen.out)["logs"][0]["topics"][0]
     assert (topic["joints"], topic["count"]) == (["joint_a1", "joint_a2"], 5000)
-
-
-#: Logs and settings that are refused; the walk of their advice ends with a log that is read.
-REFUSED = {
-    "csv_dialects/long.csv": "c.toml",
-    "desired_topic_alone/log.mcap": "c.toml",
-    "efforts_on_a_topic_of_their_own/log.mcap": "c.toml",
-    "time_ns_one_run/log.csv": "c.toml",
-    "time_ns_runs/log.csv": "c.toml",
-    "time_us_runs/log.csv": "c.toml",
-    "topic_echo_csv/echo.csv": "time2.toml",
-    "unknown_message_type/log.mcap": "c.toml",
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_the_advice_of_a_case_leads_to_a_log_that_is_read(cli, cases: Path, tmp_path: Path, name: str) -> None:  # type: ignore[no-untyped-def]
-    log, config = tmp_path / Path(name).name, tmp_path / "c.toml"
-    shutil.copyfile(cases / name, log)
-    shutil.copyfile(cases / Path(name).parent / REFUSED[name], config)
-    steps = walked(cli, log, config, cases / "friction.json", 0)
-    assert steps[0].message and not steps[-1].message, [step.message for step in steps]

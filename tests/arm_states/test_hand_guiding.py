@@ -77,7 +77,7 @@ def test_pushes_beside_a_guided_stretch_stay_found(made: Maker, friction_of: Fit
     push[:3] = (35.0, -35.0, 30.0)
     for start in (8.0, 25.0):
         prepared = pushed(prepared, start, 0.3, push)
-    audit: Audit = audit_log(prepared, settings.config, friction, NOBODY)
+    audit: Audit = audit_log(prepared, settings.config, friction, NOBODY, siblings=None)
     assert len(guided(audit.result.findings)) == 1
     assert sorted({round(contact.onset_s) for contact in audit.result.contacts}) == [8, 25]
     assert audit.result.verdict == "fail"

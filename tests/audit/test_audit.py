@@ -61,7 +61,7 @@ def as_log(t: np.ndarray, q: np.ndarray, effort: np.ndarray) -> JointLog:
 
 def audit(log: JointLog, cfg: Config, friction: FrictionFile | None) -> Audit:
     robot = build_robot(cfg.robot, Path(), log.joint_names)
-    return audit_log(prepare(log, robot, cfg), cfg, friction, NOBODY)
+    return audit_log(prepare(log, robot, cfg), cfg, friction, NOBODY, siblings=None)
 
 
 def fitted(seed: int) -> FrictionFile:

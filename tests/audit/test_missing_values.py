@@ -49,7 +49,7 @@ def arm(
                 ready = prepare(spoilt, model, loaded.config, Calibration.of(friction, loaded.config))
             except NotJudgedError:
                 return None
-            return audit_log(ready, loaded.config, friction, about).result
+            return audit_log(ready, loaded.config, friction, about, siblings=None).result
 
         _KEPT[robot] = rows(log, np.arange(0, log.time_s.size, 4)), judge
     return _KEPT[robot]

@@ -36,7 +36,7 @@ def judge(made: Callable[..., SimulatedFiles]) -> Judge:
         prepared = prepare(files.log, settings)
         logs = dict.fromkeys(others, "1" * 64) | ({"it.csv": prepared.series.source.sha256} if own else {})
         known = replace(friction, provenance=replace(friction.provenance, logs=logs))
-        return audit_log(prepared, settings.config, known, NOBODY).result
+        return audit_log(prepared, settings.config, known, NOBODY, siblings=None).result
 
     return audited
 
@@ -67,7 +67,7 @@ def test_a_fit_on_other_logs_too_is_an_exclusion(judge: Judge, friction: Frictio
 def test_friction_that_was_fitted_in_passing_is_no_evidence_either(made: Callable[..., SimulatedFiles]) -> None:
     files = made("free-clean", "paper6", duration_s=60.0)
     settings = load_config(files.config)
-    found = audit_log(prepare(files.log, settings), settings.config, None, NOBODY).result
+    found = audit_log(prepare(files.log, settings), settings.config, None, NOBODY, siblings=None).result
     assert found.verdict == "not_judged"
     assert found.reasons == tuple(f.text for f in found.findings if f.code == "friction-same-log")
 
@@ -85,7 +85,7 @@ def test_contacts_denied_at_the_fit_are_said_at_every_audit(judge: Judge, fricti
 
 def by_folds(files: SimulatedFiles) -> tuple[Audit, AuditResult]:
     settings = load_config(files.config, {"detect.gamma_nm": "auto", "policy.same_log": "folds"})
-    audit = audit_log(prepare(files.log, settings), settings.config, None, NOBODY)
+    audit = audit_log(prepare(files.log, settings), settings.config, None, NOBODY, siblings=None)
     return audit, audit.result
 
 
@@ -135,6 +135,6 @@ def test_a_log_without_friction_takes_none_of_its_own_file(
     prepared = prepare(files.log, settings)
     logs = {"it.csv": prepared.series.source.sha256}
     known = replace(friction, provenance=replace(friction.provenance, logs=logs))
-    result = audit_log(prepared, settings.config, known, NOBODY).result
+    result = audit_log(prepared, settings.config, known, NOBODY, siblings=None).result
     assert all(fit.model is None for fit in result.friction.values())
     assert not any("Each part of the log was judged" in finding.text for finding in result.findings)

@@ -44,7 +44,7 @@ def test_every_event_follows_from_the_files_of_its_run(
     files = made(scenario, "paper6")
     settings = load_config(files.config, {"detect.gamma_nm": gamma_nm, "near_miss.amplitude": 0.5})
     friction = friction_of("paper6")
-    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY)
+    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY, siblings=None)
     write_run(tmp_path, audit, friction)
     alarms, near_misses, contacts = of_the_page()(tmp_path)
     result, period = audit.result, audit.result.log.sample_period_s
@@ -68,7 +68,7 @@ def test_a_report_counts_the_events_again(
     files = made("free-hits", "paper6")
     settings = load_config(files.config, {"detect.gamma_nm": 4.0, "detect.detector": detector})
     friction = friction_of("paper6")
-    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY)
+    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY, siblings=None)
     write_run(tmp_path, audit, friction)
     result, signals = audit.result, open_run(tmp_path).signals
     check_events(tmp_path, result, signals)
@@ -94,7 +94,7 @@ def test_a_residual_that_was_wiped_out_is_no_report(
     files = made("free-hits", "paper6")
     settings = load_config(files.config, {"detect.gamma_nm": 4.0, "detect.detector": detector})
     friction = friction_of("paper6")
-    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY)
+    audit = audit_log(prepare(files.log, settings), settings.config, friction, NOBODY, siblings=None)
     wiped = replace(audit.signals, residual_nm=np.full_like(audit.signals.residual_nm, value))
     write_run(tmp_path, replace(audit, signals=wiped), friction)
     with pytest.raises(CollauditError, match=r"contradicts signals\.parquet"):

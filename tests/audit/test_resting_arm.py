@@ -48,7 +48,9 @@ def resting(seconds: float = 20.0, *, every_s: float = 0.0, lasting_s: float = 0
 
 def audit(log: JointLog, source: str = "joint", **detect: Any) -> Audit:
     cfg = config(source, **detect)
-    return audit_log(prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, None, NOBODY)
+    return audit_log(
+        prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, None, NOBODY, siblings=None
+    )
 
 
 def codes(found: Audit) -> set[str]:
@@ -149,11 +151,11 @@ def test_a_friction_file_hides_no_push_that_is_found_without_it(gamma_nm: Any) -
     friction = with_friction(8.0)
     cfg = config("motor", gamma_nm=gamma_nm)
     prepared = prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg)
-    known, unknown = (audit_log(prepared, cfg, file, NOBODY).result for file in (friction, None))
+    known, unknown = (audit_log(prepared, cfg, file, NOBODY, siblings=None).result for file in (friction, None))
     assert len(unknown.contacts) == 10
     assert [c.onset_s for c in known.contacts] == pytest.approx([c.onset_s for c in unknown.contacts], abs=0.02)
     quiet = prepare(resting(60.0), build_robot(cfg.robot, Path(), log.joint_names), cfg)
-    assert audit_log(quiet, cfg, friction, NOBODY).result.contacts == ()
+    assert audit_log(quiet, cfg, friction, NOBODY, siblings=None).result.contacts == ()
 
 
 def test_a_load_that_friction_cannot_hold_counts_though_it_never_changes() -> None:
@@ -161,4 +163,4 @@ def test_a_load_that_friction_cannot_hold_counts_though_it_never_changes() -> No
     assert log.effort is not None
     cfg = config("motor", gamma_nm=1.5)
     held = prepare(replace(log, effort=log.effort + 12.0), build_robot(cfg.robot, Path(), log.joint_names), cfg)
-    assert audit_log(held, cfg, with_friction(4.0), NOBODY).result.verdict == "fail"
+    assert audit_log(held, cfg, with_friction(4.0), NOBODY, siblings=None).result.verdict == "fail"

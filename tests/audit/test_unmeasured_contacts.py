@@ -34,7 +34,7 @@ def judged(
 
     def judge(spoilt: JointLog) -> AuditResult:
         prepared = prepare(spoilt, arm, settings.config, Calibration.of(friction, settings.config))
-        return audit_log(prepared, settings.config, friction, about).result
+        return audit_log(prepared, settings.config, friction, about, siblings=None).result
 
     return rows(log, np.arange(0, log.time_s.size, every)), judge
 

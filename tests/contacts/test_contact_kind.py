@@ -27,7 +27,7 @@ def contacts(
         prepared = replace(prepared, commanded=CommandedTorque(None, ()), series=replace(prepared.series, wrench=None))
     if not phases:
         prepared = replace(prepared, phases=np.zeros_like(prepared.phases))
-    found = audit_log(prepared, loaded.config, friction, NOBODY).result
+    found = audit_log(prepared, loaded.config, friction, NOBODY, siblings=None).result
     return found.contacts
 
 

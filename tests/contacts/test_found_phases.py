@@ -124,7 +124,7 @@ def test_a_tool_force_that_must_be_noticed_is_no_pass_where_nothing_says_that_it
         log = polished(polishing, find="off", **stated)
         settings = {"policy.observable_n": {"tool": asked_n, "forearm": 300.0}}
         config = load_config(polishing.with_suffix(".toml"), settings).config
-        found = audit_log(log, config, friction, NOBODY).result
+        found = audit_log(log, config, friction, NOBODY, siblings=None).result
         reasons = [reason for reason in found.reasons if "nothing says that it was meant to" in reason]
         assert len(reasons) == said, (asked_n, stated, found.reasons)
         assert found.verdict == "fail", "its pushes are before the sensor"

@@ -76,7 +76,7 @@ def judged(torque: np.ndarray | float, counts: np.ndarray | float, allowed: int 
     v[tail] = np.gradient(q[tail], PERIOD)
     noise = np.random.default_rng(2).normal(0.0, NOISE_NM, q.size)
     config = Config.of({**CONFIG, "policy": {"max_disturbed_at_rest": allowed}})
-    return audit_log(prepared(q, v, effort + noise), config, friction(), NOBODY).result
+    return audit_log(prepared(q, v, effort + noise), config, friction(), NOBODY, siblings=None).result
 
 
 def push(rise: float = 0.03) -> np.ndarray:
@@ -103,7 +103,7 @@ def test_an_arm_that_never_moves_is_looked_at_alike(known: bool) -> None:
     noise = np.random.default_rng(2).normal(0.0, NOISE_NM, q.size)
     log = prepared(q, np.gradient(q, PERIOD), effort + 1.5 * push() + noise)
     config = Config.of(CONFIG)
-    result = audit_log(log, config, friction() if known else None, NOBODY).result
+    result = audit_log(log, config, friction() if known else None, NOBODY, siblings=None).result
     assert [one.onset_s for one in result.disturbances] == pytest.approx([ON_S], abs=0.3)
     assert result.verdict == "not_judged"
 

@@ -27,7 +27,7 @@ T = 0.002
 def audited(log: Path, friction: FrictionFile, **overrides: object) -> Audit:
     settings = {key.replace("__", "."): value for key, value in overrides.items()}
     loaded = load_config(log.with_suffix(".toml"), settings)
-    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY)
+    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY, siblings=None)
 
 
 def off(friction: FrictionFile, factor: float) -> FrictionFile:
@@ -128,12 +128,14 @@ def test_a_push_that_runs_into_a_gap_is_said(folder: Path, friction: FrictionFil
     prepared = prepare((hits,), loaded)
     series = prepared.series
     assert series.effort is not None
-    whole = audit_log(prepared, loaded.config, friction, NOBODY).result
+    whole = audit_log(prepared, loaded.config, friction, NOBODY, siblings=None).result
     hit = max(whole.collisions, key=lambda c: abs(c.peak_nm))
     a = int(np.searchsorted(series.time_s, hit.onset_s))
     effort = series.effort.copy()
     effort[a + 8 : a + 400] = np.nan
-    cut = audit_log(replace(prepared, series=replace(series, effort=effort)), loaded.config, friction, NOBODY).result
+    cut = audit_log(
+        replace(prepared, series=replace(series, effort=effort)), loaded.config, friction, NOBODY, siblings=None
+    ).result
     assert not any(abs(c.onset_s - hit.onset_s) < 0.2 for c in cut.collisions if c.joint == hit.joint)
     findings = [f for f in cut.findings if f.code == "event-cut" and f.joint == hit.joint]
     assert any(f.start_s is not None and abs(f.start_s - hit.onset_s) < 0.05 for f in findings)
@@ -147,7 +149,9 @@ def test_a_hard_contact_in_the_rows_beside_a_gap_is_said(hits: Path, friction: F
     robot = load_robot(loaded, log.joint_names)
 
     def judged(rows: np.ndarray) -> AuditResult:
-        return audit_log(prepare_log(log.samples(rows), robot, loaded.config), loaded.config, friction, NOBODY).result
+        return audit_log(
+            prepare_log(log.samples(rows), robot, loaded.config), loaded.config, friction, NOBODY, siblings=None
+        ).result
 
     hit = max(judged(log.time_s >= 0.0).collisions, key=lambda c: abs(c.peak_nm) / c.gamma_nm)
     last = hit.onset_s + hit.duration_s
@@ -166,7 +170,7 @@ def test_coarse_positions_beside_an_end_in_motion_are_no_contact(hits: Path, fri
     robot = load_robot(loaded, log.joint_names)
     for end_s in (3.0, 4.0, 4.5, 7.0, 7.5):
         part = coarse.samples(log.time_s < log.time_s[0] + end_s)
-        found = audit_log(prepare_log(part, robot, loaded.config), loaded.config, friction, NOBODY)
+        found = audit_log(prepare_log(part, robot, loaded.config), loaded.config, friction, NOBODY, siblings=None)
         assert "event-cut" not in {f.code for f in found.result.findings}
 
 

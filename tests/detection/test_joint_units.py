@@ -45,7 +45,7 @@ def test_an_audit_states_the_unit_of_each_joint() -> None:
     effort = robot.inverse_dynamics(q, v, np.gradient(v, PERIOD, axis=0)) + 20.0 * np.sign(v)
     effort += np.random.default_rng(0).normal(0.0, 0.3, v.shape)
     log = make_log(t, q, v, effort, ("joint1", "joint2"))
-    result = audit_log(prepare(log, robot, config), config, None, NOBODY).result
+    result = audit_log(prepare(log, robot, config), config, None, NOBODY, siblings=None).result
     assert result.log.units == {"joint1": "N", "joint2": "N·m"}
     assert not [f for f in result.findings if f.joint == "joint1" and ("N·m" in f.text or "rad" in f.text)]
     assert "joint1 7 N; joint2 7 N·m" in rule_text(result)

@@ -65,7 +65,9 @@ def friction() -> FrictionFile:
 
 def judged(log: JointLog, friction: FrictionFile, robot: dict[str, Any] = ROBOT, **detect: Any) -> AuditResult:
     cfg = Config.of({"robot": robot, "log": STATED, "detect": detect})
-    return audit_log(prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY).result
+    return audit_log(
+        prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY, siblings=None
+    ).result
 
 
 def said(friction: FrictionFile, **wrong: Any) -> dict[str | None, Finding]:

@@ -67,7 +67,7 @@ SPOILT = {"no position": without_positions, "one position": without_one_position
 def judged(log: JointLog, path: Path, friction: FrictionFile) -> AuditResult:
     loaded = load_config(path.with_suffix(".toml"))
     robot = load_robot(loaded, log.joint_names)
-    return audit_log(prepare(log, robot, loaded.config), loaded.config, friction, NOBODY).result
+    return audit_log(prepare(log, robot, loaded.config), loaded.config, friction, NOBODY, siblings=None).result
 
 
 @pytest.mark.parametrize("how", SPOILT)

@@ -16,7 +16,7 @@ from collaudit.core.errors import ConfigError
 
 def audited(log: Path, friction: FrictionFile, **settings: object) -> AuditResult:
     loaded = load_config(log.with_suffix(".toml"), {k.replace("__", "."): v for k, v in settings.items()})
-    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY).result
+    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY, siblings=None).result
 
 
 def test_force_controlled_joints_are_lumped_and_a_neighbour_watches(polishing: Path, friction: FrictionFile) -> None:

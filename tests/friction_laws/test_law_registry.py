@@ -94,7 +94,7 @@ def audited(friction: FrictionFile | None, model: str) -> tuple[FrictionFile, Au
     prepared = prepare(log, build_robot(config.robot, Path(), log.joint_names), config)
     nobody = Provenance("0", {})
     friction = friction or fit_logs([prepared], config, nobody)
-    return friction, audit_log(prepared, config, friction, nobody)
+    return friction, audit_log(prepared, config, friction, nobody, siblings=None)
 
 
 def test_an_added_law_is_fitted_and_compared(added: FrictionLaw) -> None:

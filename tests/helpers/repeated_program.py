@@ -122,4 +122,4 @@ def config(**extra: object) -> Config:
 def judged(log: JointLog, earlier: Sequence[CycleReference] = (), **extra: object) -> Audit:
     """The log as ``audit`` judges it, with what earlier nights say of its cycles."""
     its = config(**extra)
-    return audit_log(prepare(log, arm(its), its), its, friction_file(), NOBODY, earlier=earlier)
+    return audit_log(prepare(log, arm(its), its), its, friction_file(), NOBODY, earlier=earlier, siblings=None)

@@ -314,7 +314,7 @@ def test_a_log_is_judged_at_its_own_temperature(
     cold = heated_log(25.0, 1.0)
 
     def judged(log: JointLog) -> AuditResult:
-        return audit_log(prepared(log, config), config, friction, NOBODY).result
+        return audit_log(prepared(log, config), config, friction, NOBODY, siblings=None).result
 
     def said(result: AuditResult) -> set[str]:
         codes = {f.code for f in result.findings if "temperature" in f.text or "°C" in f.text}

@@ -68,7 +68,7 @@ def test_the_same_contacts_are_found(hits: Path, log: JointLog, gravity: np.ndar
         known = Calibration.of(friction, loaded.config)
         robot = load_robot(loaded, log.joint_names)
         prepared = prepare(replace(log, effort=frozen(effort)), robot, loaded.config, known)
-        return audit_log(prepared, loaded.config, friction, NOBODY).result
+        return audit_log(prepared, loaded.config, friction, NOBODY, siblings=None).result
 
     plain, compensated = (judged(k, e) for k, e in zip(KINDS, (log.effort, log.effort - gravity), strict=True))
     assert len(plain.contacts) > 5

@@ -31,7 +31,7 @@ Made = Callable[..., SimulatedFiles]
 def audited(log: Path, friction: FrictionFile | None, **overrides: object) -> Audit:
     settings = {"detect.gamma_nm": "auto"} | {key.replace("__", "."): value for key, value in overrides.items()}
     loaded = load_config(log.with_suffix(".toml"), settings)
-    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY)
+    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY, siblings=None)
 
 
 def test_thresholds_of_a_fit_hold_on_another_log(made, friction_of: FitOf, robot: str) -> None:  # type: ignore[no-untyped-def]
@@ -174,12 +174,12 @@ def test_a_detector_has_thresholds_of_a_fit_with_it(
         },
     )
     prepared = prepare((hits,), loaded)
-    without = audit_log(prepared, loaded.config, friction, NOBODY, truth).result
+    without = audit_log(prepared, loaded.config, friction, NOBODY, truth, siblings=None).result
     assert without.verdict == "not_judged"
     assert any("fit again with this one" in f.text for f in without.findings if f.code == "rule-unfit")
     clean = made("free-clean", "paper6", duration_s=60.0)
     own = load_config(clean.config, {"detect.detector": detector, "detect.causal": causal})
-    found = audit_log(prepared, loaded.config, fit([clean.log], own), NOBODY, truth).result
+    found = audit_log(prepared, loaded.config, fit([clean.log], own), NOBODY, truth, siblings=None).result
     assert found.verdict == "fail"
     assert found.rule.n == (7 if causal else 13)
     assert found.detection is not None

@@ -41,7 +41,7 @@ def pushes(log: Path, least_s: float = 0.025) -> list[tuple[float, float]]:
 def audited(log: Path, prepared: Prepared, friction: FrictionFile, labels: list[Annotation], *true: str) -> AuditResult:
     config = load_config(log.with_suffix(".toml"), {"detect.true_events": list(true)}).config
     labelled = replace(prepared, series=replace(prepared.series, annotations=tuple(labels)))
-    return audit_log(labelled, config, friction, NOBODY).result
+    return audit_log(labelled, config, friction, NOBODY, siblings=None).result
 
 
 def facts(
@@ -87,7 +87,7 @@ def test_other_labels_are_the_controllers_alarms(hits: Path, prepared: Prepared,
 
 def test_an_absent_label_is_no_label_and_is_said_once(hits: Path, prepared: Prepared, friction: FrictionFile) -> None:
     config = load_config(hits.with_suffix(".toml"), {"detect.true_events": ["contact"]}).config
-    result = audit_log(prepared, config, friction, NOBODY).result
+    result = audit_log(prepared, config, friction, NOBODY, siblings=None).result
     said = [found.text for found in result.findings if found.code == "log-label-missing"]
     assert len(said) == 1
     assert "contact" in said[0]
@@ -113,7 +113,7 @@ def test_events_of_joints_that_nobody_watches_could_not_be_observed(
     mark = Annotation("contact", TRUE, tuple(pushes(hits)))
     labelled = replace(prepared, series=replace(prepared.series, annotations=(mark,)))
     config = load_config(hits.with_suffix(".toml"), {"detect.true_events": [TRUE], "detect.watch": []}).config
-    found = audit_log(labelled, config, friction, NOBODY).result.detection
+    found = audit_log(labelled, config, friction, NOBODY, siblings=None).result.detection
     assert found is not None
     (score,) = found.scores
     assert (score.events, score.found, score.not_observable, score.recall) == (len(pushes(hits)), 0, score.events, None)

@@ -36,11 +36,11 @@ def test_its_effect_is_all_that_counts(
     log = made("free-clean", "paper6", 1, duration_s=20.0).log[0]
     settings = load_config(Path(log).with_suffix(".toml"), {"detect.watch": ["joint1"]})
     prepared = api.prepare(log, settings, friction)
-    plain = audit_log(prepared, settings.config, friction, NOBODY).result
+    plain = audit_log(prepared, settings.config, friction, NOBODY, siblings=None).result
     assert plain.verdict == "pass", plain.reasons
     found = Finding(CODE, severity, "The gripper was open at 3 s.")
     told = replace(prepared, findings=(*prepared.findings, found))
-    result = audit_log(told, settings.config, friction, NOBODY).result
+    result = audit_log(told, settings.config, friction, NOBODY, siblings=None).result
     assert (result.verdict == "pass") == passes
     assert found in result.findings
     assert any("open at 3 s" in reason for reason in result.reasons) != passes
@@ -52,7 +52,7 @@ def test_a_check_is_a_line_in_the_list(made, friction: FrictionFile, monkeypatch
     log = made("free-clean", "paper6", 1, duration_s=20.0).log[0]
     settings = load_config(Path(log).with_suffix(".toml"))
     prepared = api.prepare(log, settings, friction)
-    result = audit_log(prepared, settings.config, friction, NOBODY).result
+    result = audit_log(prepared, settings.config, friction, NOBODY, siblings=None).result
     assert f"It has {prepared.judged_series.time_s.size} samples." in [finding.text for finding in result.findings]
 
 
@@ -75,7 +75,7 @@ def test_a_check_that_excludes_a_joint_forbids_the_fail_as_it_forbids_the_pass(
         monkeypatch.setitem(finding_kinds.KINDS, CODE, kind)
         found = [Finding(CODE, "error", f"Nothing is judged by {joint}.", joint=joint) for joint in joints]
         monkeypatch.setattr(judgement, "CHECKS", (lambda log: found,))
-        return audit_log(prepared, settings.config, friction, NOBODY).result
+        return audit_log(prepared, settings.config, friction, NOBODY, siblings=None).result
 
     plain = judged()
     assert plain.verdict == "fail"

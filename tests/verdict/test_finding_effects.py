@@ -98,7 +98,7 @@ def prepared(log: JointLog, cfg: Config | None = None) -> Prepared:
 def audit(log: JointLog, friction: FrictionFile, *injected: Finding, **sections: object) -> Audit:
     cfg = config(**sections)
     before = prepared(log, cfg)
-    return audit_log(replace(before, findings=(*before.findings, *injected)), cfg, friction, NOBODY)
+    return audit_log(replace(before, findings=(*before.findings, *injected)), cfg, friction, NOBODY, siblings=None)
 
 
 def states(found: Audit) -> list[set[int]]:
@@ -276,7 +276,7 @@ def test_a_pass_says_that_nothing_states_whether_efforts_are_measured(clean: Joi
     """Efforts that a controller computes, with some noise, cannot be told from those of a well described arm."""
     for log, times in ((LogConfig(), 1), (LogConfig.of({"effort_kind": "motor-torque"}), 0)):
         own = config().changed({"log": log})
-        found = audit_log(prepared(clean, own), own, friction, NOBODY).result.exclusions
+        found = audit_log(prepared(clean, own), own, friction, NOBODY, siblings=None).result.exclusions
         assert sum("[log] effort_kind" in text for text in found) == times
 
 

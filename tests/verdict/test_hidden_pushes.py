@@ -56,7 +56,9 @@ def friction() -> FrictionFile:
 
 def audit(log: JointLog, friction: FrictionFile, sections: Mapping[str, Any] | None = None) -> Audit:
     cfg = config(**(sections or {}))
-    return audit_log(prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, friction, NOBODY)
+    return audit_log(
+        prepare(log, build_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, friction, NOBODY, siblings=None
+    )
 
 
 def onsets(found: Audit) -> list[float]:

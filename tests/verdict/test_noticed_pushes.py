@@ -65,7 +65,7 @@ def test_a_push_alarms_as_often_as_is_said(
 
     def judged(effort: np.ndarray) -> AuditResult:
         prepared = prepare(replace(log, effort=effort), robot, settings.config)
-        return audit_log(prepared, settings.config, friction, NOBODY).result
+        return audit_log(prepared, settings.config, friction, NOBODY, siblings=None).result
 
     clean, rng = judged(log.effort), np.random.default_rng(0)
     heights = {joint: height_of(clean, joint, share) for joint in ("joint2", "joint6")}
@@ -98,7 +98,9 @@ def test_a_scale_that_the_fitted_log_had_too_is_no_secret(made: Made, monkeypatc
     robot, config = load_robot(settings, logs[0].joint_names), settings.config
     scaled = [replace(log, effort=None if log.effort is None else 0.8 * log.effort) for log in logs]
     friction = fit_logs([prepare(scaled[0], robot, config)], config, NOBODY)
-    judged = audit_log(prepare(scaled[1], robot, config, Calibration.of(friction, config)), config, friction, NOBODY)
+    judged = audit_log(
+        prepare(scaled[1], robot, config, Calibration.of(friction, config)), config, friction, NOBODY, siblings=None
+    )
     off = [text for text in judged.result.exclusions if "times as large there" in text]
     assert len(off) >= 5, judged.result.exclusions
     shown = [float(text.partition("appear ")[2].partition(" times")[0]) for text in off]
@@ -128,7 +130,9 @@ def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
     arm, config = load_robot(settings, logs[0].joint_names), settings.config
     scaled = [replace(log, effort=None if log.effort is None else scale * log.effort) for log in logs]
     friction = fit_logs([prepare(scaled[0], arm, config)], config, NOBODY)
-    judged = audit_log(prepare(scaled[1], arm, config, Calibration.of(friction, config)), config, friction, NOBODY)
+    judged = audit_log(
+        prepare(scaled[1], arm, config, Calibration.of(friction, config)), config, friction, NOBODY, siblings=None
+    )
     for found in (friction.findings, judged.result.findings):
         doubts = [f for f in found if f.code in ("effort-gain", "effort-no-torque")]
         assert bool(doubts) == (verdict == "doubted"), doubts

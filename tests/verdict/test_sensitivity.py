@@ -70,7 +70,9 @@ def friction() -> FrictionFile:
 
 def audit(log: JointLog, friction: FrictionFile, **sections: Any) -> AuditResult:
     cfg = config(**sections)
-    return audit_log(prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY).result
+    return audit_log(
+        prepare(log, build_robot(cfg.robot, Path(), NAMES), cfg), cfg, friction, NOBODY, siblings=None
+    ).result
 
 
 def one_standing(seconds: float, period: float = PERIOD) -> np.ndarray:

@@ -70,7 +70,6 @@ LONGEST = (
     "test_mutants",
     "test_noise_in_the_acceleration_is_not_subtracted",
     "test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it",
-    "test_injected_and_simulated_pushes_are_missed_alike",
     "test_results_do_not_depend_on_threads",
     "test_small_files_stay_small_in_memory",
     "test_every_line_of_the_tutorial_runs",

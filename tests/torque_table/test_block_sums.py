@@ -91,3 +91,9 @@ def test_coefficients_that_joints_share_are_told_by_all_of_them_and_held_by_the_
     np.testing.assert_allclose(found.value, truth, atol=4.0 * np.sqrt(np.diag(found.covariance)).max())
     held = estimate(products, count, place, np.array([0.0, 1e9, 0.0]))
     assert abs(held.value[1]) < 1e-5
+
+
+def test_without_blocks_the_prior_alone_tells() -> None:
+    """A half of a log in which nothing was measured."""
+    found = estimate(np.zeros((0, 2, 3, 3)), np.zeros((0, 2)), np.array([[0, 1], [0, 2]]), np.ones(3), usual=1.0)
+    assert found.value.tolist() == [0.0, 0.0, 0.0] and found.count == found.left == 0.0

@@ -1,12 +1,15 @@
 """345 faulty logs, settings and friction files with one push: found, not judged, refused or stated, never silent.
 
-What becomes of each stands in ``faulty_cases.txt``; a case that changes its outcome is to be looked at, and the table
-brought up to it when the new one is as honest: the test names the outcome it found.
+Of each kind `make test` judges the weakest and the strongest, and both sides of where its outcome turns; `make bench`
+judges all. What becomes of each stands in ``faulty_cases.txt``; a case that changes its outcome is to be looked at, and
+the table brought up to it when the new one is as honest: the test names the outcome it found.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import clock_and_setting_faults as settings
@@ -24,6 +27,16 @@ FAMILIES = (
 CASES = {name: fault for family in FAMILIES for name, fault in family()}
 TABLE = dict(line.split(": ") for line in Path(__file__).with_name("faulty_cases.txt").read_text().splitlines())
 OUTCOMES = {"found", "not judged", "refused", "stated"}
+
+
+def bounds() -> set[str]:
+    """Of each kind the ends, and both sides of each change of outcome, in the order of its strengths."""
+    kinds = [list(names) for _, names in groupby(CASES, lambda name: re.sub(r"\d[\d.e+]*", "#", name))]
+    turns = [pair for names in kinds for pair in pairwise(names) if TABLE[pair[0]] != TABLE[pair[1]]]
+    return {name for names in [*kinds, *turns] for name in (names[0], names[-1])}
+
+
+BOUNDS = bounds()
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +60,9 @@ def test_without_fault_the_push_is_found_and_without_push_nothing(judged_with) -
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [name if name in BOUNDS else pytest.param(name, marks=pytest.mark.bench) for name in CASES]
+)
 def test_no_fault_hides_a_push_in_silence(name: str, judged_with) -> None:
     text, friction, whole, known = judged_with
     outcome = judge(text, friction, spoil(whole, CASES[name]), known)

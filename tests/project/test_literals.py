@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+from sources import parsed
+
 TOP = Path(__file__).resolve().parents[2]
 
 
@@ -15,7 +17,7 @@ TOP = Path(__file__).resolve().parents[2]
 def trees() -> dict[str, ast.Module]:
     """Every module's place and content."""
     return {
-        path.relative_to(TOP).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        path.relative_to(TOP).as_posix(): parsed(path)
         for package in ("core", "reports", "fixtures", "cli")
         for path in sorted((TOP / package).rglob("*.py"))
     }

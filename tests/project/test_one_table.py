@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
+from sources import parsed
+
 TOP = Path(__file__).resolve().parents[2]
 #: Routines by which a regression can be made, in this program and in its libraries.
 ROUTINES = frozenset(
@@ -31,7 +33,7 @@ LEFT = frozenset({"identification/contact_mask.py"})
 
 def regressing(path: Path) -> bool:
     """Whether a module calls any of the routines, by its name or that of a library's part."""
-    calls = [node.func for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
+    calls = [node.func for node in ast.walk(parsed(path)) if isinstance(node, ast.Call)]
     names = {ast.unparse(function) for function in calls if isinstance(function, ast.Attribute | ast.Name)}
     parts = ("linalg", "optimize", "polynomial")
     dotted = {name.rpartition(".")[2] for name in names if any(f"{part}." in name for part in parts)}

@@ -8,6 +8,7 @@ from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
+from sources import parsed
 from user_guide.pages import with_picture
 from user_guide.room_picture import ROOMS, module_imports, picture, room_imports, room_of
 
@@ -149,7 +150,7 @@ def test_libraries_are_imported_where_they_belong() -> None:
     wrong = []
     for path in sources():
         place = path.relative_to(TOP).as_posix()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
                 names = [node.module]
@@ -181,7 +182,7 @@ def test_every_room_says_what_it_is_for() -> None:
     silent = []
     for path in sources():
         if path.name == "__init__.py" and path.parent.parent != TOP:
-            text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+            text = ast.get_docstring(parsed(path)) or ""
             if not {"In:", "Out:", "Elsewhere:"} <= set(text.split()):
                 silent.append(path.parent.relative_to(TOP).as_posix())
     assert not silent

@@ -167,8 +167,7 @@ class Sensitivity:
 
     Attributes:
         joints: of the watched joints.
-        forces: at the links' ends and the tool, base to tip; empty without a kinematic model, or for a detector that
-            does not tell joints apart.
+        forces: at the links' ends and the tool, base to tip; empty without a kinematic model.
         time: what ``forces`` were looked at for; None where there are none.
         push_alarms: whether a push of the duration asked for can alarm at all: by filter, persistence, the log's rate.
     """

@@ -114,7 +114,7 @@ def _of_arm(
     """What force goes unnoticed that must not."""
     asked, time = asked_places(sensitivity), sensitivity.time
     if not asked or time is None:
-        return _nothing_asked(sensitivity, rule)
+        return _nothing_asked(sensitivity)
     short = too_insensitive(sensitivity)
     if short:
         forces = [
@@ -165,13 +165,11 @@ def _gamma(joint: str, rule: RuleFacts, sliding: Collection[str]) -> str:
     return f"{rule.gamma_nm[joint]:.3g} {torque_unit_of(joint, sliding)}"
 
 
-def _nothing_asked(sensitivity: Sensitivity, rule: RuleFacts) -> str | None:
+def _nothing_asked(sensitivity: Sensitivity) -> str | None:
     """Why no force can be asked for; None where a torque is asked for on every watched joint in its place."""
     if all(s.asked is not None for s in sensitivity.joints.values()):
         return None
-    why = f"the detector '{rule.detector}' does not tell joints apart"
-    if sensitivity.forces:
-        why = "no watched joint feels a force there"
+    why = "no watched joint feels a force there" if sensitivity.forces else "no description says where the links are"
     return (
         f"What force at the tool or the forearm would have alarmed cannot be told: {why}. State the torque that must "
         "alarm on each watched joint: [policy] observable_nm."

@@ -316,15 +316,6 @@ def test_a_slow_filter_notices_less_of_a_push_of_the_same_duration(friction: Fri
     assert tool_n(detector="momentum", observer_gain_per_s=2.0, causal=True) > 2.5 * quick
 
 
-def test_a_detector_that_tells_no_joints_apart_needs_torques_to_be_stated(friction: FrictionFile) -> None:
-    found = audit(log_of(one_standing(30.0)), friction, detect={"detector": "energy"})
-    assert found.verdict == "not_judged"
-    assert "the detector 'energy' does not tell joints apart" in found.reasons[0]
-    stated = audit(log_of(one_standing(30.0)), friction, detect={"detector": "energy"}, policy={"observable_nm": 60.0})
-    assert stated.verdict == "pass", stated.reasons
-    assert "The torque asked for would have alarmed" in stated.reasons[0]
-
-
 def test_times_of_a_joint_add_up(friction: FrictionFile) -> None:
     found = audit(log_of(one_standing(30.0)), friction, policy={"observable_nm": 6.0})
     assert found.sensitivity is not None

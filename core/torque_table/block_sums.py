@@ -131,8 +131,10 @@ def _majority(
         if settled and (usual is not None or far == before):
             continue  # the same weights again
         total = (weight[:, None] @ flat).reshape(joints, width, width)
-        gram = np.bincount(pairs, total[:, :-1, :-1].ravel(), size**2).reshape(size, size) + np.diag(prior)
-        value = generalised_inverse(gram, _RANK) @ np.bincount(place.ravel(), total[:, :-1, -1].ravel(), size)
+        both: FloatArray = np.bincount(pairs, total[:, :-1, :-1].ravel(), size**2).astype(np.float64)
+        told: FloatArray = np.bincount(place.ravel(), total[:, :-1, -1].ravel(), size).astype(np.float64)
+        gram = both.reshape(size, size) + np.diag(prior)
+        value = generalised_inverse(gram, _RANK) @ told
         every[:, :-1, 0] = value[place]
         slope = (rows @ every).reshape(*counted.shape, width)
         square = np.maximum((slope @ every)[..., 0], 0.0)
@@ -141,7 +143,7 @@ def _majority(
         bound = usual or max(far * median_of(rms[counted > 0]), _ROUNDING * rms.max(), 1e-300)
         used, weight = weight, 1.0 / np.maximum(rms / bound, 1.0) ** 2
         settled, before = np.array_equal(used, weight), far
-    return weight.T, np.swapaxes(slope, 0, 1), square.T, value, gram, left, known
+    return np.asarray(weight.T), np.swapaxes(slope, 0, 1), square.T, value, gram, left, known
 
 
 def scatter(

@@ -103,7 +103,7 @@ def _json_lines(head: bytes) -> bool:
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
-              f"{_LOGS}.recordings.mcap_file:open_mcap", overview=f"{_LOGS}.mcap.mcap_file:overview_of",
+              f"{_LOGS}.recordings.mcap_file:open_mcap", overview=f"{_LOGS}.recordings.mcap_file:overview_of",
               in_bag_folders=True),
     LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",),
               begins_with(b"#ROSBAG V", b"#ROSRECORD V", b"#ROSLOG V"),

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tsdownsample import MinMaxDownsampler
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -203,6 +202,8 @@ def extremes(values: Series, points: int) -> IntArray:
 
     MinMaxLTTB is not used: its second stage may drop one of two spikes that fall into the same stretch.
     """
+    from tsdownsample import MinMaxDownsampler
+
     finite = np.isfinite(values)
     if len(values) <= points or not finite.any():
         return np.flatnonzero(finite)

@@ -158,7 +158,7 @@ def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: Frict
     assert "an hour" in source.text
 
 
-@pytest.mark.parametrize(("detector", "causal"), [("momentum", True), ("direct", True), ("combined", False)])
+@pytest.mark.parametrize(("detector", "causal"), [("momentum", True), ("direct", True)])
 def test_a_detector_has_thresholds_of_a_fit_with_it(
     made: Made, friction: FrictionFile, hits: Path, detector: str, causal: bool
 ) -> None:

@@ -102,7 +102,7 @@ def test_a_scale_that_the_fitted_log_had_too_is_no_secret(made: Made, monkeypatc
         prepare(scaled[1], robot, config, Calibration.of(friction, config)), config, friction, NOBODY, siblings=None
     )
     off = [text for text in judged.result.exclusions if "times as large there" in text]
-    assert len(off) >= 5, judged.result.exclusions
+    assert len(off) >= 4, judged.result.exclusions  # at the wrist a load would do the same
     shown = [float(text.partition("appear ")[2].partition(" times")[0]) for text in off]
     assert shown == pytest.approx([0.8] * len(off), abs=0.05)
 

@@ -48,7 +48,7 @@ ARMS: tuple[tuple[str, str, dict[str, object], tuple[str, ...]], ...] = (
 def levels(data: Path, work: Path) -> Iterator[str]:
     """Mean |residual| over judged samples, a row a joint."""
     others = [detector.name for detector in DETECTORS if detector.name != "direct"]
-    yield "| log | joint | direct | " + " | ".join(others[:-1]) + " | energy (whole arm) |"
+    yield "| log | joint | direct | " + " | ".join(others) + " |"
     yield "|---|---|---|" + "---|" * len(others)
     for title, urdf, log, names in ARMS:
         config = work / "arm.toml"

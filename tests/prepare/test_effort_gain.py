@@ -138,6 +138,20 @@ def test_an_unloaded_joint_is_undecided_not_guessed() -> None:
         assert [f.code for f in findings] == ["fact"]
 
 
+@pytest.mark.parametrize(("model_nm", "follows", "told"), [(0.05, 1.0, False), (0.05, 0.0, False), (3.0, 0.0, True)])
+def test_a_torque_small_beside_friction_shows_no_other_unit(model_nm: float, follows: float, told: bool) -> None:
+    """The noise of a wrench sensor was most of the last joint's model torque, and the joint was not judged."""
+    rng = np.random.default_rng(3)
+    t = PERIOD * np.arange(20000)
+    q, v = np.sin(0.4 * t), 0.4 * np.cos(0.4 * t)
+    model = model_nm * np.sin(q + 0.3 * np.sin(0.7 * t))
+    effort = follows * model + np.sign(v) * (1.0 + 0.5 * np.abs(v)) + rng.normal(0, 0.1, t.size)
+    series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
+    seen = model + rng.normal(0, 10 * model_nm, t.size)
+    found = scale_findings(effort_gains(TorqueTable.of(series, seen[:, None])), "Nm")
+    assert ["effort-gain" in f.code for f in found] == ([True] if told else [])
+
+
 def test_the_interval_covers_the_gain() -> None:
     hits = sum(g.ci95[0] <= 1.0 <= g.ci95[1] for seed in range(20) for g in run(1.0, 10.0, seed)[0])
     assert hits >= 15

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.torque_table.block_sums import MIN_EXPLAINED
+from collaudit.core.torque_table.block_sums import LEAST_OWN, MIN_EXPLAINED
 from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
 
 #: Torque by a motor's current is good to about a tenth (its constant, warm magnets), by a sensor behind it to less.
@@ -33,6 +33,7 @@ class EffortGain:
         ci95: interval, from the scatter between blocks of time.
         explained: share of the effort's variance, after friction and offset, that the model torque explains.
         model_nm: standard deviation of the model torque in the motion looked at, N·m.
+        effort_sd: that of the effort, in its unit.
     """
 
     joint: str
@@ -40,6 +41,7 @@ class EffortGain:
     ci95: tuple[float, float]
     explained: float
     model_nm: float = 0.0
+    effort_sd: float = 0.0
 
     @property
     def inverted(self) -> bool:
@@ -52,8 +54,13 @@ class EffortGain:
         return (self.ci95[0] > 0 or self.ci95[1] < 0) and self.explained >= MIN_EXPLAINED
 
     def lacks_model(self, least_share: float = LEAST_SHARE) -> bool:
-        """Whether the effort surely shows less than this share of the model's torque, of either sign."""
-        return max(-self.ci95[0], self.ci95[1]) < least_share
+        """Whether the effort surely shows less than this share of the model's torque, of either sign.
+
+        Of a torque that is small beside the effort nothing is sure: the shape of friction hides it, and the noise of a
+        wrench that is part of it lowers the gain.
+        """
+        told = self.model_nm >= LEAST_OWN * self.effort_sd
+        return told and max(-self.ci95[0], self.ci95[1]) < least_share
 
     def exceeds_arm(self, largest_nm: float) -> bool:
         """Whether what it has beyond the model's torque surely outweighs that of the arm's most loaded joint, N·m."""
@@ -81,7 +88,8 @@ def effort_gains(table: TorqueTable, nuisance: FloatArray | None = None) -> tupl
         found = sums.slope("effort", "model", *SLIDING, *columns)
         if found is not None:
             ends = found.value - found.half, found.value + found.half
-            gains.append(EffortGain(joint, found.value, ends, found.explained, sums.sd("model")))
+            sizes = sums.sd("model"), sums.sd("effort")
+            gains.append(EffortGain(joint, found.value, ends, found.explained, *sizes))
     return tuple(gains)
 
 

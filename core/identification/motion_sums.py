@@ -38,6 +38,8 @@ _SETTLED_S, _SETTLED_PERIODS = 0.05, 0.5
 #: Rows at least and at most, and blocks of time, each a second or longer.
 _MIN_ROWS, _MOST_ROWS = 200, 20_000
 _MOST_BLOCKS, _BLOCK_S = 300, 1.0
+#: Share of a part that is spared at either end.
+_SPARED = 0.02
 #: A joint that moves the other way for less than this share of the time moves one way.
 _ONE_WAY = 0.01
 
@@ -265,7 +267,8 @@ def _rows(prepared: Prepared, bandwidth_hz: float, coupled: FloatArray, folds: i
     carried = none if load is None else load[rows]
     held_s, time = block_length_s(series, folds), series.time_s[rows] - series.time_s[0]
     each, held = max(1, round(held_s / block_s)), np.floor(time / held_s).astype(np.int64)
-    use &= (np.abs(time / held_s - held - 0.5) < 0.5 - settled_s / held_s)[:, None]  # the next part may be held out
+    # the next part may be held out, and the filter mixes it in; of a short log's short parts little can be spared
+    use &= (np.abs(time / held_s - held - 0.5) < 0.5 - min(settled_s / held_s, _SPARED))[:, None]
     return {
         "position": series.position_rad[rows], "velocity": v[rows], "acceleration": a[rows],
         "effort": np.nan_to_num(effort), "known": carried + (none if contact is None else contact[rows]),

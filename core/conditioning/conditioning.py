@@ -8,11 +8,7 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.conditioning.doubled_samples import (
-    duplicate_findings,
-    without_contradictions,
-    without_stalls,
-)
+from collaudit.core.conditioning.doubled_samples import duplicate_findings, without_contradictions
 from collaudit.core.conditioning.position_jumps import continued_angles, missing_rows
 from collaudit.core.conditioning.stamp_order import (
     SEVERAL,
@@ -108,7 +104,7 @@ def condition(
         NotJudgedError: no stretch without a gap is long enough.
     """
     ends_s, missing, whole = lost_ends_s(log), missing_findings(log), log
-    recorded = without_contradictions(without_stalls(with_positions(log)))
+    recorded = without_contradictions(with_positions(log))
     log = without_unmeasured(recorded, detect)
     ends_s += lost_ends_s(log)  # frozen positions count as missing
     moved = positions_known(log)

@@ -1,9 +1,13 @@
-"""Positions that jump: angles that begin again after a turn are continued; other jumps and missing rows are told."""
+"""Positions that jump: angles that begin again after a turn are continued; other jumps and missing rows are told.
+
+A joint whose position stands still in motion, and then catches up at once, is told too.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -15,6 +19,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 
 _TURN_RAD = 2.0 * np.pi
@@ -152,16 +157,6 @@ _ABOUT = 0.75
 _LISTED = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Leaps:
-    """Of one joint: rows after them, how far it went beyond its motion, its speed, and how long that takes (k,)."""
-
-    rows: IntArray
-    excess_rad: FloatArray
-    speed_rad_s: FloatArray
-    lost_s: FloatArray
-
-
 def missing_rows(
     log: JointLog, position: FloatArray, jumps: Mapping[int, IntArray], detect: DetectConfig
 ) -> tuple[IntArray, list[Finding]]:
@@ -183,63 +178,104 @@ def missing_rows(
     joints = range(len(log.joint_names))
     leaps = list(ordered_map(lambda j: _leaps(log, position[:, j], j, order, period), joints)) if period > 0.0 else []
     least_s = _ABOUT * shortest_stretch(detect, period) * period if period > 0.0 else 0.0
-    found = np.unique(
-        np.concatenate([np.zeros(0, dtype=np.int64), *(one.rows[one.lost_s >= least_s] for one in leaps)])
-    )
-    found = found[:0] if found.size > max(3.0, _MOST * order.size) else found
-    rows = np.unique(np.concatenate([found, *jumps.values()]))
-    return rows, [_finding(log, position, rows, leaps, jumps)] if rows.size else []
+    found = {row for one in leaps for row, (_, lost_s) in one.items() if lost_s >= least_s}
+    found = set() if len(found) > max(3.0, _MOST * order.size) else found
+    rows = sorted(found.union(*(known.tolist() for known in jumps.values())))
+    return np.array(rows, dtype=np.int64), [_finding(log, rows, leaps, jumps)] if rows else []
 
 
-def _leaps(log: JointLog, q: FloatArray, j: int, order: IntArray, period: float) -> _Leaps:
+def _leaps(log: JointLog, q: FloatArray, j: int, order: IntArray, period: float) -> dict[int, tuple[float, float]]:
+    """Of one joint, by row after a leap: its speed, rad/s, and how long it takes at that to go so far, s."""
     rows = order[np.isfinite(q[order])]
     step, dt = np.diff(q[rows]), np.diff(log.time_s[rows])
     bend = np.diff(step)
-    size = np.abs(bend)
-    none = np.zeros(0)
-    if size.size < 4:
-        return _Leaps(rows[:0], none, none, none)
-    limit = _BEYOND * quantile_of(size, _USUAL) + _ROUNDING
-    far = size > limit
+    if bend.size < 4:
+        return {}
+    limit = _BEYOND * quantile_of(np.abs(bend), _USUAL) + _ROUNDING
+    far = np.abs(bend) > limit
     at = 1 + np.flatnonzero(far[:-1] & far[1:] & (bend[:-1] * bend[1:] < 0.0))  # steps unlike both their neighbours
     at = at[(at >= 2) & (at < step.size - 2) & (dt[np.minimum(at, dt.size - 1)] < 2.0 * period)]
     if not at.size:
-        return _Leaps(rows[:0], none, none, none)
+        return {}
     neighbours = np.stack([step[at + k] / dt[at + k] for k in (-2, -1, 1, 2)])
-    excess = step[at] - np.median(neighbours, axis=0) * dt[at]
-    speed = np.abs(neighbours).max(axis=0)
-    fast = quantile_of(np.abs(step), _FAST) / period
-    speed = np.where(speed > MOVING_RAD_S, speed, max(fast, MOVING_RAD_S))
-    moved = np.abs(step)
+    excess = np.abs(step[at] - np.median(neighbours, axis=0) * dt[at])
+    speed, moved = np.abs(neighbours).max(axis=0), np.abs(step)
+    speed = np.where(speed > MOVING_RAD_S, speed, max(quantile_of(moved, _FAST) / period, MOVING_RAD_S))
     count = float(np.min(moved, where=moved > _ROUNDING, initial=np.inf))
-    keep = (np.abs(excess) > limit) & (moved[at] > _COUNTS * count)
+    keep = (excess > limit) & (moved[at] > _COUNTS * count)
     if log.velocity_rad_s is not None:
         stated = 0.5 * (log.velocity_rad_s[rows[at], j] + log.velocity_rad_s[rows[at + 1], j]) * dt[at]
         keep &= ~(np.abs(step[at] - stated) <= limit)
-    rows, excess, speed = rows[at + 1][keep], excess[keep], speed[keep]
-    return _Leaps(rows, excess, speed, np.abs(excess) / speed)
+    told = zip(speed[keep].tolist(), (excess / speed)[keep].tolist(), strict=True)
+    return dict(zip(rows[at + 1][keep].tolist(), told, strict=True))
 
 
 def _finding(
-    log: JointLog, position: FloatArray, rows: IntArray, leaps: list[_Leaps], jumps: Mapping[int, IntArray]
+    log: JointLog, rows: list[int], leaps: list[dict[int, tuple[float, float]]], jumps: Mapping[int, IntArray]
 ) -> Finding:
     said = []
-    for row in rows[:_LISTED].tolist():
-        at = {j: int(np.flatnonzero(one.rows == row)[0]) for j, one in enumerate(leaps) if (one.rows == row).any()}
-        mine = [*at, *(j for j, known in jumps.items() if row in known and j not in at)]
-        # the joint that is fastest tells best how long it took
-        j = max(mine, key=lambda j: float(leaps[j].speed_rad_s[at[j]]) if j in at else 0.0)
-        size = leaps[j].excess_rad[at[j]] if j in at else position[row, j] - position[max(row - 1, 0), j]
-        long = f", as in {leaps[j].lost_s[at[j]]:.2g} s of its motion" if j in at else ""
-        said.append(f"'{log.joint_names[j]}' by {size:+.3g} rad at {log.time_s[row]:.4g} s{long}")
-    more = f" and {rows.size - _LISTED} more times" if rows.size > _LISTED else ""
-    times = "once" if rows.size == 1 else f"{rows.size} times"
-    where = f"{'; '.join(said)}{more}"
+    for row in rows[:_LISTED]:
+        told = [one[row] for one in leaps if row in one]  # the joint that is fastest tells best how long it took
+        said.append(f"at {log.time_s[row]:.4g} s" + (f", as in {max(told)[1]:.2g} s of the motion" if told else ""))
+    more = f" and {len(rows) - _LISTED} more times" if len(rows) > _LISTED else ""
     text = (
-        f"Positions go on {times} by more than the joints move in one step ({where}): rows are missing there "
+        f"Positions go on by more than the joints move in one step ({'; '.join(said)}{more}): rows are missing there "
         "though the stamps go on, or an encoder was set anew. A contact then would not be seen. Nothing is judged or "
         "filtered across it."
     )
-    who = {j for j, one in enumerate(leaps) if np.isin(one.rows, rows).any()} | set(jumps)
+    who = {j for j, one in enumerate(leaps) if not one.keys().isdisjoint(rows)} | set(jumps)
     joint = log.joint_names[who.pop()] if len(who) == 1 else None
     return Finding("not-measured", "warning", text, joint=joint, start_s=float(log.time_s[rows[0]]))
+
+
+#: A position that repeats for less than this, or for fewer samples, is not frozen.
+_FROZEN_S, _FROZEN = 0.05, 8
+#: No joint of an arm brakes harder, rad/s².
+_BRAKE_RAD_S2 = 200.0
+#: A frozen position catches up by more than so many times its usual step, and than so many steps of its encoder.
+_CATCHES_UP, _STEPS = 5.0, 2.5
+
+
+def frozen_spans(recorded: JointLog, j: int, period: float) -> list[tuple[int, int]]:
+    """Rows (start, stop) in which a joint's position repeats the row before although the joint moves.
+
+    Args:
+        recorded: the log.
+        j: column.
+        period: s.
+    """
+    q = np.ascontiguousarray(recorded.position_rad[:, j])
+    same = np.zeros(q.size, dtype=np.bool_)
+    np.equal(q[1:], q[:-1], out=same[1:])
+    least = max(_FROZEN, ceil(_FROZEN_S / period))
+    starts, stops = run_bounds(same)
+    long = stops - starts >= least
+    if not long.any():
+        return []
+    steps = np.abs(np.diff(q))
+    steps = steps[np.isfinite(steps) & (steps > 0.0)]
+    step = quantile_of(steps, 0.05) if steps.size else 0.0  # of a slow joint, which makes its encoder's one at a time
+    velocity = None if recorded.velocity_rad_s is None else recorded.velocity_rad_s[:, j]
+    found = []
+    for a, b in zip(starts[long].tolist(), stops[long].tolist(), strict=True):
+        if velocity is not None and np.isfinite(velocity[a:b]).any():
+            inside = np.nan_to_num(velocity[a:b])
+            if abs(float(np.sum(inside))) * period <= MOVING_RAD_S * (b - a) * period:
+                continue
+        if _catches_up(q, a, b, period, step):
+            found.append((a, b))
+    return found
+
+
+def _catches_up(q: FloatArray, a: int, b: int, period: float, step: float) -> bool:
+    """Whether the joint came in at speed, and its position catches up at once after the stretch, or it never ends.
+
+    A logged velocity that lags behind, a joint that stops at once, and the steps of an encoder do not look like this.
+    """
+    before = float(np.nanmedian(np.diff(q[max(a - 6, 0) : a]))) / period if a >= 3 else 0.0
+    if b >= q.size:
+        return abs(before) / period > _BRAKE_RAD_S2 and abs(before) > MOVING_RAD_S
+    leap = float(q[b] - q[b - 1])
+    after = float(np.nanmedian(np.abs(np.diff(q[b : b + 6])))) if b + 2 < q.size else 0.0
+    fair = max(after, abs(before) * period)
+    return abs(leap) > max(_CATCHES_UP * fair, _STEPS * step) and abs(leap) > MOVING_RAD_S * (b - a) * period

@@ -6,7 +6,7 @@ noise, while the arm moves. Of positions, stretches that stand still while the j
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from math import ceil
 
@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from collaudit.core.conditioning.calm_stretches import (
     quiet_rows,
+    repeated_rows,
+    repeated_rows_of_all,
     shortest_stretch,
     straight,
     straight_rows,
     straight_runs,
 )
-from collaudit.core.conditioning.doubled_samples import frozen_spans, repeated_rows, repeated_rows_of_all
+from collaudit.core.conditioning.position_jumps import frozen_spans
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S
@@ -63,19 +65,23 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
     count = range(len(recorded.joint_names))
     effort, position, findings = recorded.effort, recorded.position_rad, list[Finding]()
     found = list(ordered_map(lambda j: frozen_spans(recorded, j, period), count))
-    if any(found):
-        position = position.copy(order="F")
-        for j, spans in enumerate(found):
+    for j, spans in enumerate(found):
+        if spans:
+            position = position.copy(order="F") if position is recorded.position_rad else position
             for start, stop in spans:
                 position[start:stop, j] = np.nan
-        findings += _frozen(recorded, found)
+            what = "position of joint '{joint}' stands still while the joint moves"
+            findings.append(_finding(recorded, j, what, *zip(*spans, strict=True)))
     if effort is not None:
         kinds = _efforts(recorded.position_rad, effort, period, shortest_stretch(detect, period))
         if kinds.any():
             kinds[saturation(effort, period)] = 0  # a limit is a measurement, of at least so much: it is judged as that
             effort = effort.copy(order="F")
             effort[kinds > 0] = np.nan
-            findings += [_unmeasured(recorded, j, kinds[:, j]) for j in count if kinds[:, j].any()]
+            for j in np.flatnonzero(kinds.any(axis=0)).tolist():
+                what = " or ".join(words for code, words in _WORDS.items() if (kinds[:, j] == code).any())
+                what = f"effort of joint '{{joint}}' is no measurement but {what}"
+                findings.append(_finding(recorded, j, what, *run_bounds(kinds[:, j] > 0)))
     if not findings:
         return recorded
     parts = {"effort": None if effort is None else frozen(effort), "position_rad": frozen(position)}
@@ -175,43 +181,18 @@ def _along(x: FloatArray, lost: BoolArray, moving: BoolArray, least: int) -> Boo
     return marked(starts[mostly], stops[mostly], x.size)
 
 
-def _unmeasured(recorded: JointLog, j: int, kind: NDArray[np.int8]) -> Finding:
-    joint, time_s = recorded.joint_names[j], recorded.time_s
-    what = " or ".join(words for code, words in _WORDS.items() if (kind == code).any())
-    spans = _times(time_s, *run_bounds(kind > 0))
-    text = (
-        f"The effort of joint '{joint}' is no measurement {_when(spans)}: {what}. A contact then would not be seen: it "
-        "counts as missing, and nothing that needs it is judged there."
-    )
-    return Finding("not-measured", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1])
-
-
-def _frozen(recorded: JointLog, found: Sequence[Sequence[tuple[int, int]]]) -> list[Finding]:
-    out = []
-    for joint, rows in zip(recorded.joint_names, found, strict=True):
-        if not rows:
-            continue
-        spans = [(float(recorded.time_s[a - 1]), float(recorded.time_s[b - 1])) for a, b in rows]
-        text = (
-            f"The position of joint '{joint}' stands still while the joint moves {_when(spans)}. A contact then would "
-            "not be seen: it counts as missing, and nothing that needs it is judged there."
-        )
-        out.append(Finding("not-measured", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1]))
-    return out
-
-
-def _times(time_s: FloatArray, starts: Iterable[int], stops: Iterable[int]) -> list[tuple[float, float]]:
-    """Seconds of runs of rows, each with the steps that lead into it and out of it."""
-    last = time_s.size - 1
-    return [(float(time_s[max(a - 1, 0)]), float(time_s[min(b, last)])) for a, b in zip(starts, stops, strict=True)]
-
-
-def _when(spans: Sequence[tuple[float, float]]) -> str:
-    """How long in all, and when."""
+def _finding(recorded: JointLog, j: int, what: str, starts: Iterable[int], stops: Iterable[int]) -> Finding:
+    """That a joint's signal is none in runs of rows, with the steps that lead into each and out of it."""
+    time_s, last = recorded.time_s, recorded.time_s.size - 1
+    spans = [(float(time_s[max(a - 1, 0)]), float(time_s[min(b, last)])) for a, b in zip(starts, stops, strict=True)]
     total = sum(end - start for start, end in spans)
     listed = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_LISTED])
     more = f" and {len(spans) - _LISTED} more times" if len(spans) > _LISTED else ""
-    return f"for {total:.3g} s ({listed}{more})"
+    text = (
+        f"The {what.format(joint=recorded.joint_names[j])} for {total:.3g} s ({listed}{more}). A contact then would "
+        "not be seen: it counts as missing, and nothing that needs it is judged there."
+    )
+    return Finding("not-measured", "warning", text, None, recorded.joint_names[j], *spans[0])
 
 
 def saturation(effort: FloatArray, period_s: float) -> BoolArray:

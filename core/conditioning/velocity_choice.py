@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, sqrt
 from typing import Literal
@@ -82,167 +82,120 @@ def choose_velocity(
         return Motion(derived, low_pass(derived, *filters), None, (Finding("log-velocity", "info", text),))
     rows = lag_rows(*filters)
     velocity = np.empty(position.shape, order="F")
-    changed: dict[int, FloatArray] = {}
 
-    def one(j: int) -> tuple[list[Finding], Lag | None]:
-        own, said, lag = np.ascontiguousarray(logged[:, j]), list[Finding](), None
+    def one(j: int) -> tuple[FloatArray | None, Finding | None, Lag | None]:
+        own = np.ascontiguousarray(logged[:, j])
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
-        whole, about_holes = _without_holes(own, derived, joint_names[j])
-        smooth, compare = (low_pass(x, *filters) for x in (derived, whole))
-        motion = compare
-        chosen, evidence = _choose(whole, compare, smooth, derived, joint_names[j], period_s)
-        said += about_holes
-        if evidence and source == "logged":
-            chosen = whole
-            said.append(_kept(joint_names[j], own, evidence))
-        elif evidence:
-            what = "it was" if chosen is derived else "there it was"
-            text = f"{evidence}; {what} derived from position."
-            said.append(Finding("log-velocity", "warning", text, joint=joint_names[j]))
-        else:
-            lag = None if whole is derived else velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
-            if source == "position" or (source == "auto" and lag is not None and lag.heavy(period_s)):
-                chosen = derived
-            elif source == "auto" and lag is not None and lag.matters(period_s):
-                # what a controller has stays as logged: the raw velocity is not touched
-                motion = ahead(compare, lag.seconds, segments, period_s)
-        if chosen is not own:
-            changed[j] = chosen
-        if chosen is not whole:
-            motion = smooth if chosen is derived else low_pass(chosen, *filters)
+        holes = np.isfinite(derived) & ~np.isfinite(own)
+        missing = not np.isfinite(own).any()
+        whole = np.where(holes, derived, own) if holes.any() and not missing else own
+        smooth, motion = (low_pass(x, *filters) for x in (derived, whole))
+        wrong, few, evidence = _wrong(own, holes, motion, smooth, derived, period_s)
+        chosen = whole
+        if evidence and source != "logged":
+            chosen = np.where(wrong, derived, whole) if few else derived
+            motion = low_pass(chosen, *filters) if few else smooth
+        told = chosen is not derived and not (evidence and source == "logged")
+        lag = velocity_lag(motion, smooth, rows, period_s, MOVING_RAD_S) if told else None
+        if source == "position" or (source == "auto" and lag is not None and lag.heavy(period_s)):
+            chosen, motion = derived, smooth
+        elif source == "auto" and lag is not None and lag.matters(period_s):
+            # what a controller has stays as logged: the raw velocity is not touched
+            motion = ahead(motion, lag.seconds, segments, period_s)
         velocity[:, j] = motion
-        return said, lag
+        said = _finding(joint_names[j], evidence, few, source, missing) if evidence else None
+        return None if chosen is own else chosen, said, lag
 
     found = list(ordered_map(one, range(len(joint_names))))
-    lags = [lag for _, lag in found]
-    findings = [finding for said, _ in found for finding in said] + _late(lags, joint_names, period_s, source)
+    lags = {joint: lag for joint, (_, _, lag) in zip(joint_names, found, strict=True) if lag is not None}
+    findings = [said for _, said, _ in found if said is not None] + _late(lags, period_s, source)
     raw = logged
-    if changed:  # a departure from the log
-        raw = logged.copy(order="F")
-        for j, column in changed.items():
-            raw[:, j] = column
-    return Motion(raw, velocity, pooled_s(lags), tuple(findings))
+    for j, (chosen, _, _) in enumerate(found):
+        if chosen is not None:  # a departure from the log
+            raw = logged.copy(order="F") if raw is logged else raw
+            raw[:, j] = chosen
+    return Motion(raw, velocity, pooled_s(lags.values()), tuple(findings))
 
 
-def _without_holes(logged: FloatArray, derived: FloatArray, joint: str) -> tuple[FloatArray, list[Finding]]:
-    """A velocity (n,) without holes, from position there, or everywhere where many values are missing.
-
-    One that is missing whole stays so, and so do values that positions do not tell.
-    """
-    known = np.isfinite(logged)
-    missing = np.isfinite(derived) & ~known
-    lost, count = np.count_nonzero(missing), np.count_nonzero(known)
-    if not lost or not count:
-        return logged, []
-    few = lost <= _FEW * (lost + count)
-    text = (
-        f"{lost} of {lost + count} velocity values of joint '{joint}' are missing or not a number; "
-        f"{'there it' if few else 'all of it'} was derived from position."
-    )
-    said = [Finding("log-velocity", "warning", text, joint=joint)]
-    return np.where(missing, derived, logged) if few else derived, said
+def _finding(joint: str, evidence: str, few: bool, source: str, missing: bool) -> Finding:
+    """What speaks against a logged velocity, and what was done about it."""
+    if source == "logged":
+        left = "asks for it: the joint is not judged" if missing else "asks"
+        done = f". {'' if missing else 'It was used all the same, as '}[conditioning] velocity {left}."
+    else:
+        done = f"; {'there it' if few else 'it'} was derived from position."
+    return Finding("log-velocity", "warning", f"The logged velocity of joint '{joint}' {evidence}{done}", joint=joint)
 
 
-def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: float, source: str) -> list[Finding]:
+def _late(lags: Mapping[str, Lag], period_s: float, source: str) -> list[Finding]:
     """Which velocities are late, by how much, and what is done about it."""
-    late = [(joint, lag) for joint, lag in zip(joint_names, lags, strict=True) if lag is not None]
-    heavy = [(joint, lag) for joint, lag in late if lag.heavy(period_s)]
-    light = [(joint, lag) for joint, lag in late if lag.matters(period_s) and not lag.heavy(period_s)]
+    heavy = {joint: lag for joint, lag in lags.items() if lag.heavy(period_s)}
+    light = {joint: lag for joint, lag in lags.items() if lag.matters(period_s) and joint not in heavy}
     done = {
         "logged": "used all the same, as [conditioning] velocity asks",
         "position": "derived from position, as [conditioning] velocity asks",
     }
     findings = []
     for found, auto in ((heavy, "derived from position instead"), (light, "shifted by this lag")):
-        if not found:
-            continue
         named = ", ".join(
             f"'{joint}' {1e3 * lag.seconds:.1f} ms (95 %: {1e3 * lag.ci95[0]:.1f} to {1e3 * lag.ci95[1]:.1f})"
-            for joint, lag in found
+            for joint, lag in found.items()
         )
         text = (
             f"The logged velocity lags behind the positions, as a velocity filtered by the drive does: {named}. "
-            f"For {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
+            f"It was {done.get(source, auto)}."
         )
-        findings.append(Finding("log-velocity", "warning", text) if found is heavy else fact(text))
+        if found:
+            findings.append(Finding("log-velocity", "warning", text) if found is heavy else fact(text))
     return findings
 
 
-def _choose(
-    logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, joint: str, period_s: float
-) -> tuple[FloatArray, str]:
-    """The logged velocity, its derivative from position, or a mixture where few samples are wrong.
-
-    With what speaks against the logged one, empty where nothing does.
-    """
-    both = np.isfinite(compare + smooth)
-    if not both.any():
-        return derived, f"Joint '{joint}' has no velocity values"
-    moving = both & (np.abs(smooth) > MOVING_RAD_S)
-    way = np.cumsum(smooth[both]) * period_s
-    if np.count_nonzero(moving) < 10 or np.ptp(way) < _NOWHERE_RAD:  # a way that never leaves a narrow band is none
-        return logged, ""
-    zero = moving & (logged == 0.0)
-    if np.count_nonzero(zero) == np.count_nonzero(moving):
-        return derived, f"The logged velocity of joint '{joint}' is zero while it moves"
-    reference = smooth[moving]
-    apart = compare[moving]
-    apart -= reference
-    error = float(np.sqrt(np.mean(np.square(apart, out=apart))))
-    speed = float(np.sqrt(np.mean(np.square(reference, out=reference))))
-    if error > _DISAGREES * speed:
-        wrong = _wrong(logged, compare, smooth, derived, moving, period_s)
-        if np.count_nonzero(wrong & moving) <= _FEW * np.count_nonzero(moving):
-            evidence = (
-                f"The logged velocity of joint '{joint}' is not the derivative of its position in "
-                f"{np.count_nonzero(wrong)} of {np.count_nonzero(both)} samples"
-            )
-            return np.where(wrong, derived, logged), evidence
-        reference = smooth[moving]
-        gain, off = _typical(compare[moving], reference)
-        guess = " (degrees per second?)" if abs(gain / 57.29578 - 1.0) < 0.1 else ""
-        evidence = (
-            f"The logged velocity of joint '{joint}' is {gain:.3g} times the derivative of its position{guess}, "
-            f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(reference)):.3g} rad/s"
-        )
-        return derived, evidence
-    if np.count_nonzero(zero) <= _ZEROS:
-        return logged, ""
-    least = float(np.min(np.abs(logged), where=np.isfinite(logged) & (logged != 0.0), initial=np.inf))
-    stuck = zero & (np.abs(smooth) > least)  # slower than its step, a velocity in counts is zero
-    if np.count_nonzero(stuck) <= _ZEROS:
-        return logged, ""
-    evidence = (
-        f"The logged velocity of joint '{joint}' is exactly zero in {np.count_nonzero(stuck)} samples in which it moves"
-    )
-    return np.where(stuck, derived, logged), evidence
-
-
 def _wrong(
+    logged: FloatArray, holes: BoolArray, motion: FloatArray, smooth: FloatArray, derived: FloatArray, period_s: float
+) -> tuple[BoolArray, bool, str]:
+    """Samples (n,) whose logged velocity is not the derivative of position, whether these are few, and what shows it.
+
+    Args:
+        logged, derived: (n,) velocity as logged, and of the position; ``holes`` are those that only the latter knows.
+        motion, smooth: (n,) both low-passed, without holes.
+        period_s: sample period, s.
+    """
+    known = np.isfinite(motion + smooth)
+    moving, count = known & (np.abs(smooth) > MOVING_RAD_S), np.count_nonzero
+    if not np.isfinite(logged).any():
+        return holes, False, "has no values"
+    said = [f"is missing or not a number in {count(holes)} samples"] if holes.any() else []
+    way = np.cumsum(smooth[known]) * period_s
+    if count(moving) < 10 or np.ptp(way) < _NOWHERE_RAD:  # a way that never leaves a narrow band is none
+        return holes, bool(count(holes) <= _FEW * count(known)), " and ".join(said)
+    reference, compare = smooth[moving], motion[moving]
+    wrong, stuck = holes, moving & (logged == 0.0)
+    if np.mean(np.square(compare - reference)) > _DISAGREES**2 * np.mean(np.square(reference)):
+        wrong = holes | _far(logged, motion, smooth, derived, moving, period_s)
+        fast = np.abs(reference) >= np.median(np.abs(reference))
+        gain = float(np.median(compare[fast] / reference[fast]))
+        guess = " (degrees per second?)" if abs(gain / 57.29578 - 1.0) < 0.1 else ""
+        many = count(wrong & moving) > _FEW * count(moving)
+        share = f"is {gain:.3g} times the derivative of its position{guess}, in the median of fast motion"
+        said.append(share if many else f"is not the derivative of its position in {count(wrong)} samples")
+    elif count(stuck) > _ZEROS:
+        least = np.min(np.abs(logged), where=np.isfinite(logged) & (logged != 0.0), initial=np.inf)
+        stuck &= np.abs(smooth) > least  # slower than its step, a velocity in counts is zero
+        if count(stuck) > _ZEROS:
+            wrong = holes | stuck
+            said.append(f"is exactly zero in {count(stuck)} samples in which it moves")
+    return wrong, bool(count(wrong & moving) <= _FEW * count(moving)), " and ".join(said)
+
+
+def _far(
     logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, moving: BoolArray, period_s: float
 ) -> BoolArray:
     """(n,) samples within :data:`_MARGIN_S` of one whose logged velocity is far from the derivative of position."""
     typical = float(np.median(np.abs(smooth[moving])))
-    both = np.isfinite(logged + derived)
-    noise = robust_sd((logged - derived)[both])
-    far = np.isfinite(compare + smooth) & (np.abs(compare - smooth) > _DISAGREES * typical)
-    far |= both & (np.abs(logged - derived) > _DISAGREES * typical + 8.0 * noise)
+    apart = logged - derived
+    far = np.abs(compare - smooth) > _DISAGREES * typical
+    far |= np.abs(apart) > _DISAGREES * typical + 8.0 * robust_sd(apart[np.isfinite(apart)])
     return np.asarray(widened(far, max(1, round(_MARGIN_S / period_s))) & np.isfinite(derived))
-
-
-def _typical(said: FloatArray, reference: FloatArray) -> tuple[float, float]:
-    """Median ratio of two velocities where the second is fast, and their median difference."""
-    fast = np.abs(reference) >= np.median(np.abs(reference))
-    return float(np.median(said[fast] / reference[fast])), float(np.median(np.abs(said - reference)))
-
-
-def _kept(joint: str, logged: FloatArray, evidence: str) -> Finding:
-    """What speaks against a velocity that the configuration asks for, as a warning."""
-    if np.isfinite(logged).any():
-        text = f"{evidence}. It was used all the same, as [conditioning] velocity asks."
-    else:
-        text = f"{evidence}. [conditioning] velocity asks for it: the joint is not judged."
-    return Finding("log-velocity", "warning", text, joint=joint)
 
 
 #: Fewer samples than this are nothing; a lag of 2.7 ms left alone doubles the residual of fast joints.
@@ -328,8 +281,8 @@ def ahead(velocity: FloatArray, lag_s: float, segments: Sequence[Span], period_s
     return out
 
 
-def pooled_s(lags: Sequence[Lag | None]) -> float | None:
+def pooled_s(lags: Iterable[Lag]) -> float | None:
     """Lag of all joints together, s; None where no joint tells one."""
-    known = [lag for lag in lags if lag is not None]
+    known = list(lags)
     weight = sum(lag.weight for lag in known)
     return sum(lag.weight * lag.seconds for lag in known) / weight if weight > 0 else None

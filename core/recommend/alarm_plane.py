@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.detection.rule import MERGE_S, persistence_samples
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.recommend.arm_evidence import ArmEvidence
-from collaudit.core.recommend.sustained_levels import CleanResidual
 
 #: Thresholds and persistences of the plane, as multiples of the rule that it is drawn around.
 GAMMAS: tuple[float, ...] = tuple(2.0 ** (k / 2) for k in range(-4, 5))
@@ -65,14 +65,14 @@ def alarm_planes(
         lasting = tuple(persistence_s * ratio for ratio in PERSISTENCES)
         data = evidence.of_joint(joint)
         counted = np.sum([_counted(one, gammas, lasting) for one in data], axis=0)
-        clean_s = float(sum(np.count_nonzero(one.clean) * one.period_s for one in data))
+        clean_s = float(sum(np.count_nonzero(one.moving) * one.period_s for one in data))
         alarms = tuple(tuple(int(x) for x in row) for row in counted)
         planes[joint] = AlarmPlane(tuple(gammas.tolist()), lasting, clean_s, alarms, set_nm, recommended_nm)
     return planes
 
 
-def _counted(data: CleanResidual, gammas: FloatArray, lasting_s: Sequence[float]) -> IntArray:
-    residual = np.where(data.clean, np.abs(data.residual_nm), -np.inf)
+def _counted(data: NullEvidence, gammas: FloatArray, lasting_s: Sequence[float]) -> IntArray:
+    residual = np.where(data.moving, np.abs(data.residual_nm), -np.inf)
     counts = np.array([persistence_samples(length, data.period_s) for length in lasting_s])
     return alarm_counts(residual, gammas, counts, round(MERGE_S / data.period_s))
 

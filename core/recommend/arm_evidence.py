@@ -7,20 +7,23 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+import scipy
 
 from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMiss, PhaseSpan, RuleFacts
 from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.runs import lowest_in_row
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]
 Why = Literal["contact", "alarm", "near miss", "disturbed", "suspicious"]
 #: Left out on either side of an event: what a contact does to an arm lasts longer than what exceeds a level.
 MARGIN_S = 0.5
+#: Peaks closer than this are one, s.
+_APART_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,19 +74,17 @@ class LogEvidence:
     phases: tuple[PhaseSpan, ...] = ()
     temperature_c: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def of_joint(self, joint: str) -> CleanResidual:
-        """One joint's residual with its clean samples."""
+    def of_joint(self, joint: str, moving: bool = False) -> NullEvidence:
+        """One joint's residual with its clean samples, or those of them in motion."""
+        k = self.signals.joint_names.index(joint)
+        clean = self.clean[:, k] & (self.signals.state[:, k] == State.JUDGED) if moving else self.clean[:, k]
+        return NullEvidence(self.signals.residual_nm[:, k], clean, self.period_s)
+
+    def left_out_s(self, joint: str) -> float:
+        """Seconds in which one joint's rule can fire, left out because they lie around events."""
         k = self.signals.joint_names.index(joint)
         lost = np.count_nonzero(~self.free & (self.signals.state[:, k] <= State.FRICTION_INTERVAL))
-        return CleanResidual(
-            self.signals.residual_nm[:, k], self.clean[:, k], self.period_s, float(lost) * self.period_s
-        )
-
-    def motion_of(self, joint: str) -> NullEvidence:
-        """One joint's clean motion."""
-        k = self.signals.joint_names.index(joint)
-        moving = self.clean[:, k] & (self.signals.state[:, k] == State.JUDGED)
-        return NullEvidence(self.signals.residual_nm[:, k], moving, self.period_s)
+        return float(lost) * self.period_s
 
     def without(self, stretches: Sequence[LeftOutStretch]) -> LogEvidence:
         """The same with further stretches left out."""
@@ -92,6 +93,23 @@ class LogEvidence:
         free = self.free & ~self.signals.inside([(s.start_s, s.end_s) for s in stretches])
         every = tuple(sorted((*self.left_out, *stretches), key=lambda s: s.start_s))
         return replace(self, free=free, clean=self.clean & free[:, None], left_out=every)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SustainedPeaks:
+    """Separate peaks of one joint over all logs.
+
+    Attributes:
+        level_nm: (b,) the largest level that |residual| kept for n samples in a row.
+        log: (b,) index of its log.
+        time_s: (b,) when, s from the start of its log.
+        hours: clean time in stretches in which the rule can fire.
+    """
+
+    level_nm: FloatArray
+    log: IntArray
+    time_s: FloatArray
+    hours: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,20 +125,20 @@ class ArmEvidence:
     joints: tuple[str, ...]
     _peaks: dict[tuple[str, float], SustainedPeaks] = field(default_factory=dict)
 
-    def of_joint(self, joint: str) -> list[CleanResidual]:
-        """Clean residuals of one joint, one entry for each log that watches it."""
-        return [log.of_joint(joint) for log in self.logs if joint in log.watched]
+    def watching(self, joint: str) -> list[LogEvidence]:
+        """The logs that watch a joint."""
+        return [log for log in self.logs if joint in log.watched]
 
-    def motion_of(self, joint: str) -> list[NullEvidence]:
-        """Clean motion of one joint, one entry for each log that watches it."""
-        return [log.motion_of(joint) for log in self.logs if joint in log.watched]
+    def of_joint(self, joint: str, moving: bool = False) -> list[NullEvidence]:
+        """Clean residuals of one joint, or those in motion, one entry for each log that watches it."""
+        return [log.of_joint(joint, moving) for log in self.watching(joint)]
 
     def peaks(self, joint: str, persistence_s: float) -> SustainedPeaks:
-        """Declustered peaks of one joint over its logs, found once for a persistence."""
+        """Separate peaks of one joint over its logs, found once for a persistence."""
         if (joint, persistence_s) not in self._peaks:
             data = self.of_joint(joint)
             counts = [persistence_samples(persistence_s, d.period_s) for d in data]
-            self._peaks[joint, persistence_s] = declustered_peaks(data, counts)
+            self._peaks[joint, persistence_s] = separate_peaks(data, counts)
         return self._peaks[joint, persistence_s]
 
     @property
@@ -216,3 +234,33 @@ def joined(stretches: Sequence[LeftOutStretch]) -> tuple[LeftOutStretch, ...]:
             new = LeftOutStretch(last.log, last.start_s, max(last.end_s, new.end_s), why, joints)
         out.append(new)
     return tuple(out)
+
+
+def sustained_level(data: NullEvidence, n: int) -> FloatArray:
+    """(m,) the smallest |residual| of each n samples in a row, by their first sample; -inf where one does not count.
+
+    Rule (6) with this n fires in clean data exactly where it exceeds gamma.
+    """
+    known = data.moving & np.isfinite(data.residual_nm)
+    return lowest_in_row(np.where(known, np.abs(data.residual_nm), -np.inf), n)
+
+
+def separate_peaks(data: Sequence[NullEvidence], counts: Sequence[int]) -> SustainedPeaks:
+    """Peaks of one joint over its logs, a second apart at least.
+
+    Args:
+        data: its clean residuals, one entry a log.
+        counts: n of the rule on each log, samples.
+    """
+    level, time_s, log, hours = list[FloatArray](), list[FloatArray](), list[IntArray](), 0.0
+    for k, (one, n) in enumerate(zip(data, counts, strict=True)):
+        sustained = sustained_level(one, n)
+        ends = np.pad(sustained, 1, constant_values=-np.inf)  # a peak may be the first or last sample
+        at = scipy.signal.find_peaks(ends, distance=max(1, round(_APART_S / one.period_s)))[0] - 1
+        level.append(sustained[at])
+        time_s.append(np.asarray(at * one.period_s, dtype=np.float64))
+        log.append(np.full(at.size, k))
+        hours += float(np.count_nonzero(np.isfinite(sustained))) * one.period_s / 3600.0
+    if not data:
+        return SustainedPeaks(np.empty(0), np.empty(0, np.int64), np.empty(0), 0.0)
+    return SustainedPeaks(np.concatenate(level), np.concatenate(log), np.concatenate(time_s), hours)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import fdtrc as fisher_tail
 
+from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.data.audit_result import Audit, RecommendedRule, RuleFacts
 from collaudit.core.data.recommendation_result import (
     ArmRate,
@@ -20,21 +20,21 @@ from collaudit.core.data.recommendation_result import (
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.distinct_names import distinct
-from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.null_tail import BLOCK_S, block_peaks, null_tail
 from collaudit.core.recommend.alarm_plane import AlarmPlane, alarm_planes
 from collaudit.core.recommend.arm_evidence import (
     MARGIN_S,
     ArmEvidence,
     LeftOutStretch,
     LogEvidence,
+    SustainedPeaks,
     Times,
     gather_evidence,
     joined,
+    sustained_level,
 )
-from collaudit.core.recommend.evidence_range import acceleration, ranges_of_evidence
+from collaudit.core.recommend.evidence_range import ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import (
     DEFAULT_PER_HOUR,
     LEAST_S,
@@ -42,130 +42,39 @@ from collaudit.core.recommend.joint_thresholds import (
     judge_set_rules,
     recommend_joints,
 )
-from collaudit.core.recommend.sustained_levels import BLOCK_S, CleanResidual, SustainedPeaks, sustained_level
-
-#: Chance that any peak of a clean joint is called an outlier.
-_CHANCE = 1e-3
-#: Share of the peaks that may be outliers; the usual is told from those below, down to three times as many.
-_SUSPECT, _USUAL = 0.1, 0.3
-_FEWEST = 60
-#: How many times wider than usual their spacings are at least: motions of several kinds mix to a tail that is a little
-#: heavier than exponential, which hours of data would tell from one.
-_FURTHER = 3.0
-#: Peaks are compared with others at like speed and acceleration: so many classes of each.
-_CLASSES = (4, 3)
-_FEWEST_IN_CLASS = 20
-#: Joints that are tested together, at least; those are named that have this share of the highest ratio.
-_FEWEST_JOINTS, _SHARES = 2, 0.5
 
 
-def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[LeftOutStretch, ...]:
-    """Stretches of clean time in which a joint's residual rose far beyond its usual peaks at like motion.
+def suspicious_stretches(evidence: ArmEvidence) -> tuple[LeftOutStretch, ...]:
+    """Stretches of clean motion in which a joint's residual rose beyond what the law of its peaks leaves to chance.
 
-    Args:
-        evidence: of the arm, events left out.
-        persistence_s: of the rule.
+    The law is that of the thresholds (:mod:`null_tail`).
 
     Returns:
         The stretches with their margin, log by log and in time order.
     """
-    found: dict[int, list[LeftOutStretch]] = {}
-    together: dict[tuple[int, int], dict[str, float]] = {}
-
-    for joint, peaks in by_name(lambda joint: evidence.peaks(joint, persistence_s), evidence.joints).items():
-        logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
-        if peaks.level_nm.size < _FEWEST:
+    found: list[LeftOutStretch] = []
+    for joint in evidence.joints:
+        logs = evidence.watching(joint)
+        motion = [log.of_joint(joint, moving=True) for log in logs]
+        peaks = [one.peaks() for one in motion]
+        blocks = sum(its.size for its in peaks)
+        law = null_tail(np.concatenate(peaks)) if blocks else None
+        if law is None:
             continue
-        usual = _usual_nm(peaks, [evidence.logs[k] for k in logs], joint)
-        ratio = peaks.level_nm / usual
-        for i in _outliers(ratio):
-            k = logs[int(peaks.log[i])]
-            found.setdefault(k, []).append(_around(evidence.logs[k], float(peaks.time_s[i]), (joint,)))
-        for own, second, size in zip(peaks.log, (peaks.time_s / BLOCK_S).astype(np.int64), ratio, strict=True):
-            together.setdefault((logs[int(own)], int(second)), {})[joint] = float(size)
-    for (k, second), joints in _together(together):
-        found.setdefault(k, []).append(_around(evidence.logs[k], (second + 0.5) * BLOCK_S, joints, 0.5 * BLOCK_S))
-    return tuple(stretch for k in sorted(found) for stretch in joined(found[k]))
+        for log, one, its in zip(logs, motion, peaks, strict=True):
+            ends_s = block_peaks(log.signals.time_s, one.moving, one.period_s)
+            for end_s in ends_s[its > law.ceiling(blocks)].tolist():
+                start_s = end_s - BLOCK_S - MARGIN_S
+                found.append(LeftOutStretch(log.name, start_s, end_s + MARGIN_S, "suspicious", (joint,)))
+    return tuple(stretch for log in evidence.logs for stretch in joined([s for s in found if s.log == log.name]))
 
 
-def _around(log: LogEvidence, at_s: float, joints: tuple[str, ...], half_s: float = 0.0) -> LeftOutStretch:
-    return LeftOutStretch(log.name, at_s - half_s - MARGIN_S, at_s + half_s + MARGIN_S, "suspicious", joints)
-
-
-def _together(
-    seconds: Mapping[tuple[int, int], Mapping[str, float]],
-) -> list[tuple[tuple[int, int], tuple[str, ...]]]:
-    """Seconds in which the joints together lie too far out, with the joints that are highest in them.
-
-    Args:
-        seconds: by log and second the peaks of the joints over their usual.
-    """
-    places = sorted(seconds, key=lambda place: place[0])
-    count = max((len(ratios) for ratios in seconds.values()), default=0)
-    if count < _FEWEST_JOINTS or len(places) < _FEWEST:
-        return []
-    # A joint whose peak was merged into the next second counts as usual.
-    size = np.array([sum(x * x for x in seconds[at].values()) + count - len(seconds[at]) for at in places])
-    out = []
-    for at in (places[int(i)] for i in _outliers(size)):
-        most = _SHARES * max(seconds[at].values())
-        out.append((at, tuple(joint for joint, x in seconds[at].items() if x > most)))
-    return out
-
-
-def without_outliers(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch]) -> ArmEvidence:
+def without_suspicious(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch]) -> ArmEvidence:
     """The evidence without suspicious stretches, in logs of which nobody said what was contact."""
-    if not stretches:
-        return evidence
     logs = tuple(
         log if log.contact_known else log.without([s for s in stretches if s.log == log.name]) for log in evidence.logs
     )
     return ArmEvidence(logs, evidence.joints)
-
-
-def unsuspicious(evidence: ArmEvidence, persistence_s: float) -> ArmEvidence:
-    """The evidence without what is suspicious in it; arguments as of :func:`outlying_stretches`."""
-    return without_outliers(evidence, outlying_stretches(evidence, persistence_s))
-
-
-def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) -> FloatArray:
-    """(b,) the median peak at speeds and accelerations like those of each peak; of all where there are few like it."""
-    speed, turn = np.empty(peaks.level_nm.size), np.empty(peaks.level_nm.size)
-    for k, log in enumerate(logs):
-        own = peaks.log == k
-        velocity = log.signals.velocity_rad_s[:, log.signals.joint_names.index(joint)]
-        at = np.round(peaks.time_s[own] / log.period_s).astype(np.int64).clip(0, velocity.size - 1)
-        speed[own], turn[own] = np.abs(velocity[at]), acceleration(velocity, log.period_s)[at]
-    like = _CLASSES[1] * _class(speed, _CLASSES[0]) + _class(turn, _CLASSES[1])
-    usual = np.full(peaks.level_nm.size, max(median_of(peaks.level_nm), 1e-12))
-    for label in np.unique(like):
-        same = like == label
-        if np.count_nonzero(same) >= _FEWEST_IN_CLASS:
-            usual[same] = max(median_of(peaks.level_nm[same]), 1e-12)
-    return usual
-
-
-def _class(values: FloatArray, count: int) -> IntArray:
-    known = np.nan_to_num(values)
-    edges = [quantile_of(known, share) for share in np.linspace(0.0, 1.0, count + 1)[1:-1].tolist()]
-    return np.searchsorted(edges, known, side="right").astype(np.int64)
-
-
-def _outliers(ratio: FloatArray) -> IntArray:
-    """Indices of the peaks that lie too far out; none where the highest are as the law has it."""
-    order = np.argsort(ratio)[::-1]
-    top, below = max(5, int(_SUSPECT * ratio.size)), int(_USUAL * ratio.size)
-    ranked = ratio[order[: below + 1]]
-    spacing = np.arange(1, below + 1) * (ranked[:-1] - ranked[1:])
-    usual = float(np.mean(spacing[top:]))
-    if usual <= 0:
-        return np.empty(0, np.int64)
-    count = np.arange(1, top + 1)
-    further = np.cumsum(spacing[:top]) / count / usual
-    chance = np.where(further > _FURTHER, fisher_tail(2.0 * count, 2.0 * (below - top), further), 1.0)
-    if chance.min() >= _CHANCE / top:
-        return np.empty(0, np.int64)
-    return order[: int(np.argmin(chance)) + 1]
 
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
@@ -176,7 +85,7 @@ _HIGHEST = 5
 #: What a recommendation takes for granted.
 ASSUMPTIONS = (
     "The logs to be judged are like these in motion, load, temperature and wear.",
-    "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
+    "The left-out stretches were contact; what remains is free of contact, as far as the law of the peaks can tell.",
     "Rates of false alarms are counted in the clean time, with the bound (95 %) of the count; nothing is extrapolated.",
     "Joints add up: alarms of several joints count apart, whether they coincide or not.",
     "gamma is compared with the residual as logged; what a run's own uncertainty of friction adds to it, as for a gear "
@@ -253,8 +162,8 @@ def recommend_arm(
     audits, known = _distinct([audits[k] for k in kept]), [known[k] for k in kept]
     wanted = persistence_s or max(a.result.rule.persistence_s for a in audits)
     gathered = gather_evidence(audits, known)
-    outliers = outlying_stretches(gathered, wanted)
-    evidence = without_outliers(gathered, outliers)
+    suspicious = suspicious_stretches(gathered)
+    evidence = without_suspicious(gathered, suspicious)
     noticed = [(audit.result.rule, audit.result.sensitivity) for audit in audits]
     joints, found = recommend_joints(evidence, wanted, noticed)
     recorded = {joint: unit for audit in audits for joint, unit in audit.result.log.units.items()}
@@ -268,7 +177,7 @@ def recommend_arm(
         joints=joints,
         ranges=ranges_of_evidence(evidence),
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
-        counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
+        counted=tuple(_to_confirm(s, evidence, wanted) for s in suspicious if s.log in stated),
         if_clean_nm=_if_clean(audits, known, joints, wanted) if unconfirmed else {},
         set_rules=opinions,
         logs=tuple(_use(log) for log in evidence.logs),
@@ -279,7 +188,7 @@ def recommend_arm(
 
 
 def _highest(peaks: SustainedPeaks, evidence: ArmEvidence, joint: str) -> tuple[CleanPeak, ...]:
-    logs = [log for log in evidence.logs if joint in log.watched]
+    logs = evidence.watching(joint)
     return tuple(
         CleanPeak(
             logs[int(peaks.log[i])].name,
@@ -327,10 +236,8 @@ def _to_confirm(stretch: LeftOutStretch, evidence: ArmEvidence, persistence_s: f
     highest = -np.inf
     for joint in stretch.joints or log.watched:
         k = signals.joint_names.index(joint)
-        usable = np.asarray(
-            (signals.state[a:b, k] <= State.FRICTION_INTERVAL) & np.isfinite(signals.residual_nm[a:b, k])
-        )
-        level = sustained_level(CleanResidual(signals.residual_nm[a:b, k], usable, log.period_s), n)
+        usable = np.asarray(signals.state[a:b, k] <= State.FRICTION_INTERVAL)
+        level = sustained_level(NullEvidence(signals.residual_nm[a:b, k], usable, log.period_s), n)
         highest = max(highest, float(level.max(initial=-np.inf)))
     start, end = max(0.0, stretch.start_s), min(float(signals.time_s[-1]), stretch.end_s)
     level_nm = highest if np.isfinite(highest) else None
@@ -373,5 +280,6 @@ def recommended_of_log(
     log: LogEvidence, rule: RuleFacts, sensitivity: Sensitivity | None
 ) -> dict[str, RecommendedRule]:
     """A threshold for each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
-    evidence = unsuspicious(ArmEvidence((log,), log.watched), rule.persistence_s)
+    gathered = ArmEvidence((log,), log.watched)
+    evidence = without_suspicious(gathered, suspicious_stretches(gathered))
     return recommend_joints(evidence, rule.persistence_s, [(rule, sensitivity)])[0]

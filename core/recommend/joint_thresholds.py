@@ -18,8 +18,7 @@ from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.null_tail import ARM_PER_HOUR
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
-from collaudit.core.recommend.arm_evidence import ArmEvidence
-from collaudit.core.recommend.sustained_levels import SustainedPeaks
+from collaudit.core.recommend.arm_evidence import ArmEvidence, SustainedPeaks
 
 #: False alarms of the arm an hour that are asked for where nothing is said.
 DEFAULT_PER_HOUR = ARM_PER_HOUR
@@ -62,9 +61,9 @@ def joint_evidence(evidence: ArmEvidence, joint: str, persistence_s: float) -> J
     levels = []
     if peaks.hours * 3600.0 >= LEAST_S:
         free = all(log.contact_known for log in evidence.logs)  # what is left then was no contact, as someone said
-        levels = motion_levels(evidence.motion_of(joint), [counts], len(evidence.joints), free)
-    size = np.concatenate([np.abs(one.residual_nm[one.clean]) for one in data]) if data else np.empty(0)
-    left_out_s = sum(one.left_out_s for one in data)
+        levels = motion_levels(evidence.of_joint(joint, moving=True), [counts], len(evidence.joints), free)
+    size = np.concatenate([np.abs(one.residual_nm[one.moving]) for one in data]) if data else np.empty(0)
+    left_out_s = sum(log.left_out_s(joint) for log in evidence.watching(joint))
     return JointEvidence(
         max(counts, default=1),
         peaks,
@@ -154,7 +153,7 @@ def _missing(one: JointEvidence) -> tuple[str, ...]:
             f"a statement on {one.left_out_s:.3g} s around alarms, taken for contact here ([fit] contact, --truth "
             "or [detect] true_events): if nothing touched the arm then, gamma has to be higher"
         )
-    if peaks.log_of_window.size and peaks.log_of_window.max() == 0:
+    if peaks.log.max(initial=0) == 0:
         missing.append("another log: one log does not show how much logs differ")
     apart = _logs_apart(peaks)
     if apart > LOOSE:

@@ -10,10 +10,11 @@ from hypothesis.extra.numpy import arrays
 from plain_rule import collisions
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.detection.rule import persistence_samples, rule_events
 from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.recommend.sustained_levels import CleanResidual, sustained_level
+from collaudit.core.recommend.arm_evidence import sustained_level
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))
 MASKS = st.integers(0, 2**32 - 1)
@@ -116,7 +117,7 @@ def test_a_causal_rule_waits_less_where_thresholds_are_automatic(period: float, 
 @given(arrays(np.float64, st.integers(20, 200), elements=st.floats(-10, 10)), MASKS, st.integers(1, 12))
 def test_the_sustained_level_is_the_threshold_at_which_alarms_stop(x: np.ndarray, seed: int, n: int) -> None:
     clean = mask_for(x, seed)
-    level = sustained_level(CleanResidual(x, clean, 0.002), n)
+    level = sustained_level(NullEvidence(x, clean, 0.002), n)
     peaks = level[np.isfinite(level)]
     if peaks.size == 0:
         starts, stops = run_bounds(clean)

@@ -35,7 +35,7 @@ def test_events_of_any_joint_are_left_out_for_all() -> None:
     assert [(s.why, s.joints) for s in evidence.left_out] == [("alarm", ("joint1",)), ("near miss", ("joint2",))]
     clean_s = float(np.count_nonzero(log.clean[:, 2])) * log.period_s
     assert clean_s == pytest.approx(10.0 - 1.1 - 1.05, rel=1e-3)
-    assert evidence.of_joint("joint3")[0].left_out_s == pytest.approx(2.15, abs=0.01)
+    assert log.left_out_s("joint3") == pytest.approx(2.15, abs=0.01)
 
 
 def test_known_contact_decides_and_alarms_elsewhere_count() -> None:

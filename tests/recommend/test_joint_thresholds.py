@@ -7,11 +7,11 @@ import pytest
 from plain_rule import collisions
 from residual_audits import audit_of, coloured
 
+from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM
-from collaudit.core.recommend.arm_evidence import gather_evidence
+from collaudit.core.recommend.arm_evidence import gather_evidence, separate_peaks, sustained_level
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation, recommend_arm
 from collaudit.core.recommend.joint_thresholds import LEAST_S, LOOSE, arm_rate, judge_set_rule, recommend_joints
-from collaudit.core.recommend.sustained_levels import CleanResidual, declustered_peaks, sustained_level
 
 
 def recommended(residual: np.ndarray, per_hour: float = 0.1, name: str = "a.mcap") -> ArmRecommendation:
@@ -91,24 +91,11 @@ def test_sustained_levels_are_the_rules() -> None:
     """Gaps are never bridged; the level is the threshold at which the rule stops to fire."""
     rng = np.random.default_rng(0)
     x, clean = rng.standard_normal(400), rng.random(400) > 0.05
-    level = sustained_level(CleanResidual(x, clean, 0.002), 5)
+    level = sustained_level(NullEvidence(x, clean, 0.002), 5)
     for start in range(396):
         inside = slice(start, start + 5)
         expected = np.abs(x[inside]).min() if clean[inside].all() else -np.inf
         assert level[start] == expected
-
-
-@pytest.mark.parametrize("n", [1, 5, 40, 400, 401])
-@pytest.mark.parametrize("length", [1, 7, 100, 1000])
-def test_windows_that_count_are_told_from_the_runs_of_clean_samples(n: int, length: int) -> None:
-    rng = np.random.default_rng(n)
-    x, clean = rng.standard_normal(400), rng.random(400) > 0.02
-    x[rng.integers(0, 400, 3)] = np.nan
-    for marked in (clean, np.zeros(400, dtype=bool), np.arange(400) % 130 != 100):
-        data = CleanResidual(x, marked, 0.002)
-        known = np.isfinite(sustained_level(data, n))
-        expected = [np.count_nonzero(known[a : a + length]) for a in range(0, known.size, length)]
-        assert data.windows_by_block(n, length).tolist() == expected
 
 
 def test_peaks_are_found_once_for_a_persistence() -> None:
@@ -116,20 +103,19 @@ def test_peaks_are_found_once_for_a_persistence() -> None:
     peaks = evidence.peaks("joint1", 0.026)
     assert evidence.peaks("joint1", 0.026) is peaks
     for persistence_s, n in ((0.026, 13), (0.052, 26)):
-        expected = declustered_peaks(evidence.of_joint("joint1"), [n])
+        expected = separate_peaks(evidence.of_joint("joint1"), [n])
         np.testing.assert_array_equal(evidence.peaks("joint1", persistence_s).level_nm, expected.level_nm)
 
 
 def test_peaks_are_apart() -> None:
     x = np.zeros(5000)
-    x[990:1020] = 3.0  # across the border of two seconds' blocks: one peak
-    x[1980:1996], x[2003:2030] = 1.0, 2.5  # rising across a border: the higher one
+    x[990:1020] = 3.0
+    x[1980:1996], x[2003:2030] = 1.0, 2.5  # less than a second apart: the higher one
     x[3000:3030] = 2.0
-    peaks = declustered_peaks([CleanResidual(x, np.ones(5000, dtype=bool), 0.002)] * 2, [13, 13])
+    peaks = separate_peaks([NullEvidence(x, np.ones(5000, dtype=bool), 0.002)] * 2, [13, 13])
     assert sorted(peaks.level_nm[peaks.level_nm > 0]) == [2.0, 2.0, 2.5, 2.5, 3.0, 3.0]
     assert peaks.hours == pytest.approx(2 * 4988 * 0.002 / 3600)
-    assert peaks.window_hours.sum() == pytest.approx(peaks.hours)
-    assert set(peaks.log) == {0, 1} and set(peaks.log_of_window) == {0, 1}
+    assert set(peaks.log) == {0, 1}
 
 
 def test_an_arm_nobody_watched_gets_no_rate() -> None:

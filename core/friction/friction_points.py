@@ -10,7 +10,7 @@ import numpy as np
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple, without_ripple
+from collaudit.core.friction.gear_ripple import GearRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -155,7 +155,7 @@ def _pair_point(
     model_torque: FloatArray | None,
     pair: _Pair,
     j: int,
-    ripple: SectionRipple | None,
+    ripple: GearRipple | None,
 ) -> FrictionPoint | None:
     """Half the difference of both directions, block by block of position; None where too few blocks are common.
 
@@ -226,7 +226,7 @@ def _model_point(
     section: Section,
     model_torque: FloatArray,
     j: int,
-    ripple: SectionRipple | None,
+    ripple: GearRipple | None,
 ) -> FrictionPoint | None:
     s = section.span.slice
     sign = 1 if section.velocity_rad_s > 0 else -1

@@ -74,7 +74,7 @@ def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionV
 def friction_variation_findings(joints: Mapping[str, FrictionVariation]) -> list[Finding]:
     """Trends with time and temperature whose interval excludes zero.
 
-    Load and ripple are said where they are shown well enough to be used: core/friction/gear/correction_fit.py.
+    Load and ripple are said where they are shown well enough to be used: core/friction/gear_corrections.py.
     """
     findings = []
     for joint, found in joints.items():

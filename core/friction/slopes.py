@@ -6,7 +6,7 @@ import numpy as np
 
 from collaudit.core.data.identification_result import Bounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.torque_table.block_sums import BlockSums, solutions
+from collaudit.core.torque_table.block_sums import BlockSums
 
 _BLOCK_S = 2.0
 _KNOTS = 8
@@ -82,15 +82,3 @@ def jackknifed(
     sums = BlockSums.of(cluster, names, np.column_stack([target, column, others]))
     found = sums.slope(*names, least_own=_LEAST_OWN)
     return None if found is None else (found.value, (found.value - found.half, found.value + found.half))
-
-
-def held_out_slopes(column: FloatArray, target: FloatArray, others: FloatArray, fold: IntArray) -> FloatArray:
-    """(f,) coefficient of one column beside others by the samples that are not of each fold.
-
-    Args:
-        column, target, others: as of :func:`jackknifed`.
-        fold: (n,) number of the fold that a sample belongs to, from 0 on, none without samples.
-    """
-    every = np.column_stack([column, others, target])
-    own = np.array([rows.T @ rows for rows in (every[fold == k] for k in range(int(fold.max()) + 1))])
-    return solutions(own.sum(axis=0) - own, tuple(range(every.shape[1] - 1)))[0][:, 0]

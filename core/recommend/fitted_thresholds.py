@@ -28,7 +28,7 @@ from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_variation import joint_variation, merged
-from collaudit.core.friction.gear.correction_fit import joint_correction
+from collaudit.core.friction.gear_corrections import joint_correction
 from collaudit.core.friction.motion_points import settled_residual
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.numeric.parallel import by_name

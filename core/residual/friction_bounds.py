@@ -21,7 +21,7 @@ from collaudit.core.friction.friction_model import (
     temperature_doubt,
     temperature_share,
 )
-from collaudit.core.friction.gear.correction_fit import ripple_torque
+from collaudit.core.friction.gear_ripple import ripple_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd

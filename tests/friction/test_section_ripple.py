@@ -14,7 +14,7 @@ from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction import friction_points as module
 from collaudit.core.friction.friction_points import friction_points
-from collaudit.core.friction.gear.section_ripple import section_ripple
+from collaudit.core.friction.gear_ripple import section_ripple
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import Span
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
-from collaudit.core.friction.gear.correction_fit import ripple_torque
+from collaudit.core.friction.gear_ripple import ripple_torque
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import BOTH_WAYS, double_pole
 

@@ -1,9 +1,10 @@
-"""Gear ripple in constant-velocity sections: waves over position beside what a slow stroke has of its own.
+"""Gear ripple: waves of torque over position, beside what each stretch of motion has of its own.
 
 A slow stroke covers few periods of a gear's ripple, or a part of one, so that its mean holds some of it. The ripple is
 the same in every stroke at that place: blocks of one stroke and repeated strokes do not show it as scatter, and the
 standard error of the point is too small. Other strokes that pass the same places tell it: the waves are fitted to all
-sections of a joint together, each with a parabola of its own for gravity and friction, and taken off the effort.
+stretches of a joint together, each with a parabola of its own for gravity and friction. In sections they are taken off
+the effort; in settled motion they correct the residual, where time left out confirms them.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.data.friction_result import RippleWave
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.sections import Section
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.torque_table.block_sums import estimate, explained, products_of, solutions
 
 #: Slower waves have the shape of gravity and of cables; faster ones average out within the slowest strokes.
@@ -26,18 +28,18 @@ _BIN_RAD, _PADDED = 1e-3, 4
 #: Two waves differ by so much phase over the travel at least; a step of their fit turns that phase by no more, rad.
 _APART, _MOST_SHIFT = 4.0, 1.0
 _MOST_WAVES = 6
-#: A wave counts from this many standard errors, sections being the clusters, of the larger of its two directions. The
+#: A wave counts from this many standard errors, stretches being the clusters, of the larger of its two directions. The
 #: largest of hundreds of waves of noise reaches four.
-_SURE = 6.0
+SURE = 6.0
 _MOST_SAMPLES = 12_000
-#: Samples that a section's own parabola takes up: a section of no more has nothing to say of waves.
+#: Samples that a stretch's own parabola takes up: one of no more has nothing to say of waves.
 _PARABOLA = 3
-_FEWEST_SECTIONS, _LEAST_TRAVEL_RAD = 8, 0.2
+_FEWEST_STRETCHES, _LEAST_TRAVEL_RAD = 8, 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SectionRipple:
-    """Waves of one joint's effort over its position, for each direction.
+class GearRipple:
+    """Waves of one joint's torque over its position, for each direction.
 
     Attributes:
         cycles: (w,) 1/rad.
@@ -49,9 +51,20 @@ class SectionRipple:
     coefficients: FloatArray
     covariance: FloatArray
 
-    def torque(self, position: FloatArray, velocity: float) -> FloatArray:
-        """(n,) effort of the waves at positions passed at this signed velocity."""
-        return np.asarray(_waves(position, self.cycles) @ self.coefficients[0 if velocity > 0 else 1])
+    @property
+    def waves(self) -> tuple[RippleWave, ...]:
+        """Each with what is the same both ways, what turns with the motion, and its error."""
+        w, error, out = self.cycles.size, np.diagonal(self.covariance), list[RippleWave]()
+        for k, cycles in enumerate(self.cycles):
+            (ahead, back), own = self.coefficients[:, [k, w + k]], [k, w + k, 2 * w + k, 3 * w + k]
+            same, against = (0.5 * (ahead + back)).tolist(), (0.5 * (ahead - back)).tolist()
+            sd_nm = float(np.sqrt(np.mean(error[own])))
+            out.append(RippleWave(float(cycles), (same[0], same[1]), (against[0], against[1]), sd_nm))
+        return tuple(out)
+
+    def columns(self, position: FloatArray, side: IntArray) -> FloatArray:
+        """(n, 4w) derivatives by the coefficients; side (n,) is 1 of backward motion."""
+        return _sided(_waves(position, self.cycles), side)
 
     def gradient(self, position: FloatArray, velocity: float) -> FloatArray:
         """(5w,) derivative of the waves' mean over these positions by coefficients and cycles."""
@@ -65,7 +78,7 @@ class SectionRipple:
         return float(np.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0)))
 
 
-def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -> SectionRipple | None:
+def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -> GearRipple | None:
     """Waves that the sections of one joint have in common; None where none is sure.
 
     Args:
@@ -75,20 +88,43 @@ def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -
     """
     step = max(1, sum(len(s.span) for s in sections) // _MOST_SAMPLES)
     sections = [s for s in sections if len(s.span) > _PARABOLA * step]
-    if len(sections) < _FEWEST_SECTIONS or series.effort is None:
+    if not sections or series.effort is None:
         return None
     rows = [np.arange(s.span.start, s.span.stop, step) for s in sections]
-    section = np.repeat(np.arange(len(sections)), [r.size for r in rows])
-    at = np.concatenate(rows)
+    section, at = np.repeat(np.arange(len(sections)), [r.size for r in rows]), np.concatenate(rows)
     side = np.array([int(s.velocity_rad_s < 0) for s in sections])[section]
-    data = _Samples.of(series.position_rad[at, j], series.effort[at, j], section, side)
-    if np.ptp(data.position) < _LEAST_TRAVEL_RAD:
+    return gear_ripple(series.position_rad[at, j], series.effort[at, j], section, side)
+
+
+def gear_ripple(
+    position: FloatArray, torque: FloatArray, stretch: IntArray, side: IntArray, sure: float = SURE
+) -> GearRipple | None:
+    """Waves that stretches of motion have in common; None where none is sure.
+
+    Args:
+        position, torque: (n,) of a joint.
+        stretch: (n,) number of each sample's stretch, from 0 on, rising.
+        side: (n,) 1 of backward motion, else 0.
+        sure: standard errors from which a wave counts.
+    """
+    if stretch[-1] + 1 < _FEWEST_STRETCHES or np.ptp(position) < _LEAST_TRAVEL_RAD:
         return None
-    return _fitted(data)
+    return _fitted(_Samples.of(position, torque, stretch, side), sure)
+
+
+def ripple_torque(waves: Sequence[RippleWave], position_rad: FloatArray, velocity: FloatArray | float) -> FloatArray:
+    """(n,) torque of the waves, N·m; at rest only the part that is the same both ways."""
+    out = np.zeros(position_rad.shape)
+    direction = np.sign(velocity)
+    for wave in waves:
+        angle = wave.cycles_per_turn * position_rad
+        out += (wave.same_nm[0] + wave.against_nm[0] * direction) * np.cos(angle)
+        out += (wave.same_nm[1] + wave.against_nm[1] * direction) * np.sin(angle)
+    return out
 
 
 def without_ripple(
-    series: UniformSeries, effort: FloatArray, sections: Sequence[Section], j: int, ripple: SectionRipple | None
+    series: UniformSeries, effort: FloatArray, sections: Sequence[Section], j: int, ripple: GearRipple | None
 ) -> FloatArray:
     """(n, j) effort without the waves of joint j, in its sections."""
     if ripple is None:
@@ -96,13 +132,13 @@ def without_ripple(
     effort = effort.copy(order="K")
     for section in sections:
         rows = section.span.slice
-        effort[rows, j] -= ripple.torque(series.position_rad[rows, j], section.velocity_rad_s)
+        effort[rows, j] -= ripple_torque(ripple.waves, series.position_rad[rows, j], section.velocity_rad_s)
     return effort
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Samples:
-    """Samples of all sections: position, effort without each section's parabola, section, side (1 of backward ones).
+    """Samples: position, torque without each stretch's parabola, number of the stretch, side (1 of backward ones).
 
     ``basis`` (n, 3) is that of the parabolas.
     """
@@ -135,22 +171,22 @@ def _starts(section: IntArray) -> IntArray:
     return np.searchsorted(section, np.arange(int(section[-1]) + 1))
 
 
-def _fitted(data: _Samples) -> SectionRipple | None:
+def _fitted(data: _Samples, sure: float) -> GearRipple | None:
     """One wave after the other, all of them fitted again with each; the last that is not sure is dropped."""
-    found: SectionRipple | None = None
+    found: GearRipple | None = None
     cycles, left = np.empty(0), data.effort
     for _ in range(_MOST_WAVES):
-        fresh = strongest_wave(data.position, left, data.side == 1, _FEWEST_CYCLES, _MOST_CYCLES)
+        fresh = _strongest_wave(data, left)
         if fresh is None or np.any(np.abs(cycles - fresh) * np.ptp(data.position) < _APART):
             break
         ripple, left = _solved(data, np.append(cycles, fresh))
-        if not _sure(ripple):
+        if not _is_sure(ripple, sure):
             break
         found, cycles = ripple, ripple.cycles
     return found
 
 
-def _solved(data: _Samples, cycles: FloatArray) -> tuple[SectionRipple, FloatArray]:
+def _solved(data: _Samples, cycles: FloatArray) -> tuple[GearRipple, FloatArray]:
     """Least squares on sums by section (Gauss and Newton for the cycles), and what is left."""
     w = cycles.size
     for _ in range(2):
@@ -164,36 +200,31 @@ def _solved(data: _Samples, cycles: FloatArray) -> tuple[SectionRipple, FloatArr
             sums, np.bincount(data.section).astype(np.float64)[:, None], np.arange(5 * w)[None], np.zeros(5 * w)
         )
         most = _MOST_SHIFT / float(np.ptp(data.position))
-        ripple = SectionRipple(cycles, coefficients, found.covariance)
+        ripple = GearRipple(cycles, coefficients, found.covariance)
         cycles = cycles + np.clip(found.value[4 * w :], -most, most)
     return ripple, left
 
 
-def _sure(ripple: SectionRipple) -> bool:
+def _is_sure(ripple: GearRipple, sure: float) -> bool:
     """Whether the last wave stands clear of its standard error, in one direction at least."""
     w = ripple.cycles.size
     last = np.array([w - 1, 2 * w - 1])
     variance = np.diagonal(ripple.covariance)[: 4 * w].reshape(2, 2 * w)
     size, error = np.sum(ripple.coefficients[:, last] ** 2, axis=1), 0.5 * np.sum(variance[:, last], axis=1)
-    return bool(np.any(size > _SURE**2 * error))
+    return bool(np.any(size > sure**2 * error))
 
 
-def strongest_wave(position: FloatArray, left: FloatArray, back: BoolArray, fewest: float, most: float) -> float | None:
-    """1/rad, in these bounds, of the wave that explains most (Fourier transform over bins of position).
-
-    Args:
-        position, left: (n,) rad, and the torque in which waves are looked for.
-        back: (n,) samples of backward motion; both directions are taken apart.
-    """
-    place = ((position - position.min()) / _BIN_RAD).astype(np.int64)
+def _strongest_wave(data: _Samples, left: FloatArray) -> float | None:
+    """1/rad of the wave that explains most of (n,) what is left (Fourier transform over bins of position)."""
+    place = ((data.position - data.position.min()) / _BIN_RAD).astype(np.int64)
     bins = int(place.max()) + 1
     length = 1 << int(np.ceil(np.log2(_PADDED * bins)))
     cycles = 2.0 * np.pi * np.fft.rfftfreq(length, _BIN_RAD)
-    looked = (cycles >= fewest) & (cycles <= most)
+    looked = (cycles >= _FEWEST_CYCLES) & (cycles <= _MOST_CYCLES)
     if not looked.any():
         return None
     explained_by = np.zeros(cycles.size)
-    for here in (back, ~back):
+    for here in (data.side == 1, data.side == 0):
         if here.any():
             total = np.bincount(place[here], weights=left[here], minlength=bins)
             explained_by += np.abs(np.fft.rfft(total, length)) ** 2 / np.count_nonzero(here)

@@ -12,22 +12,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction, RippleWave
+from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import load_torque
-from collaudit.core.friction.gear.section_ripple import strongest_wave
+from collaudit.core.friction.gear_ripple import gear_ripple
 from collaudit.core.friction.motion_points import Settled
-from collaudit.core.friction.slopes import any_law, held_out_slopes, jackknifed
+from collaudit.core.friction.slopes import any_law, jackknifed
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.torque_table.block_sums import estimate, products_of, solutions
+from collaudit.core.torque_table.block_sums import solutions
 
 _STRETCH_S, _FOLDS = 4.0, 5
 _FEWEST_STRETCHES = 10
 _MOST_SAMPLES = 60_000
-#: Standard errors that the slope must lie from zero.
+#: Standard errors that a term must lie from zero, beside what time left out says.
 _SURE = 4.0
-#: Share of the residual's RMS that the load must take away on blocks left out.
+#: Share of the residual's RMS that a term must take away on blocks left out.
 _WORTH = 0.005
 #: Speeds at which the load that the law has seen is kept.
 _SPEEDS = 8
@@ -45,16 +45,36 @@ def joint_correction(parts: Sequence[Settled]) -> FrictionCorrection | None:
     if count < _FEWEST_STRETCHES:
         return None
     data, cluster = _joined(parts, step), np.concatenate(stretch).astype(np.int64)
-    fold = cluster % _FOLDS
-    before = float(np.sqrt(np.mean(data.residual**2)))
-    waves, left = ripple_waves(data.position, np.sign(data.friction), data.residual, cluster, fold)
-    data = replace(data, residual=left)
-    load = _load_friction(data, cluster, fold)
+    fold, left = cluster % _FOLDS, data.residual
+    ripple = gear_ripple(data.position, left, cluster, (data.friction < 0).astype(np.int64), _SURE)
+    if ripple is not None:
+        columns = ripple.columns(data.position, (data.friction < 0).astype(np.int64))
+        after = _held_out(columns, columns, np.ones((left.size, 1)), left, fold)
+        ripple, left = (None, left) if after is None else (ripple, after)
+    load = _load_friction(replace(data, residual=left), cluster, fold)
+    if load is None and ripple is None:
+        return None
     if load is not None:
         left = left - load_torque(load, data.load, np.sign(data.friction) * data.speed)
-    if load is None and not waves:
-        return None
-    return FrictionCorrection(load, waves, before, float(np.sqrt(np.mean(left**2))))
+    return FrictionCorrection(load, () if ripple is None else ripple.waves, _rms(data.residual), _rms(left))
+
+
+def _held_out(
+    columns: FloatArray, used: FloatArray, others: FloatArray, residual: FloatArray, fold: IntArray
+) -> FloatArray | None:
+    """(n,) what each fold is left with by a term as fitted without it; None where that is not clearly less.
+
+    Args:
+        columns: (n, k) of the term in the fit; used: (n, k) those taken off.
+        others: (n, o) what may be in the residual besides.
+        residual, fold: (n,).
+    """
+    every = np.column_stack([columns, others, residual])
+    own = np.array([rows.T @ rows for rows in (every[fold == k] for k in range(_FOLDS))])
+    without = solutions(own.sum(axis=0) - own, tuple(range(every.shape[1] - 1)))[0][:, : columns.shape[1]]
+    after = residual - np.sum(used * without[fold], axis=1)
+    better = [_rms(after[fold == k]) < _rms(residual[fold == k]) for k in range(_FOLDS)]
+    return after if sum(better) >= _FOLDS - 1 and _rms(after) <= (1.0 - _WORTH) * _rms(residual) else None
 
 
 def _load_friction(data: Settled, cluster: IntArray, fold: IntArray) -> LoadFriction | None:
@@ -74,12 +94,7 @@ def _load_friction(data: Settled, cluster: IntArray, fold: IntArray) -> LoadFric
         return None
     speeds, usual = _usual_loads(data.speed, held)
     change = sign * (held - np.interp(data.speed, speeds, usual))
-    without = held_out_slopes(column, data.residual, nuisance, fold)
-    if not np.all(without > 0):
-        return None
-    after = data.residual - without[fold] * change
-    gained = [_rms(after[fold == k]) < _rms(data.residual[fold == k]) for k in range(_FOLDS)]
-    if sum(gained) < _FOLDS - 1 or _rms(after) > (1.0 - _WORTH) * _rms(data.residual):
+    if _held_out(column[:, None], change[:, None], nuisance, data.residual, fold) is None:
         return None
     return LoadFriction(slope, sd, tuple(map(float, speeds)), tuple(map(float, usual)), (low, high))
 
@@ -123,66 +138,3 @@ def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[F
             text = f"Gear ripple of joint '{joint}' with {waves} cycles a turn is subtracted from the residual; {gain}."
             findings.append(fact(text, joint=joint))
     return findings
-
-
-#: Slower waves have the shape of errors of the inertials, of cables and of contacts; gears are faster.
-_FEWEST_CYCLES, _MOST_CYCLES = 40, 500
-_MOST_WAVES = 4
-#: Share of the residual's RMS that a wave must take away on blocks left out.
-_WAVE_WORTH = 0.01
-_LEAST_TRAVEL_RAD = 0.2
-_LEAST_SAMPLES = 500
-
-
-def ripple_waves(
-    position_rad: FloatArray, direction: FloatArray, residual: FloatArray, cluster: IntArray, fold: IntArray
-) -> tuple[tuple[RippleWave, ...], FloatArray]:
-    """Waves one after the other, and what each block is left with by the waves fitted without it.
-
-    Args:
-        position_rad, direction, residual: (n,) settled samples; direction is the sign of the velocity.
-        cluster: (n,) number of the stretch of time, within which errors are alike.
-        fold: (n,) fold of that stretch, from 0 on, none without samples.
-    """
-    waves: list[RippleWave] = []
-    left = residual
-    if position_rad.size < _LEAST_SAMPLES or np.ptp(position_rad) < _LEAST_TRAVEL_RAD:
-        return (), left
-    fewest = max(_FEWEST_CYCLES, 4.0 * np.pi / np.ptp(position_rad))  # two cycles over the range
-    for _ in range(_MOST_WAVES):
-        found = strongest_wave(position_rad, left - left.mean(), direction < 0, fewest, _MOST_CYCLES)
-        cycles = None if found is None else float(round(found))
-        if cycles is None or any(cycles == wave.cycles_per_turn for wave in waves):
-            break
-        columns = _columns(position_rad, direction, cycles)
-        sums = products_of(np.column_stack([columns, np.ones_like(left), left])[:, None], cluster)
-        count = np.bincount(cluster).astype(np.float64)[:, None]
-        by_fold = np.array([sums[np.unique(cluster[fold == k])].sum(axis=(0, 1)) for k in np.unique(fold)])
-        without = solutions(by_fold.sum(axis=0) - by_fold, tuple(range(5)))[0]
-        after = left - np.sum(columns * without[fold, :4], axis=1)
-        better = [np.mean(after[fold == k] ** 2) < np.mean(left[fold == k] ** 2) for k in np.unique(fold)]
-        if sum(better) < len(better) - 1 or np.mean(after**2) > (1.0 - _WAVE_WORTH) ** 2 * np.mean(left**2):
-            break
-        wave = estimate(sums, count, np.arange(5)[None], np.zeros(5))
-        a, b, c, d = (float(x) for x in wave.value[:4])
-        sd = float(np.sqrt(np.trace(wave.covariance[:4, :4]) / 2.0))
-        waves.append(RippleWave(cycles, (a, b), (c, d), sd))
-        left = after
-    return tuple(waves), left
-
-
-def ripple_torque(waves: tuple[RippleWave, ...], position_rad: FloatArray, velocity: FloatArray) -> FloatArray:
-    """(n,) torque of the waves, N·m; at rest only the part that is the same both ways."""
-    out = np.zeros(position_rad.shape)
-    direction = np.sign(velocity)
-    for wave in waves:
-        angle = wave.cycles_per_turn * position_rad
-        out += (wave.same_nm[0] + wave.against_nm[0] * direction) * np.cos(angle)
-        out += (wave.same_nm[1] + wave.against_nm[1] * direction) * np.sin(angle)
-    return out
-
-
-def _columns(position_rad: FloatArray, direction: FloatArray, cycles: float) -> FloatArray:
-    """(n, 4) columns of a wave: the same both ways, then against the motion."""
-    wave = np.column_stack([np.cos(cycles * position_rad), np.sin(cycles * position_rad)])
-    return np.column_stack([wave, direction[:, None] * wave])

@@ -149,7 +149,7 @@ def _excess(data: ls.Points, law: SeparableLaw) -> Callable[[float], float]:
 
     def excess(variance: float) -> float:
         weighed = replace(data, sd=np.sqrt(data.sd**2 + variance))
-        return 1.0 - freedom / max(ls.solve(weighed.weighted(columns), weighed.target).sum_squares, 1e-300)
+        return 1.0 - freedom / max(float(ls.solve(weighed.weighted(columns), weighed.target).sum_squares), 1e-300)
 
     return excess
 

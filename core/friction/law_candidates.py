@@ -59,8 +59,8 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     """A law without a rate: ordinary weighted least squares."""
     design, target = data.design(law), data.target
     fit = ls.solve(design, target)
-    k = len(law.symbols)
-    quality = Quality.of(fit.sum_squares, max(1, data.n - fit.estimate.size), data)
+    k, sum_squares = len(law.symbols), float(fit.sum_squares)
+    quality = Quality.of(sum_squares, max(1, data.n - fit.estimate.size), data)
     values = law.named(fit.estimate[:k], 0.0)
     ci: dict[str, Bounds | None] = {
         symbol: quality.bounds(values[symbol], float(fit.covariance[i, i])) for i, symbol in enumerate(law.symbols)
@@ -71,7 +71,7 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
         ci95=ci,
         covariance=quality.scale * fit.covariance[:k, :k],
         predicted=law.curve(values, data.speed),
-        sum_squares=fit.sum_squares,
+        sum_squares=sum_squares,
         parameters=k,
         c_interval=(None, None),
         reasons=(),
@@ -149,7 +149,7 @@ def _why_not(
     span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
     line = ls.fit_at(data, straight_line, 0.0)
     more = prof.estimate.shape[1] + 1 - line.estimate.size
-    gain = (line.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
+    gain = (float(line.sum_squares) - float(prof.sum_squares[prof.best])) / more / quality.scale
     p_value = float(fisher_tail(more, data.n - prof.estimate.shape[1] - 1, max(gain, 0.0)))
     low, high = c_interval
     verb = "are" if len(term.unknown) > 1 else "is"

@@ -17,6 +17,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 _FOLDS = 10
 _MIN_SPEEDS = 4
 _SAME_SPEED = 1.03
+_UNTOLD = 1e20  # variance of a coefficient whose column others explain
 _NO_MATCH = 4.0  # times the best's mean square, or noise's where that is more: twice its error is not "as good"
 _AICC_TIE = 6.0  # "considerably less support" (Burnham and Anderson, Model Selection, 2002, 2.6)
 
@@ -76,11 +77,10 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
         return None
     c = ls.best_rate(train, law) if law.rate is not None else 0.0
     design = train.design(law, c)
-    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
-    scaled, _, rank, _ = np.linalg.lstsq(design / scale, train.target, rcond=None)
-    if rank < design.shape[1]:
+    fit = ls.solve(design, train.target)
+    if not float(np.diag(fit.covariance).max()) < _UNTOLD:
         return None
-    estimate = scaled / scale
+    estimate = fit.estimate
     held = [k for k in law.viscous_columns if estimate[k] < 0]
     if held:
         free = np.delete(np.arange(design.shape[1]), held)

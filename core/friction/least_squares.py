@@ -89,11 +89,11 @@ class Points:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearFit:
-    """Estimates (k,), unscaled covariance (k, k) and weighted sum of squares of a linear fit."""
+    """Estimates (…, k), unscaled covariance (…, k, k) and weighted sum of squares (…,) of linear fits."""
 
     estimate: FloatArray
     covariance: FloatArray
-    sum_squares: float
+    sum_squares: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,17 +116,18 @@ class Profile:
 
 
 def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
-    """Least squares through a column-scaled QR decomposition (of zeros, for the covariance alone)."""
-    target = np.zeros(design.shape[0]) if target is None else target
-    scale: FloatArray = np.sqrt(np.add.reduce(design * design, axis=0))
+    """Least squares by column-scaled QR decompositions of (…, n, k), of zeros for the covariance alone."""
+    target = np.zeros(design.shape[-2]) if target is None else target
+    scale = np.linalg.norm(design, axis=-2)
     scale[scale == 0] = 1.0
-    q, r = np.linalg.qr(design / scale)
-    inverse: FloatArray = np.asarray(np.linalg.inv(_solvable(r)), dtype=np.float64)
-    estimate: FloatArray = np.asarray(inverse @ (q.T @ target) / scale)
+    q, r = np.linalg.qr(design / scale[..., None, :])
+    inverse = np.asarray(np.linalg.inv(_solvable(r)), dtype=np.float64)
+    projected = np.einsum("...nk,n->...k", q, target)
+    estimate = np.einsum("...ij,...j->...i", inverse, projected) / scale
+    rest = target - np.einsum("...nk,...k->...n", design, estimate)
     with np.errstate(over="ignore"):  # of a column that is all but gone, the coefficient may be anything
-        covariance = (inverse @ inverse.T) / np.outer(scale, scale)
-    rest = target - design @ estimate
-    return LinearFit(estimate, covariance, float(rest @ rest))
+        covariance = inverse @ np.swapaxes(inverse, -1, -2) / (scale[..., :, None] * scale[..., None, :])
+    return LinearFit(estimate, np.clip(covariance, -_UNBOUNDED, _UNBOUNDED), np.asarray(np.sum(rest**2, axis=-1)))
 
 
 def fit_at(points: Points, law: SeparableLaw, c: float) -> LinearFit:
@@ -149,8 +150,8 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
     best = best_rate(points, law)
     near = _near(points, law, best, low, high)
     grid = np.unique(np.concatenate([np.geomspace(low, high, _COARSE), near, [best]]))
-    estimate, covariance, sums = _solve_all(points, law, grid)
-    return Profile(grid, sums, estimate, covariance, int(np.argmin(sums)))
+    along = solve(points.design(law, grid[:, None]), points.target)
+    return Profile(grid, along.sum_squares, along.estimate, along.covariance, int(np.argmin(along.sum_squares)))
 
 
 def best_rate(points: Points, law: SeparableLaw) -> float:
@@ -167,47 +168,18 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
 
 
 def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArray:
-    """(m,) sums of squares at (m,) rates: columns that no rate changes are taken out of all else first.
-
-    (Frisch and Waugh, Econometrica 1, 1933.) Where two columns have the rate, one is taken out of the other alike.
-    """
-    shape = law.shape(points.speed, rates[:, None])
-    offset = [] if points.offset is None else [points.offset]
-    still = [column for column in (*shape, *offset) if column.ndim == 1]
-    basis = np.linalg.qr(points.weighted(np.reshape(still, (len(still), points.n)).T))[0]
-    fading = points.weighted(np.stack([column for column in shape if column.ndim == 2], axis=-1))
-    rest, taken = points.target - basis @ (basis.T @ points.target), list[FloatArray]()
-    rest = np.broadcast_to(rest, (rates.size, points.n))
-    for k in range(fading.shape[2]):
-        column = fading[:, :, k] - (fading[:, :, k] @ basis) @ basis.T
-        for other in taken:
-            column = column - other * np.sum(column * other, axis=1, keepdims=True)
-        size = np.linalg.norm(column, axis=1, keepdims=True)
-        taken.append(np.divide(column, size, out=np.zeros_like(column), where=size > _FLAT))
-        rest = rest - taken[-1] * np.sum(taken[-1] * rest, axis=1, keepdims=True)
-    return np.asarray(np.sum(rest**2, axis=1))
-
-
-def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Estimates (m, k), unscaled covariances (m, k, k) and sums of squares (m,) at every rate, all at once."""
-    design, target = points.design(law, grid[:, None]), points.target
-    scale = np.linalg.norm(design, axis=1)
-    scale[scale == 0] = 1.0
-    q, r = np.linalg.qr(design / scale[:, None, :])
-    inverse = np.asarray(np.linalg.inv(_solvable(r)), dtype=np.float64)
-    projected = np.einsum("mnk,n->mk", q, target)
-    estimate = np.einsum("mij,mj->mi", inverse, projected) / scale
-    rest = target - np.einsum("mnk,mk->mn", design, estimate)
-    with np.errstate(over="ignore"):  # where the exponential is all but gone, its coefficient may be anything
-        covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
-    return estimate, np.clip(covariance, -_UNBOUNDED, _UNBOUNDED), np.einsum("mn,mn->m", rest, rest)
+    """(m,) sums of squares at (m,) rates: what the target adds to a triangle of the columns and itself."""
+    design = points.design(law, rates[:, None])
+    target = np.broadcast_to(points.target[:, None], (*design.shape[:2], 1))
+    triangle = np.asarray(np.linalg.qr(np.concatenate([design, target], axis=2), mode="r"))
+    return np.asarray(triangle[:, -1, -1] ** 2)
 
 
 def _near(points: Points, law: SeparableLaw, best: float, low: float, high: float) -> FloatArray:
     """Dense grid about the best C, as wide as its standard error (linearised) asks."""
     fit = fit_at(points, law, best)
     jac = jacobian(points, law, fit.estimate, best)
-    scale = max(1.0, fit.sum_squares / max(1, points.n - jac.shape[1]))
+    scale = max(1.0, float(fit.sum_squares) / max(1, points.n - jac.shape[1]))
     se = float(np.sqrt(scale * solve(jac).covariance[-1, -1]))
     if not np.isfinite(se) or se > best:
         return np.empty(0)

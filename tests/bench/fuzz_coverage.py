@@ -17,14 +17,13 @@ import atheris
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
     from collaudit.core.logs.messages import column_extraction, layout
     from collaudit.core.logs.messages.message_schema import parse_schema
-    from collaudit.core.logs.recordings import bag_file, mcap_file, mcap_records
+    from collaudit.core.logs.recordings import bag_file, mcap_file
     from collaudit.core.logs.storage.records import Channel
     from collaudit.core.logs.topics.log_topics import profile_of
 
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.chunked_file import RandomFile
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 import log_writers as w
@@ -48,10 +47,9 @@ def mcap_chunks(data: bytes) -> None:
 
 
 def bag_chunks(data: bytes) -> None:
-    chunk, offsets = split(data)
-    found = bag_file.locate_bag(chunk, offsets)
+    found = bag_file.locate_bag(data)
     assert (found.start >= 0).all() and (found.length >= 0).all()
-    assert not found.start.size or int((found.start + found.length).max()) <= len(chunk)
+    assert not found.start.size or int((found.start + found.length).max()) <= len(data)
 
 
 def _file(data: bytes, magic: bytes) -> Path:
@@ -61,12 +59,9 @@ def _file(data: bytes, magic: bytes) -> Path:
 
 
 def mcap_walk(data: bytes) -> None:
-    path = _file(data, mcap_records.MAGIC)
-    file = RandomFile(path)
-    index = mcap_records.scan(file)
-    file.close()
-    assert all(chunk.data_at + chunk.data_size <= path.stat().st_size for chunk in index.chunks if chunk.complete)
+    path = _file(data, mcap_file.MAGIC)
     reader = mcap_file.McapFile(path)
+    assert all(chunk.data_at + chunk.data_size <= path.stat().st_size for chunk in reader.chunks)
     for batch in reader.batches():
         assert int((batch.start + batch.length).max(initial=0)) <= batch.data.shape[0]
     reader.close()
@@ -116,12 +111,11 @@ def seeds(target: str) -> list[bytes]:
             path = w.write_any(place / kind, kind, lambda encoding: w.motion(4, joints=2, encoding=encoding))
             whole = path.read_bytes()
             if target.endswith("records"):
-                out.append(whole[len(mcap_records.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
+                out.append(whole[len(mcap_file.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
             elif target == "mcap-chunk" and kind == "mcap-none":
-                index = mcap_records.scan(RandomFile(path))
-                out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in index.chunks]
+                out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in mcap_file.McapFile(path).chunks]
             elif target == "bag-chunk" and kind == "bag-none":
-                out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in bag_file.BagFile(path).chunks]
+                out += [whole[c.data_at : c.data_at + c.data_size] for c in bag_file.BagFile(path).chunks]
         return out
 
 

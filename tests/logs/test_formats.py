@@ -213,7 +213,7 @@ def test_no_message_is_dropped_in_silence(tmp_path: Path) -> None:
 def test_index_entries_left_out_by_the_writer_lose_no_message(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "x.mcap", w.motion(200), chunk_size=1 << 12)
     reader = open_messages([path])
-    first = reader.index.chunks[0]  # type: ignore[attr-defined]
+    first = reader.chunks[0]  # type: ignore[attr-defined]
     data = bytearray(path.read_bytes())
     for _, at, size in first.index:
         data[at + 8 : at + size] = data[at : at + 8] * ((size - 8) // 8)

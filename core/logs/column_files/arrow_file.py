@@ -15,8 +15,8 @@ from pyarrow import json as arrow_json
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.storage.chunked_file import plausible_table
 from collaudit.core.logs.storage.file_content import head_of
+from collaudit.core.logs.storage.reading_bounds import plausible_table
 
 _PARQUET = b"PAR1"
 #: Bytes of a number, to tell how large columns become.

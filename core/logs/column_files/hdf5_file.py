@@ -13,8 +13,8 @@ import pyarrow as pa
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.column_files.numpy_file import columns_of, fields_of
-from collaudit.core.logs.storage.chunked_file import plausible_table
 from collaudit.core.logs.storage.file_content import python_line, quoted
+from collaudit.core.logs.storage.reading_bounds import plausible_table
 from collaudit.core.logs.storage.table_reader import arrow_of
 
 #: A group that is one recording of several: ``demo_3``, ``episode_000012``.

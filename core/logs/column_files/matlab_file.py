@@ -18,8 +18,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.hdf5_file import hdf5_arrays
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.column_files.numpy_file import columns_of
-from collaudit.core.logs.storage.chunked_file import plausible_table
 from collaudit.core.logs.storage.file_content import head_of
+from collaudit.core.logs.storage.reading_bounds import plausible_table
 
 _HDF5 = b"MATLAB 7.3"
 _HINT = (

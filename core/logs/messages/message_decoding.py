@@ -18,8 +18,8 @@ from collaudit.core.logs.messages.column_extraction import Plan, make_plan
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.layout import Layout, LayoutError, value_layouts, walk
 from collaudit.core.logs.messages.message_schema import SchemaError, parse_schema
-from collaudit.core.logs.storage.chunked_file import MAX_RATIO
 from collaudit.core.logs.storage.decompression import bounded
+from collaudit.core.logs.storage.reading_bounds import FILE_RATIO
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, gather
 from collaudit.core.numeric.arrays import BoolArray, IntArray
 from collaudit.core.vendors.message_profiles import Profile
@@ -28,7 +28,7 @@ _ENCODINGS = ("cdr", "ros1", "json", "protobuf")
 _MAGICS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
 #: So many bytes are unpacked at once.
 _AT_ONCE = 1 << 27
-#: A message that becomes larger than this, and more than ``MAX_RATIO`` times its bytes, is refused.
+#: A message that becomes larger than this, and more than ``FILE_RATIO`` times its bytes, is refused.
 _FREE_BYTES = 1 << 20
 #: More layouts than this are not kept of one channel.
 MAX_PLANS = 256
@@ -58,7 +58,7 @@ def unpacked(batch: Batch, kind: str) -> Iterator[tuple[Batch, list[str]]]:
     held, count = 0, batch.start.shape[0]
     for index in range(count):
         packed = batch.payload(index)
-        data, problem = bounded(kind, packed, max(_FREE_BYTES, MAX_RATIO * len(packed)))
+        data, problem = bounded(kind, packed, max(_FREE_BYTES, FILE_RATIO * len(packed)))
         if problem is None:
             rows.append(index)
             parts.append(data)
@@ -115,7 +115,7 @@ def first_message(batch: Batch) -> bytes | None:
     if not batch.start.shape[0]:
         return None
     kind, message = packing_of(batch), batch.payload(0)
-    return message if kind is None else bounded(kind, message, max(_FREE_BYTES, MAX_RATIO * len(message)))[0]
+    return message if kind is None else bounded(kind, message, max(_FREE_BYTES, FILE_RATIO * len(message)))[0]
 
 
 @dataclass(slots=True, eq=False)

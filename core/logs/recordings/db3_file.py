@@ -150,13 +150,9 @@ class Db3File:
                 return []
             _, topics, times, blobs = zip(*good, strict=True)
         length = np.array([len(blob) for blob in blobs], dtype=np.int64)
-        located = Located(
-            start=np.cumsum(length) - length,
-            length=length,
-            channel=np.array(topics, dtype=np.int64),
-            log_ns=np.array(times, dtype=np.int64),
-        )
-        return located.by_channel(np.frombuffer(b"".join(blobs), dtype=np.uint8))
+        data = np.frombuffer(b"".join(blobs), dtype=np.uint8)
+        channel, log_ns = np.array(topics, dtype=np.int64), np.array(times, dtype=np.int64)
+        return Located(data, np.cumsum(length) - length, length, channel, log_ns).by_channel()
 
 
 def _str(value: object) -> str:

@@ -8,14 +8,13 @@ import lzma
 import zipfile
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from io import BufferedIOBase, BytesIO
 from pathlib import Path
 from typing import Any, cast
 
 import lz4.frame
 import zstandard
-
-from collaudit.core.logs.storage.chunked_file import MAX_CHUNK_BYTES, plausible_size
 
 _STEP = 1 << 16
 #: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
@@ -69,7 +68,7 @@ def decompressor(source: Path | BytesIO, method: str) -> BufferedIOBase:
     return cast(BufferedIOBase, _OPENED[method](source, "rb"))
 
 
-def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> tuple[bytes, str | None]:
+def unpack(kind: str, data: bytes, size: int, most: int) -> tuple[bytes, str | None]:
     """Decompress a chunk that claims to hold ``size`` bytes.
 
     Args:
@@ -85,58 +84,36 @@ def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> tu
         return data, None if len(data) == size else f"it holds {len(data)} of {size} bytes"
     if kind not in _OF_CHUNKS:
         return b"", f"its compression {kind[:20]!r} is not supported"
-    if not plausible_size(len(data), size, most):
+    if size > most:
         return b"", f"it claims {size} bytes in {len(data)} compressed ones"
-    try:
-        out, _ = _frame(kind, data, size + 1)
-        if len(out) == size:
-            return out, None
-    except _ERRORS:
-        pass
-    out = _salvage(kind, data, size + 1)
+    out, _ = bounded(kind, data, size + 1)
     if len(out) > size:
         return out[:size], f"it holds more than the {size} bytes that it claims"
-    return out, f"only {len(out)} of its {size} bytes could be decompressed"
+    return out, None if len(out) == size else f"only {len(out)} of its {size} bytes could be decompressed"
 
 
 def bounded(kind: str, data: bytes, limit: int) -> tuple[bytes, str | None]:
     """Decompress what need not say how large it is.
 
     Args:
-        kind: ``zstd`` or ``lz4``.
-        data: one whole compressed frame.
+        kind: ``zstd``, ``lz4`` or ``bz2``.
+        data: a compressed stream, possibly damaged.
         limit: bytes that it may become.
 
     Returns:
-        All of the bytes and None, or none and the problem.
+        What could be had of it, less than ``limit`` bytes where that is all, and the problem, or None.
     """
-    try:
-        out, ended = _frame(kind, data, limit)
-        return (out, None) if ended else (b"", f"it ends early, or becomes more than {limit} bytes")
-    except _ERRORS as error:
-        return b"", str(error) or type(error).__name__
-
-
-def _frame(kind: str, data: bytes, limit: int) -> tuple[bytes, bool]:
-    """The bytes of a frame, at most so many, and whether it ended with them."""
-    stream: Any
     if kind == "zstd":
-        if zstandard.frame_content_size(data) > limit:
-            raise ValueError(f"it claims more than {limit} bytes")
-        return zstandard.ZstdDecompressor().decompress(data, max_output_size=limit), True
-    stream = lz4.frame.LZ4FrameDecompressor() if kind == "lz4" else bz2.BZ2Decompressor()
-    return bytes(stream.decompress(data, max_length=limit)), stream.eof
-
-
-def _salvage(kind: str, data: bytes, size: int) -> bytes:
-    """What a damaged stream yields before the damage, taken in small steps."""
+        with suppress(*_ERRORS):  # at once where the frame is whole, which is faster
+            if zstandard.frame_content_size(data) <= limit:
+                return zstandard.ZstdDecompressor().decompress(data, max_output_size=limit), None
     parts: list[bytes] = []
     have = 0
     try:
         stream = decompressor(BytesIO(data), kind)
-        while have < size and (part := stream.read1(min(_STEP, size - have))):
+        while have < limit and (part := stream.read1(min(_STEP, limit - have))):
             parts.append(part)
             have += len(part)
-    except _ERRORS:
-        pass
-    return b"".join(parts)[:size]
+    except _ERRORS as error:
+        return b"".join(parts)[:limit], str(error) or type(error).__name__
+    return b"".join(parts)[:limit], f"it becomes {limit} bytes or more" if have >= limit else None

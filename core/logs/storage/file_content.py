@@ -19,8 +19,8 @@ from pathlib import Path, PureWindowsPath
 from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.chunked_file import FREE_CHUNK_BYTES, FREE_TABLE_BYTES, MAX_RATIO, TABLE_RATIO
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
+from collaudit.core.logs.storage.reading_bounds import FILE_RATIO, FREE_FILE_BYTES, FREE_TABLE_BYTES, TABLE_RATIO
 
 _HEAD = 4096
 _PIECE = 1 << 20
@@ -153,7 +153,7 @@ def open_unpacked(path: Path, opened: Callable[[Path], Reader], *, table: bool) 
     try:
         inner = folder / unpacked_name(path.name)
         size = path.stat().st_size
-        free, ratio = (FREE_TABLE_BYTES, TABLE_RATIO) if table else (FREE_CHUNK_BYTES, MAX_RATIO)
+        free, ratio = (FREE_TABLE_BYTES, TABLE_RATIO) if table else (FREE_FILE_BYTES, FILE_RATIO)
         damage = _unpack(path, method, inner, max(free, ratio * size))
         if table and damage is not None:
             data = inner.read_bytes()

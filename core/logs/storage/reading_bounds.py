@@ -22,6 +22,14 @@ EXPANSION, FREE_BYTES, CHUNK_BYTES = 100, 256_000_000, 128_000_000
 MOST_MESSAGES, MOST_COLUMNS = 200_000_000, 30_000
 #: Sets of joints on one topic; each takes memory of its own.
 MOST_LAYOUTS = 1000
+#: A compressed file may become this large, or so many times its size; a table too, all of which is in memory at once.
+FREE_FILE_BYTES, FILE_RATIO = 64 << 20, 1000
+FREE_TABLE_BYTES, TABLE_RATIO = 128_000_000, 25
+
+
+def plausible_table(file_bytes: int, claimed: int) -> bool:
+    """Whether a file of so many bytes may be read as a table of ``claimed`` bytes."""
+    return claimed <= max(FREE_TABLE_BYTES, TABLE_RATIO * file_bytes)
 
 
 class ReadingBounds:

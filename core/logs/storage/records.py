@@ -73,42 +73,29 @@ class Located:
     """Messages of a buffer in the order they lie in it.
 
     Attributes:
+        data: (b,) bytes.
         start, length: (n,) payload offsets and sizes.
         channel: (n,) channel numbers.
         log_ns: (n,) times of recording.
-        others: records that define schemas and channels, as the format has them.
-        rest: bytes that are no whole record.
+        others: records that define schemas and channels: their kind or header, and their body.
+        problem: what is wrong with the buffer, or None.
     """
 
+    data: ByteArray
     start: IntArray
     length: IntArray
     channel: IntArray
     log_ns: IntArray
-    others: Sequence[Any] = ()
-    rest: int = 0
+    others: Sequence[tuple[Any, bytes]] = ()
+    problem: str | None = None
 
-    def by_channel(self, data: ByteArray) -> list[Batch]:
+    def by_channel(self) -> list[Batch]:
         """The messages of each channel, in the order of their numbers."""
         out = []
         for number in np.unique(self.channel).tolist():
             mine = np.flatnonzero(self.channel == number)
-            out.append(Batch(number, data, self.start[mine], self.length[mine], self.log_ns[mine]))
+            out.append(Batch(number, self.data, self.start[mine], self.length[mine], self.log_ns[mine]))
         return out
-
-
-def follow_each_other(start: IntArray, stop: IntArray, size: int) -> bool:
-    """Whether records at such places, in order, take all of ``size`` bytes."""
-    edges, stops = np.append(0, stop), np.append(start, size)
-    return bool((edges == stops).all())
-
-
-def ascending(offsets: IntArray) -> IntArray:
-    """Offsets in order, each once."""
-    if not (offsets[1:] > offsets[:-1]).all():
-        offsets = np.sort(offsets, kind="stable")  # a few sorted runs, one a channel, are merged
-        if (offsets[1:] == offsets[:-1]).any():
-            offsets = np.unique(offsets)
-    return offsets
 
 
 def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:

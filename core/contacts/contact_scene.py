@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.data.arm_geometry import ArmGeometry, ArmLink
+from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.detection_result import (
     AfterContact,
     Contact,
@@ -82,23 +82,15 @@ def arm_geometry(prepared: Prepared, tool: str | None) -> ArmGeometry | None:
     moved_by = [[robot.joint_names[c] for c in np.flatnonzero(row)] for row in robot.expansion]
     if bodies is None or not frames or any(len(names) > 1 or {*names} - {*prepared.judged} for names in moved_by):
         return None
-    links = zip(bodies.links, moved_by, robot.expansion.sum(axis=1), robot.offset, strict=True)
-    place = bodies.frame_placement(frames[-1])
+    moves = zip(bodies.links, moved_by, robot.expansion.sum(axis=1).tolist(), robot.offset.tolist(), strict=True)
+    link, origin = bodies.place_on_link(frames[-1])
     return ArmGeometry(
         links=tuple(
-            ArmLink(
-                joint=names[0] if names else None,
-                parent=link.parent,
-                prismatic=link.prismatic,
-                rotation=tuple(link.rotation.ravel().tolist()),
-                translation_m=_point(link.translation),
-                factor=float(factor),
-                offset=float(offset),
-            )
-            for link, names, factor, offset in links
+            replace(link, joint=names[0] if names else None, factor=factor, offset=offset)
+            for link, names, factor, offset in moves
         ),
-        tool_link=place.link,
-        tool_m=_point(place.translation),
+        tool_link=link,
+        tool_m=_point(origin),
     )
 
 

@@ -42,7 +42,7 @@ def identified_mjcf(friction: FrictionFile, config: Config, base_dir: Path) -> b
     ET.SubElement(root, "option", gravity=_numbers(robot.gravity_base_m_s2))
     placed = [ET.SubElement(root, "worldbody")]
     for name, link, ten in zip(bodies.joint_names, bodies.links, bodies.link_inertials(), strict=True):
-        pose = {"pos": _numbers(link.translation), "quat": _numbers(_quaternion(link.rotation))}
+        pose = {"pos": _numbers(link.translation_m), "quat": _numbers(_quaternion(link.rotation))}
         body = ET.SubElement(placed[link.parent + 1], "body", {"name": f"{name}_body", **pose})
         body.append(_inertial(name, ten))
         drive = drive_dynamics(friction.joints.get(name), rotors[name])
@@ -77,11 +77,11 @@ def _inertial(name: str, ten: FloatArray) -> ET.Element:
     return ET.Element("inertial", mass=repr(mass), pos=_numbers(first / mass), fullinertia=_numbers(full))
 
 
-def _quaternion(rotation: FloatArray) -> FloatArray:
-    """(4,) w, x, y, z of a rotation (3, 3)."""
+def _quaternion(rotation: Sequence[float]) -> FloatArray:
+    """(4,) w, x, y, z of a rotation matrix, row by row."""
     from scipy.spatial.transform import Rotation
 
-    return np.asarray(Rotation.from_matrix(rotation).as_quat(scalar_first=True))
+    return np.asarray(Rotation.from_matrix(np.reshape(rotation, (3, 3))).as_quat(scalar_first=True))
 
 
 def _numbers(values: FloatArray | Sequence[float]) -> str:

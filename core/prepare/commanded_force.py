@@ -17,10 +17,10 @@ from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask, found_by_force
 from collaudit.core.prepare.usual_force import ExcessForce, commanded_share, excess_findings, found_finding
+from collaudit.core.robot.pinocchio_model import PointMass
 from collaudit.core.robot.robot_model import RobotModel
 
 _BIAS_S = 1.0
-_ORIGIN = (0.0, 0.0, 0.0)
 #: Poses that tell what hangs on a sensor; the mean square of gravity's change over them, (m/s²)², that is enough.
 _POSES, _TURNED = 5_000, 1.0
 #: Share of the squares that a weight explains, its mass, kg, and its lever, m, which are worth saying.
@@ -92,11 +92,15 @@ def contact_torque(
     return CommandedTorque(torque, tuple(findings), excess, size if config.phases.force_limit_n is None else None)
 
 
-def _carried(robot: RobotModel, sensor: SensorFacts | None) -> tuple[str, float, FloatArray] | None:
-    """Frame, mass and centre of the tool that the sensor carries; None when none is known."""
-    if sensor is not None:
-        return (sensor.frame, sensor.mass_kg, np.array(sensor.com_m or _ORIGIN)) if sensor.mass_kg > 0 else None
-    return None if robot.tool is None else (robot.tool.frame, robot.tool.mass_kg, np.array(robot.tool.com_m))
+def _carried(robot: RobotModel, sensor: SensorFacts | None) -> PointMass | None:
+    """The tool that the sensor carries; None when none is known."""
+    if sensor is None:
+        return robot.tool
+    return _sensed(sensor) if sensor.mass_kg > 0 else None
+
+
+def _sensed(sensor: SensorFacts) -> PointMass:
+    return PointMass(sensor.frame, sensor.mass_kg, sensor.com_m or (0.0, 0.0, 0.0))
 
 
 def tool_force(
@@ -123,7 +127,7 @@ def tool_force(
     frame = _frame(robot, config)
     sign = float(config.log.wrench_sign)
     if sensor is not None:
-        own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, np.array(sensor.com_m or _ORIGIN))
+        own = robot.weight_in(series.position_rad, _sensed(sensor))
         text = (
             f"The wrist sensor's offset and its tool ({sensor.mass_kg:.3g} kg) are those that the friction file holds, "
             f"from {sensor.poses} poses at rest."

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,10 @@ import numpy as np
 import pinocchio as pin
 
 from collaudit.core.config.schema import DhRow
+from collaudit.core.data.arm_geometry import ArmLink
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import threads
-from collaudit.core.robot.link_forces import FramePlacement, Link
 
 
 def urdf_model(xml: str, where: str) -> PinocchioModel:
@@ -83,6 +84,15 @@ def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
     return np.asarray(pin.utils.rotate("z", yaw) @ pin.utils.rotate("y", pitch) @ pin.utils.rotate("x", roll))
 
 
+@dataclass(frozen=True, slots=True)
+class PointMass:
+    """What an arm carries: a point mass at ``com_m`` (3,) m of ``frame``."""
+
+    frame: str
+    mass_kg: float
+    com_m: tuple[float, float, float]
+
+
 #: Way of all joints together in a step of a difference along the motion, rad (m).
 _STEP = 1e-3
 
@@ -139,10 +149,10 @@ class PinocchioModel:
         """Of all links."""
         return float(sum(body.mass for body in self._model.inertias))
 
-    def add_point_mass(self, frame: str, mass_kg: float, com_m: Sequence[float] | FloatArray) -> None:
-        """Fix a point mass at ``com_m`` (3,) of a frame."""
-        at = self._frame(frame)
-        body = pin.Inertia(mass_kg, np.array(com_m, dtype=float), np.zeros((3, 3)))
+    def add_point_mass(self, mass: PointMass) -> None:
+        """Fix a point mass to its frame."""
+        at = self._frame(mass.frame)
+        body = pin.Inertia(mass.mass_kg, np.array(mass.com_m), np.zeros((3, 3)))
         self._model.appendBodyToJoint(at.parentJoint, body, at.placement)
 
     def path(self, name: str) -> list[str]:
@@ -236,10 +246,7 @@ class PinocchioModel:
 
     def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(j, m) torque of each joint, M(q) a + C(q, v) v + G(q), rotor inertia included; motion (j, m)."""
-        out = np.empty(q.shape, order="F")
-        count = threads()
-        pin.rneaInParallel(count, pin.ModelPool(self._model, count), *map(np.asfortranarray, (q, v, a)), out)
-        return out
+        return _inverse_dynamics(self._model, q, v, a)
 
     def momentum(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """(2 j, m) momenta p = M(q) v, then C(q, v)^T v - G(q); motion (j, m).
@@ -256,14 +263,41 @@ class PinocchioModel:
         change = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step)
         return np.concatenate([at(0.0), change - self.inverse_dynamics(q, v, still)])
 
-    def point_mass(self, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
-        """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
-        out = self.without_gravity()
-        out.set_armature(np.zeros(len(self.joint_names)))
-        for k in range(len(out._model.inertias)):
-            out._model.inertias[k] = pin.Inertia.Zero()
-        out.add_point_mass(frame, mass_kg, com_m)
-        return out
+    def body_forces(
+        self,
+        body: PointMass,
+        gravity_m_s2: Sequence[float] | FloatArray,
+        motion: Sequence[FloatArray],
+        own: FloatArray | None = None,
+    ) -> FloatArray:
+        """(j + 6, m) what moves a body on an arm without any other mass: joint torques, and its own force and moment.
+
+        The body hangs on six joints of its own: three along and three about the axes of its frame. Torques between it
+        and the arm are theirs: a force and a moment at the frame's origin, in its axes.
+
+        Args:
+            body: on a frame.
+            gravity_m_s2: (3,) in base axes.
+            motion: positions (j, m), and velocities and accelerations where these are not zero.
+            own: (6, m) instead of a point mass, of a kilogram and a kg·m² at the frame's origin: its acceleration
+                against the arm, which is then the force and the moment on it.
+        """
+        at, model = self._frame(body.frame), self.library_model()
+        model.gravity.linear = np.array(gravity_m_s2, dtype=float)
+        model.armature = np.zeros(model.nv)
+        for k in range(model.njoints):
+            model.inertias[k] = pin.Inertia.Zero()
+        number = model.addJoint(at.parentJoint, pin.JointModelFreeFlyer(), at.placement, "body")
+        turning = np.zeros((3, 3)) if own is None else np.eye(3)
+        model.inertias[number] = pin.Inertia(body.mass_kg, np.array(body.com_m, dtype=float), turning)
+        q, *moving = motion
+        count = q.shape[1]
+        q = np.concatenate([q, np.zeros((6, count)), np.ones((1, count))])  # not turned: the unit quaternion
+        still = np.zeros((model.nv, count))
+        v, a = (np.concatenate([x, np.zeros((6, count))]) for x in moving) if moving else (still, still.copy())
+        if own is not None:
+            a[-6:] = own
+        return _inverse_dynamics(model, q, v, a)
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray, expansion: FloatArray) -> FloatArray:
         """(n, j, 10 k) derivative of the torques of j joints by the inertial parameters; rotor inertia is not in it.
@@ -282,20 +316,20 @@ class PinocchioModel:
             row[...] = onto @ np.atleast_2d(own)  # that of a single joint comes as a vector
         return out
 
-    def frame_placement(self, frame: str) -> FramePlacement:
-        """Where a frame is, in the axes of :attr:`links`."""
+    def place_on_link(self, frame: str) -> tuple[int, FloatArray]:
+        """Number of the joint of :attr:`links` that moves a frame (-1: none), and its origin (3,) m in its axes."""
         at = self._frame(frame)
         pose = self._aligned[at.parentJoint].inverse() * at.placement
-        return FramePlacement(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
+        return int(at.parentJoint) - 1, pose.translation.copy()
 
     @cached_property
-    def links(self) -> list[Link]:
+    def links(self) -> list[ArmLink]:
         """Every joint with its z along its motion; asked for when the model is finished."""
         model, aligned, axes, out = self._model, self._aligned, self._axes, []
         for k in range(1, model.njoints):
             pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
-            slides = _slides(axes[k])
-            out.append(Link(model.parents[k] - 1, slides, pose.rotation.copy(), pose.translation.copy()))
+            turn, (x, y, z) = tuple(pose.rotation.ravel().tolist()), pose.translation.tolist()
+            out.append(ArmLink(model.names[k], model.parents[k] - 1, _slides(axes[k]), turn, (x, y, z)))
         return out
 
     def link_inertials(self) -> FloatArray:
@@ -369,6 +403,13 @@ class ForwardModel:
         arm = place.rotation @ point_m
         out[:3] -= pin.skew(arm) @ out[3:]
         return place.rotation, place.translation + arm, out
+
+
+def _inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    out = np.empty(v.shape, order="F")
+    count = threads()
+    pin.rneaInParallel(count, pin.ModelPool(model, count), *map(np.asfortranarray, (q, v, a)), out)
+    return out
 
 
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:

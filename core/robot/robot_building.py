@@ -19,9 +19,9 @@ from collaudit.core.errors import CollauditError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray, frozen
-from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
+from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass, dh_model, rotation_rpy, urdf_model
 from collaudit.core.robot.robot_description import Description, describe_robot, dh_names, joint_values, unknown_name
-from collaudit.core.robot.robot_model import RobotModel, Tool, Weightless
+from collaudit.core.robot.robot_model import RobotModel, Weightless
 from collaudit.core.robot.urdf_file import JointFacts
 from collaudit.core.vendors.column_words import GRIPPER
 
@@ -151,7 +151,9 @@ def _expansion(
     return expansion, offset
 
 
-def _add_tool(config: RobotConfig, model: PinocchioModel, last_link: str) -> tuple[Tool | None, tuple[Finding, ...]]:
+def _add_tool(
+    config: RobotConfig, model: PinocchioModel, last_link: str
+) -> tuple[PointMass | None, tuple[Finding, ...]]:
     settings = config.tool
     frame = settings.frame or last_link
     if frame not in model.frame_names:
@@ -172,8 +174,9 @@ def _add_tool(config: RobotConfig, model: PinocchioModel, last_link: str) -> tup
             expected=f"less than the {model.mass_kg:.3g} kg of the robot's description",
             hint="state the mass in kg, not in g; or correct the masses of the description",
         )
-    model.add_point_mass(frame, settings.mass_kg, settings.com_m)
-    return Tool(frame, settings.mass_kg, settings.com_m), ()
+    tool = PointMass(frame, settings.mass_kg, settings.com_m)
+    model.add_point_mass(tool)
+    return tool, ()
 
 
 def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -12,19 +11,11 @@ from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot import link_forces
-from collaudit.core.robot.link_forces import evaluate
-from collaudit.core.robot.pinocchio_model import PinocchioModel
+from collaudit.core.numeric.parallel import by_samples
+from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass
 from collaudit.core.robot.robot_description import unknown_name
 
-
-@dataclass(frozen=True, slots=True)
-class Tool:
-    """What the arm carries: a point mass at ``com_m`` (m) of ``frame``."""
-
-    frame: str
-    mass_kg: float
-    com_m: tuple[float, float, float]
+_NO_GRAVITY, _ORIGIN = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +59,7 @@ class RobotModel:
     findings: tuple[Finding, ...]
     gravity_m_s2: FloatArray
     gravity_base_m_s2: FloatArray
-    tool: Tool | None
+    tool: PointMass | None
     bodies: PinocchioModel | None
     expansion: FloatArray
     offset: FloatArray
@@ -120,27 +111,34 @@ class RobotModel:
         both = self._torques(self.inertial_bodies().momentum, (q, v), parts=2)
         return both[:, :count], both[:, count:]
 
-    def _torques(
-        self,
-        compute: Callable[..., FloatArray],
-        motion: Sequence[FloatArray],
-        wrench: FloatArray | None = None,
-        parts: int = 1,
-    ) -> FloatArray:
-        """(n, j · parts) of a computation in the model's joints, from motion (n, j) and a wrench (n, 6)."""
-        for name, array in zip("qva", motion, strict=False):
-            self._check(array, len(self.joint_names), name)
-        count, signals = len(motion), list(motion)
-        if wrench is not None:
-            self._check(wrench, 6, "wrench")
-            signals.append(wrench)
+    def _torques(self, compute: Callable[..., FloatArray], motion: Sequence[FloatArray], parts: int = 1) -> FloatArray:
+        """(n, j · parts) of a computation in the model's joints, from motion (n, j)."""
 
         def of_rows(*rows: FloatArray) -> FloatArray:
-            moving = [self.expansion @ x + (0.0 if k else self.offset[:, None]) for k, x in enumerate(rows[:count])]
-            found = np.split(compute(*moving, *rows[count:]), parts)
-            return np.concatenate([self.expansion.T @ x for x in found])
+            return np.concatenate([self.expansion.T @ x for x in np.split(compute(*self._moving(rows)), parts)])
 
-        return evaluate(of_rows, signals, parts * len(self.joint_names))
+        return by_samples(of_rows, self._checked(motion), parts * len(self.joint_names))
+
+    def _moving(self, rows: Sequence[FloatArray]) -> list[FloatArray]:
+        """Positions (k, m) of every joint of the model, their speeds, …, from those (j, m) of the log's."""
+        return [self.expansion @ x + (0.0 if k else self.offset[:, None]) for k, x in enumerate(rows)]
+
+    def _body_forces(
+        self,
+        body: PointMass,
+        gravity_m_s2: Sequence[float] | FloatArray,
+        motion: Sequence[FloatArray],
+        own: FloatArray | None = None,
+    ) -> FloatArray:
+        """(n, j + 6) as of ``PinocchioModel.body_forces``, of motion (n, j) and ``own`` (n, 6)."""
+        bodies, count = self._with_frame(body.frame), len(motion)
+
+        def of_rows(*rows: FloatArray) -> FloatArray:
+            out = bodies.body_forces(body, gravity_m_s2, self._moving(rows[:count]), *rows[count:])
+            return np.concatenate([self.expansion.T @ out[:-6], out[-6:]])
+
+        signals = [*self._checked(motion), *([] if own is None else self._checked([own], 6))]
+        return by_samples(of_rows, signals, len(self.joint_names) + 6)
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
@@ -203,8 +201,8 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        bodies = self._with_frame(frame)
-        return self._torques(partial(link_forces.force, bodies.links, bodies.frame_placement(frame)), (q,), wrench)
+        unit = PointMass(frame, 1.0, _ORIGIN)
+        return self._body_forces(unit, _NO_GRAVITY, (q,), wrench)[:, :-6]
 
     def torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame at (n, j): J_v^T."""
@@ -214,18 +212,11 @@ class RobotModel:
 
     def base_torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) as :meth:`torque_per_newton`, for a newton along each axis of the base."""
-        body = self._with_frame(frame).point_mass(frame, 1.0, np.zeros(3))
-        still, pulled = np.zeros_like(q), (body.under_gravity(-axis) for axis in np.eye(3))
-        return np.stack([self._torques(one.inverse_dynamics, (q, still, still)) for one in pulled], axis=2)
+        unit = PointMass(frame, 1.0, _ORIGIN)
+        return np.stack([self._body_forces(unit, -axis, (q,))[:, :-6] for axis in np.eye(3)], axis=2)
 
     def contact_torque(
-        self,
-        q: FloatArray,
-        v: FloatArray,
-        a: FloatArray,
-        wrench: FloatArray,
-        frame: str,
-        carried: tuple[str, float, FloatArray],
+        self, q: FloatArray, v: FloatArray, a: FloatArray, wrench: FloatArray, frame: str, carried: PointMass
     ) -> FloatArray:
         """:meth:`wrench_torque` less what it takes to accelerate a body between the sensor and what it touches.
 
@@ -234,10 +225,9 @@ class RobotModel:
         Args:
             q, v, a: (n, j) motion.
             wrench, frame: as for :meth:`wrench_torque`, the body's weight taken out.
-            carried: the body as a point mass: frame, kg, (3,) m of that frame.
+            carried: the body.
         """
-        body = self._with_frame(carried[0]).point_mass(*carried)
-        return self.wrench_torque(q, wrench, frame) - self._torques(body.inverse_dynamics, (q, v, a))
+        return self.wrench_torque(q, wrench, frame) - self._body_forces(carried, _NO_GRAVITY, (q, v, a))[:, :-6]
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -252,10 +242,15 @@ class RobotModel:
         Raises:
             RobotError: no such frame, or the tool moves against it.
         """
-        bodies = self._with_frame(frame)
+        self._with_frame(frame)
         if self.tool is None:
             return np.zeros((q.shape[0], 6))
-        pose = bodies.frame_offset(self.tool.frame, frame)
+        return self.weight_in(q, self.tool_in(frame))
+
+    def tool_in(self, frame: str) -> PointMass:
+        """The tool, which there must be, as a body on another frame; errors as of :meth:`tool_wrench`."""
+        assert self.tool is not None
+        pose = self._with_frame(frame).frame_offset(self.tool.frame, frame)
         if pose is None:
             raise RobotError(
                 "the tool's weight cannot be felt in this frame: a joint lies between them",
@@ -263,18 +258,16 @@ class RobotModel:
                 found=f"sensor {frame}, tool {self.tool.frame}",
                 hint="give both in frames of the same link",
             )
-        return self.weight_in(q, frame, self.tool.mass_kg, pose[0] @ np.array(self.tool.com_m) + pose[1])
+        x, y, z = (pose[0] @ np.array(self.tool.com_m) + pose[1]).tolist()
+        return PointMass(frame, self.tool.mass_kg, (x, y, z))
 
-    def weight_in(self, q: FloatArray, frame: str, mass_kg: float, com_m: FloatArray) -> FloatArray:
-        """(n, 6) N and N·m: weight of a point mass at ``com_m`` (3,) of a frame, there, at positions (n, j)."""
-        bodies = self._with_frame(frame)
-        place, gravity = bodies.frame_placement(frame), self.gravity_base_m_s2
+    def weight_in(self, q: FloatArray, body: PointMass) -> FloatArray:
+        """(n, 6) N and N·m: weight of a point mass at its frame's origin, in its axes, at positions (n, j)."""
+        return -self._body_forces(body, self.gravity_base_m_s2, (q,))[:, -6:]
 
-        def of_rows(rows: FloatArray) -> FloatArray:
-            moving = self.expansion @ rows + self.offset[:, None]
-            return link_forces.weight(bodies.links, place, mass_kg, np.asarray(com_m), gravity, moving)
-
-        return evaluate(of_rows, [q], 6)
+    def moving_force(self, q: FloatArray, v: FloatArray, a: FloatArray, body: PointMass) -> FloatArray:
+        """(n, 6) N and N·m: what accelerates and holds a point mass, at its frame's origin, in its axes."""
+        return self._body_forces(body, self.gravity_base_m_s2, (q, v, a))[:, -6:]
 
     def _frames_of(self, joint: str) -> list[str]:
         """Frames that a joint moves and no joint after it; none without a description."""
@@ -322,7 +315,7 @@ class RobotModel:
 
     def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""
-        return np.ascontiguousarray(self.weight_in(q, frame, 1.0, np.zeros(3))[:, :3])
+        return np.ascontiguousarray(self.weight_in(q, PointMass(frame, 1.0, _ORIGIN))[:, :3])
 
     def _with_frame(self, frame: str) -> PinocchioModel:
         if self.bodies is None:
@@ -347,9 +340,13 @@ class RobotModel:
         """(…, k) positions of every joint of the model."""
         return np.asarray(q @ self.expansion.T + self.offset)
 
-    def _check(self, array: FloatArray, columns: int, name: str) -> None:
-        if len(array.shape) != 2 or array.shape[1] != columns:
-            raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")
+    def _checked(self, signals: Sequence[FloatArray], columns: int | None = None) -> list[FloatArray]:
+        """The signals; ValueError where one is not (n, columns), by default of the log's joints."""
+        wide = columns or len(self.joint_names)
+        for array in signals:
+            if array.ndim != 2 or array.shape[1] != wide:
+                raise ValueError(f"a signal has shape {array.shape}, expected (n, {wide})")
+        return list(signals)
 
 
 def point_mass_parameters(mass_kg: float, first_kg_m: FloatArray) -> FloatArray:

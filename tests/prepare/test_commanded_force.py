@@ -14,6 +14,7 @@ from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.commanded_force import _still_weighed
 from collaudit.core.prepare.preparation import prepare
+from collaudit.core.robot.pinocchio_model import PointMass
 
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 TOOL = {"mass_kg": 0.7, "com_m": [0.02, 0.01, 0.08]}
@@ -34,8 +35,8 @@ def told(
     log = log_of(robot, np.ones(3), seed=5)
     frame = robot.link_of(robot.joint_names[-1])
     assert frame is not None
-    centre = np.zeros(3) if tool is None else np.array(TOOL["com_m"])
-    weight = robot.weight_in(log.position_rad, frame, mass_kg, centre)
+    centre = (0.0, 0.0, 0.0) if tool is None else (0.02, 0.01, 0.08)
+    weight = robot.weight_in(log.position_rad, PointMass(frame, mass_kg, centre))
     reading = -weight + np.array([3.0, -2.0, 8.0, 0.1, 0.2, 0.3])
     reading += 0.2 * np.random.default_rng(6).standard_normal(reading.shape) * np.array([1.0] * 3 + [0.05] * 3)
     reading[2000:6000:2, 0] += push_n

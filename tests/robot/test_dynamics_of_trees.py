@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,8 @@ import reference_dynamics
 from reference_dynamics import Sample
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot import link_forces
-from collaudit.core.robot.link_forces import evaluate
-from collaudit.core.robot.pinocchio_model import PinocchioModel
+from collaudit.core.numeric.parallel import by_samples
+from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass
 
 G = np.array([0.3, -1.2, -9.7])
 
@@ -60,11 +58,17 @@ def test_any_tree(seed: int, joints: int) -> None:
     compared(model.inverse_dynamics, (j, j, j), reference_dynamics.inverse_dynamics(model))
     compared(model.momentum, (j, j), reference_dynamics.momentum(model), within=1e-9)
     for frame in (f"f{joints - 1}", "f0", "base"):
-        place = model.frame_placement(frame)
-        compared(partial(link_forces.force, model.links, place), (j, 6), reference_dynamics.force(model, frame))
-        mass = (0.8, np.array([0.1, 0.0, -0.2]), G)
-        weight = partial(link_forces.weight, model.links, place, *mass)
-        compared(weight, (j,), reference_dynamics.weight(model, frame, *mass))
+        unit, mass = PointMass(frame, 1.0, (0.0, 0.0, 0.0)), PointMass(frame, 0.8, (0.1, 0.0, -0.2))
+        compared(
+            lambda q, wrench, unit=unit: model.body_forces(unit, np.zeros(3), [q], wrench)[:-6],
+            (j, 6),
+            reference_dynamics.force(model, frame),
+        )
+        compared(
+            lambda q, mass=mass: -model.body_forces(mass, G, [q])[-6:],
+            (j,),
+            reference_dynamics.weight(model, frame, mass.mass_kg, np.array(mass.com_m), G),
+        )
 
 
 def test_a_sample_that_is_not_known_leaves_the_others_alone() -> None:
@@ -72,10 +76,10 @@ def test_a_sample_that_is_not_known_leaves_the_others_alone() -> None:
     model = tree(7, 3)
     q, v, a = np.random.default_rng(1).normal(size=(3, 20, 3))
     torque = model.inverse_dynamics
-    expected = evaluate(torque, [q, v, a], 3)
+    expected = by_samples(torque, [q, v, a], 3)
     for k, value in enumerate((np.nan, np.inf, -np.inf)):
         (q, v, a)[k][4 * k, 0] = value
-    out = evaluate(torque, [q, v, a], 3)
+    out = by_samples(torque, [q, v, a], 3)
     bad = ~np.isfinite(q + v + a).all(axis=1)
     assert np.isnan(out[bad]).all() and bad.sum() == 3
     np.testing.assert_array_equal(out[~bad], expected[~bad])

@@ -12,6 +12,7 @@ import scipy
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filters import filtered
+from collaudit.core.numeric.runs import covered
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05
@@ -97,9 +98,9 @@ class Kernel:
         self, numerator: tuple[float, ...], x: FloatArray, segments: Sequence[Span], period_s: float
     ) -> FloatArray:
         held = _held(numerator, self.denominator, period_s)
-        out, bridged = filtered(*held, x, segments, both_ways=not self.causal)
-        if bridged is not None:
-            out[self.reach(bridged, segments, period_s)] = np.nan
+        out = filtered(*held, x, segments, both_ways=not self.causal)
+        missing = ~np.isfinite(x) & covered(segments, len(x))[:, None]
+        out[self.reach(missing, segments, period_s)] = np.nan
         return out
 
     def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:
@@ -107,7 +108,7 @@ class Kernel:
         if self.identity or not mask.any():
             return mask
         held = _held(self.numerator, self.denominator, period_s)
-        weight, _ = filtered(*held, mask.astype(np.float64), segments, both_ways=not self.causal)
+        weight = filtered(*held, mask.astype(np.float64), segments, both_ways=not self.causal)
         return np.asarray(mask | (np.abs(weight) > _MISSING_SHARE))  # NaN outside the stretches is not
 
 

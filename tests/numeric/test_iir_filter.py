@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt, lfilter, lfilter_zi
 
-from collaudit.core.numeric import filters
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.filters import blank, filtered, low_pass
+from collaudit.core.numeric.filters import filtered, low_pass
 
 B, A = butter(2, 0.08)
 
@@ -17,8 +16,7 @@ B, A = butter(2, 0.08)
 @pytest.mark.parametrize("columns", [1, 2, 7])
 def test_both_ways_is_filtfilt(length: int, columns: int) -> None:
     x = np.random.default_rng(1).normal(size=(length, columns))
-    out, bridged = filtered(B, A, x, [Span(0, length)], both_ways=True)
-    assert bridged is None
+    out = filtered(B, A, x, [Span(0, length)], both_ways=True)
     np.testing.assert_array_equal(out, filtfilt(B, A, x, axis=0, padlen=0))
 
 
@@ -45,39 +43,19 @@ def test_a_straight_stretch_is_left_as_it_is_however_short(length: int) -> None:
 @pytest.mark.parametrize("length", [1, 64, 1000])
 def test_forward_starts_settled(length: int) -> None:
     x = np.random.default_rng(2).normal(size=(length, 3))
-    out, _ = filtered(B, A, x, [Span(0, length)], both_ways=False)
+    out = filtered(B, A, x, [Span(0, length)], both_ways=False)
     zi = lfilter_zi(B, A)[:, None] * x[:1]
     np.testing.assert_allclose(out, lfilter(B, A, x, axis=0, zi=zi)[0], atol=1e-12)
 
 
-def test_stretches_do_not_see_each_other_and_holes_are_told() -> None:
+def test_stretches_do_not_see_each_other_and_holes_are_bridged() -> None:
     x = np.random.default_rng(3).normal(size=(400, 2))
     x[150, 1] = np.nan
     spans = [Span(10, 120), Span(130, 390)]
-    out, bridged = filtered(B, A, x, spans, both_ways=True)
+    out = filtered(B, A, x, spans, both_ways=True)
     assert np.isnan(out[:10]).all() and np.isnan(out[120:130]).all() and np.isnan(out[390:]).all()
-    alone, _ = filtered(B, A, x[10:120], [Span(0, 110)], both_ways=True)
+    alone = filtered(B, A, x[10:120], [Span(0, 110)], both_ways=True)
     np.testing.assert_array_equal(out[10:120], alone)
-    assert bridged is not None and np.argwhere(bridged).tolist() == [[150, 1]]
     straight = x.copy()
     straight[150, 1] = 0.5 * (x[149, 1] + x[151, 1])
-    np.testing.assert_allclose(out, filtered(B, A, straight, spans, both_ways=True)[0], atol=1e-12)
-
-
-def test_blank_is_nan_outside_the_stretches() -> None:
-    out = blank(np.zeros((10, 2)), [Span(2, 4), Span(6, 6)])
-    assert np.isnan(out[[0, 1, 4, 5, 6, 9]]).all()
-
-
-def test_holes_are_bridged_from_the_nearest_known_samples() -> None:
-    x = np.random.default_rng(4).normal(size=(200, 4))
-    x[:7, 0] = x[190:, 0] = x[50:80, 1] = x[82, 1] = np.nan
-    x[np.random.default_rng(5).random(200) < 0.5, 2] = np.inf
-    x[:, 3] = np.nan
-    filled, missing = filters._bridged(x)
-    assert missing is not None and np.array_equal(missing, ~np.isfinite(x))
-    k = np.arange(200.0)
-    for column in range(3):
-        known = np.isfinite(x[:, column])
-        np.testing.assert_array_equal(filled[:, column], np.interp(k, k[known], x[known, column]))
-    assert not filled[:, 3].any()
+    np.testing.assert_allclose(out, filtered(B, A, straight, spans, both_ways=True), atol=1e-12)

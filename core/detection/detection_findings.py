@@ -123,7 +123,7 @@ def _ripple_not_shown(residual: Residual) -> list[Finding]:
 
 def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:
     """Whether the kernel is too wide for the persistence asked for."""
-    share = run.residual.balance.kernel.share_of_push(rule.n, period_s)
+    share = float(run.residual.balance.kernel.push_response(rule.n, period_s)[0].max())
     if share >= 1.0 / _SHORT_PUSH_FACTOR:
         return []
     name = run.detector.name

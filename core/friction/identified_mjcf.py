@@ -53,8 +53,7 @@ def identified_mjcf(friction: FrictionFile, config: Config, base_dir: Path) -> b
     with TemporaryDirectory() as folder:
         path = Path(folder) / "arm.xml"
         path.write_bytes(written)
-        again = mjcf_model(path)
-    again.set_gravity(robot.gravity_base_m_s2)
+        again = mjcf_model(path).under_gravity(robot.gravity_base_m_s2)
     check_torque(robot, replace(robot, bodies=again), str(config.robot.urdf or "[[robot.dh]]"))
     return written
 

@@ -22,35 +22,24 @@ BOTH_WAYS = math.sqrt(2.0**0.25 - 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Kernel:
-    """A low-pass G(s) = numerator / denominator with G(0) = 1, or the identity.
+    """A low-pass G(s) = d0 / (… + d1 s + d0), with G(0) = 1.
 
     Attributes:
-        numerator, denominator: coefficients in falling powers of s; ``(1,), (1,)`` is the identity.
+        denominator: coefficients in falling powers of s: …, d1, d0.
         causal: run forward only, with its delay; else forward and backward, without one.
     """
 
-    numerator: tuple[float, ...]
     denominator: tuple[float, ...]
     causal: bool
 
     @property
-    def identity(self) -> bool:
-        """Whether the kernel changes nothing."""
-        return len(self.denominator) == 1
-
-    @property
     def delay_s(self) -> float:
-        """Group delay at zero frequency, s: d1/d0 - n1/n0 of the polynomials; 0 when run both ways."""
-        if self.identity or not self.causal:
-            return 0.0
-        num = self.numerator[-2] / self.numerator[-1] if len(self.numerator) > 1 else 0.0
-        return self.denominator[-2] / self.denominator[-1] - num
+        """Group delay at zero frequency, s: d1 / d0; 0 when run both ways."""
+        return self.denominator[-2] / self.denominator[-1] if self.causal else 0.0
 
     @property
     def settle_s(self) -> float:
         """Time after which the start of a stretch weighs less than about 5 %, s."""
-        if self.identity:
-            return 0.0
         return 3.0 * self.denominator[-2] / self.denominator[-1]
 
     def noise_gain(self, period_s: float) -> float:
@@ -63,16 +52,10 @@ class Kernel:
 
         Before and after the push the kernel has ``settled`` times its settling time.
         """
-        if self.identity:
-            return np.ones(samples), 0
         around = max(16, math.ceil(settled * self.settle_s / period_s))
         push = np.zeros((samples + 2 * around, 1))
         push[around : around + samples] = 1.0
         return self.apply(push, [Span(0, len(push))], period_s)[:, 0], around
-
-    def share_of_push(self, samples: int, period_s: float) -> float:
-        """The largest share of a rectangular push of so many samples that passes."""
-        return float(self.push_response(samples, period_s)[0].max())
 
     def apply(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """Smooth each stretch, starting settled at its first value.
@@ -82,33 +65,38 @@ class Kernel:
             segments: gap-free stretches; outside them the result is NaN.
             period_s: sample period, s.
         """
-        return x if self.identity else self._filtered(self.numerator, x, segments, period_s)
+        return self._known(self.denominator[-1:], x, segments, period_s)
 
     def slope(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """The smoothed time derivative s·G(s) x without differentiating: what needs no acceleration.
 
         Raises:
-            ValueError: the kernel is the identity or not causal, where this is not a filter of its own.
+            ValueError: the kernel is not causal, where this is not a filter of its own.
         """
-        if self.identity or not self.causal:
-            raise ValueError("a smoothed derivative needs a causal kernel that smooths")
-        return self._filtered((*self.numerator, 0.0), x, segments, period_s)
+        if not self.causal:
+            raise ValueError("a smoothed derivative needs a causal kernel")
+        return self._known((self.denominator[-1], 0.0), x, segments, period_s)
+
+    def _known(
+        self, numerator: tuple[float, ...], x: FloatArray, segments: Sequence[Span], period_s: float
+    ) -> FloatArray:
+        """Filtered; missing where the missing values weigh too much."""
+        out = self._filtered(numerator, x, segments, period_s)
+        missing = ~np.isfinite(x) & covered(segments, len(x))[:, None]
+        out[self.reach(missing, segments, period_s)] = np.nan
+        return out
 
     def _filtered(
         self, numerator: tuple[float, ...], x: FloatArray, segments: Sequence[Span], period_s: float
     ) -> FloatArray:
         held = _held(numerator, self.denominator, period_s)
-        out = filtered(*held, x, segments, both_ways=not self.causal)
-        missing = ~np.isfinite(x) & covered(segments, len(x))[:, None]
-        out[self.reach(missing, segments, period_s)] = np.nan
-        return out
+        return filtered(*held, x, segments, both_ways=not self.causal)
 
     def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:
         """(n, j) samples in whose kernel the marked samples weigh more than 5 %."""
-        if self.identity or not mask.any():
+        if not mask.any():
             return mask
-        held = _held(self.numerator, self.denominator, period_s)
-        weight = filtered(*held, mask.astype(np.float64), segments, both_ways=not self.causal)
+        weight = self._filtered(self.denominator[-1:], mask.astype(np.float64), segments, period_s)
         return np.asarray(mask | (np.abs(weight) > _MISSING_SHARE))  # NaN outside the stretches is not
 
 
@@ -123,21 +111,16 @@ def _held(
     return b, a
 
 
-def identity(causal: bool) -> Kernel:
-    """The kernel that changes nothing."""
-    return Kernel((1.0,), (1.0,), causal)
-
-
 def first_order(gain_per_s: float, causal: bool) -> Kernel:
     """K / (s + K)."""
-    return Kernel((gain_per_s,), (1.0, gain_per_s), causal)
+    return Kernel((1.0, gain_per_s), causal)
 
 
 def butterworth(omega_per_s: float, causal: bool) -> Kernel:
     """w² / (s² + sqrt(2) w s + w²)."""
-    return Kernel((omega_per_s**2,), (1.0, math.sqrt(2.0) * omega_per_s, omega_per_s**2), causal)
+    return Kernel((1.0, math.sqrt(2.0) * omega_per_s, omega_per_s**2), causal)
 
 
 def double_pole(omega_per_s: float, causal: bool) -> Kernel:
     """w² / (s + w)²."""
-    return Kernel((omega_per_s**2,), (1.0, 2.0 * omega_per_s, omega_per_s**2), causal)
+    return Kernel((1.0, 2.0 * omega_per_s, omega_per_s**2), causal)

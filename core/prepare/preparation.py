@@ -253,7 +253,7 @@ def _effort_checks(
     described = gains
     if robot is not start.robot:  # against the arm as described, what was identified of it left open
         lacking = () if calibration.identified is None else calibration.identified.estimate
-        model = table.model + start.robot.torque_beyond(robot, *table.motion)
+        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
         described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
     loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
     scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit, loaded)
@@ -279,7 +279,7 @@ def _payload_findings(
     inverted = {gain.joint for gain in gains if gain.inverted}
     telling = [joint for joint in start.judged if joint not in inverted]
     if calibration.identified is not None and start.series.effort_unit == "Nm":
-        model = table.model + start.robot.torque_beyond(robot, *table.motion)
+        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
         logged = table.seen(without_states(start.series, series.not_driven))
         table, robot = replace(logged, model=model), start.robot
     return payload_findings(table, robot, telling)

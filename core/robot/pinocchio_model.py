@@ -6,7 +6,6 @@ and numbers only, so that everything else in this room can be read, and tested, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -93,6 +92,7 @@ class PointMass:
     com_m: tuple[float, float, float]
 
 
+_Z = np.array([0.0, 0.0, 1.0])
 #: Way of all joints together in a step of a difference along the motion, rad (m).
 _STEP = 1e-3
 
@@ -115,22 +115,9 @@ class PinocchioModel:
         return tuple(frame.name for frame in self._model.frames)
 
     @property
-    def gravity_m_s2(self) -> FloatArray:
-        """(3,) in base axes."""
-        return np.array(self._model.gravity.linear)
-
-    def set_gravity(self, gravity_m_s2: FloatArray) -> None:
-        """Gravity in base axes, (3,) m/s²."""
-        self._model.gravity.linear = gravity_m_s2
-
-    @property
     def armature(self) -> FloatArray:
         """(j,) reflected rotor inertia, kg·m² or kg."""
         return np.array(self._model.armature, dtype=float)
-
-    def set_armature(self, armature: FloatArray) -> None:
-        """Reflected rotor inertia (j,), kg·m² or kg; Pinocchio adds it to the diagonal of the mass matrix."""
-        self._model.armature = armature
 
     def library_model(self) -> Any:
         """A copy of the ``pinocchio.Model``."""
@@ -180,7 +167,7 @@ class PinocchioModel:
     def with_parameters(self, parameters: FloatArray, armature: FloatArray) -> PinocchioModel:
         """The arm with other inertial parameters (10 j,) and rotor inertias (j,)."""
         out = PinocchioModel(self.library_model())
-        out.set_armature(np.asarray(armature, dtype=float))
+        out._model.armature = np.asarray(armature, dtype=float)
         for k, ten in enumerate(parameters.reshape(-1, 10), 1):
             if not np.array_equal(ten, self._model.inertias[k].toDynamicParameters()):
                 out._model.inertias[k] = pin.Inertia.FromDynamicParameters(ten)
@@ -189,12 +176,8 @@ class PinocchioModel:
     def under_gravity(self, gravity_m_s2: FloatArray) -> PinocchioModel:
         """The arm under another gravity, (3,) m/s² in base axes."""
         out = PinocchioModel(self.library_model())
-        out.set_gravity(gravity_m_s2)
+        out._model.gravity.linear = gravity_m_s2
         return out
-
-    def without_gravity(self) -> PinocchioModel:
-        """The arm under no gravity."""
-        return self.under_gravity(np.zeros(3))
 
     def frame_number(self, frame: str) -> int:
         """Number of a frame for :class:`ForwardModel`.
@@ -239,8 +222,7 @@ class PinocchioModel:
     def frame_poses(self, q: FloatArray, frames: Sequence[str]) -> list[tuple[FloatArray, FloatArray]]:
         """(3, 3) axes and (3,) origin, m, of each frame in the base at one position (j,)."""
         data = self._model.createData()
-        pin.computeJointJacobians(self._model, data, q)
-        pin.updateFramePlacements(self._model, data)
+        pin.framesForwardKinematics(self._model, data, q)
         places = [data.oMf[self.frame_number(frame)] for frame in frames]
         return [(np.array(place.rotation), np.array(place.translation)) for place in places]
 
@@ -254,7 +236,7 @@ class PinocchioModel:
         As Ṁ = C + C^T, the second is Ṁ v - (C v + G). Ṁ v is the derivative of M(q) v along v: a difference of fourth
         order over steps so short that its error is below 1e-9 of it.
         """
-        still, weightless = np.zeros_like(v), self.without_gravity()
+        still, weightless = np.zeros_like(v), self.under_gravity(np.zeros(3))
         step = _STEP / np.maximum(np.abs(v).sum(axis=0), _STEP)
 
         def at(steps: float) -> FloatArray:
@@ -325,11 +307,11 @@ class PinocchioModel:
     @cached_property
     def links(self) -> list[ArmLink]:
         """Every joint with its z along its motion; asked for when the model is finished."""
-        model, aligned, axes, out = self._model, self._aligned, self._axes, []
+        model, aligned, out = self._model, self._aligned, []
         for k in range(1, model.njoints):
             pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
             turn, (x, y, z) = tuple(pose.rotation.ravel().tolist()), pose.translation.tolist()
-            out.append(ArmLink(model.names[k], model.parents[k] - 1, _slides(axes[k]), turn, (x, y, z)))
+            out.append(ArmLink(model.names[k], model.parents[k] - 1, _slides(self._axes[k - 1]), turn, (x, y, z)))
         return out
 
     def link_inertials(self) -> FloatArray:
@@ -346,22 +328,14 @@ class PinocchioModel:
 
     @cached_property  # nothing adds or moves a joint of a model that is there
     def _axes(self) -> list[FloatArray]:
-        """(6,) motion of every joint per its speed, in its own axes; of the base, none."""
-        model, out = self._model, [np.zeros(6)]
-        data = model.createData()
-        pin.computeJointJacobians(model, data, pin.neutral(model))
-        for k in range(1, model.njoints):
-            jacobian = np.reshape(pin.getJointJacobian(model, data, k, pin.LOCAL), (6, -1))
-            out.append(np.array(jacobian[:, model.joints[k].idx_v]))  # a single joint's Jacobian comes back flat
-        return out
+        """(6,) motion of every joint per its speed, in its own axes."""
+        return [np.array(joint.createData().S).ravel() for joint in list(self._model.joints)[1:]]
 
     @cached_property
     def _aligned(self) -> list[Any]:
         """Of the base and of every joint, a rotation of its axes that puts z along its motion."""
-        out = [pin.SE3.Identity()]
-        for axis in self._axes[1:]:
-            out.append(pin.SE3(_z_onto(axis[:3] if _slides(axis) else axis[3:]), np.zeros(3)))
-        return out
+        turns = [pin.Quaternion.FromTwoVectors(_Z, axis[:3] if _slides(axis) else axis[3:]) for axis in self._axes]
+        return [pin.SE3.Identity(), *(pin.SE3(turn.matrix(), np.zeros(3)) for turn in turns)]
 
 
 class ForwardModel:
@@ -424,18 +398,4 @@ def _symmetric(six: Sequence[float]) -> FloatArray:
 
 def _slides(axis: FloatArray) -> bool:
     """Whether a joint with this motion (6,) slides; else it turns."""
-    return bool(np.linalg.norm(axis[3:]) < 0.5)
-
-
-def _z_onto(axis: FloatArray) -> FloatArray:
-    """A rotation that takes e_z onto the unit vector ``axis``.
-
-    Pinocchio's ``Quaternion.FromTwoVectors`` gives one with fewer zeros.
-    """
-    z = axis / np.linalg.norm(axis)
-    if z[2] > 1.0 - 1e-12:
-        return np.eye(3)
-    helper = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
-    x = np.cross(helper, z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+    return not axis[3:].any()

@@ -77,15 +77,14 @@ def _model(
     moving = {*names, *(joint.name for joint in follow)}
     _check_parked(config, description, moving)
     locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
-    model = whole.locked(locked)
+    base_gravity = rotation_rpy(config.base_rpy_deg).T @ np.array(GRAVITY_M_S2)
+    model = whole.locked(locked).under_gravity(base_gravity)
     expansion, offset = _expansion(model.joint_names, names, follow)
-    gravity = np.array(GRAVITY_M_S2)
-    base_gravity = rotation_rpy(config.base_rpy_deg).T @ gravity
-    model.set_gravity(base_gravity)
     given = {} if config.armature_kg_m2 is None else config.armature_kg_m2
     rotors = joint_values(given, "armature_kg_m2", config, names, description.movable, 0.0)
     armature = dict(zip(names, rotors, strict=True))
-    model.set_armature(np.array([armature.get(name, 0.0) for name in model.joint_names]))
+    spins = np.array([armature.get(name, 0.0) for name in model.joint_names])
+    model = model.with_parameters(model.inertial_parameters(), spins)
     has_inertials, findings = _inertial_findings(description, model)
     gripper = [joint.name for joint in logged if joint.name not in names]
     with_it = {*gripper, *(joint.name for joint in description.joints if joint.leader in gripper)}
@@ -104,7 +103,6 @@ def _model(
         has_inertials=has_inertials,
         sha256=_sha256(config, description.content_sha256),
         findings=(*findings, *tool_findings),
-        gravity_m_s2=frozen(gravity),
         gravity_base_m_s2=frozen(base_gravity),
         tool=tool,
         bodies=model,
@@ -186,7 +184,6 @@ def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
     )
     names, nothing = tuple(joints), np.full(len(joints), math.nan)
     kinds: tuple[JointType, ...] = tuple("revolute" for _ in names)
-    gravity = frozen(np.array(GRAVITY_M_S2))
     return RobotModel(
         joint_names=names,
         joint_types=kinds,
@@ -196,8 +193,7 @@ def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
         has_inertials=False,
         sha256=_sha256(config, None),
         findings=(Finding("model-approximate", "warning", text, where="robot"),),
-        gravity_m_s2=gravity,
-        gravity_base_m_s2=frozen(rotation_rpy(config.base_rpy_deg).T @ gravity),
+        gravity_base_m_s2=frozen(rotation_rpy(config.base_rpy_deg).T @ np.array(GRAVITY_M_S2)),
         tool=None,
         bodies=None,
         expansion=frozen(np.eye(len(names))),

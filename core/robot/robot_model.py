@@ -39,8 +39,7 @@ class RobotModel:
         has_inertials: whether torques can be computed.
         sha256: hash of the description and of the settings that change it, free of paths.
         findings: what building the model showed.
-        gravity_m_s2: (3,) in the world.
-        gravity_base_m_s2: (3,) the same in the base's axes.
+        gravity_base_m_s2: (3,) in the base's axes.
         tool: the tool that is part of the model, or None.
         bodies: the rigid bodies, None without a description.
         expansion: (k, j) model joint positions = expansion @ positions + offset (order, mimicking joints).
@@ -57,7 +56,6 @@ class RobotModel:
     has_inertials: bool
     sha256: str
     findings: tuple[Finding, ...]
-    gravity_m_s2: FloatArray
     gravity_base_m_s2: FloatArray
     tool: PointMass | None
     bodies: PinocchioModel | None
@@ -90,10 +88,6 @@ class RobotModel:
             NotJudgedError: the model has no inertials.
         """
         return self._torques(self.inertial_bodies().inverse_dynamics, (q, v, a))
-
-    def torque_beyond(self, other: RobotModel, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """What :meth:`inverse_dynamics` gives more than that of the same arm with other inertials."""
-        return self.inverse_dynamics(q, v, a) - other.inverse_dynamics(q, v, a)
 
     def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Momentum M(q) v, and C(q, v)^T v - G(q), with rotor inertia and tool.
@@ -185,7 +179,7 @@ class RobotModel:
 
     def without_gravity(self) -> RobotModel:
         """The same arm whose joint torques hold no gravity; what a sensor or a tool weighs stays as it is."""
-        return self if self.bodies is None else replace(self, bodies=self.bodies.without_gravity())
+        return self if self.bodies is None else replace(self, bodies=self.bodies.under_gravity(np.zeros(3)))
 
     def wrench_torque(self, q: FloatArray, wrench: FloatArray, frame: str) -> FloatArray:
         """Joint torque J(q)^T F of a wrench, eq. (2).

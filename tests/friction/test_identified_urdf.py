@@ -182,8 +182,7 @@ def without_followers(tmp_path: Path, seed: int | None, tool: float) -> tuple[An
 def test_mjcf_read_again_gives_the_same_torque(seed: int | None, tool: float, tmp_path: Path) -> None:
     config, friction, robot = without_followers(tmp_path, seed, tool)
     (tmp_path / "arm.xml").write_bytes(identified_mjcf(friction, config, tmp_path))
-    again = mjcf_model(tmp_path / "arm.xml")
-    again.set_gravity(robot.gravity_base_m_s2)
+    again = mjcf_model(tmp_path / "arm.xml").under_gravity(robot.gravity_base_m_s2)
     motion = np.random.default_rng(9).uniform(-2, 2, (3, 50, 2))
     found = replace(robot, bodies=again).inverse_dynamics(*motion)
     np.testing.assert_allclose(found, robot.inverse_dynamics(*motion), rtol=0, atol=1e-9)

@@ -53,7 +53,7 @@ def _add(value: Any, out: Any) -> None:
     if isinstance(value, np.ndarray):
         out.update(f"{value.dtype} {value.shape}".encode() + np.ascontiguousarray(value).tobytes())
     elif isinstance(value, RobotModel):
-        _add([value.sha256, value.joint_names, value.gravity_m_s2, value.tool], out)
+        _add([value.sha256, value.joint_names, value.gravity_base_m_s2, value.tool], out)
     elif isinstance(value, Hashing):
         _add(value.result(), out)
     elif is_dataclass(value) and not isinstance(value, type):

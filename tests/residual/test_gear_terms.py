@@ -10,7 +10,7 @@ from collaudit.core.data.friction_result import RippleWave
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.kernel import identity
+from collaudit.core.numeric.kernel import double_pole
 from collaudit.core.residual.friction_bounds import known_ripple
 
 T = 0.002
@@ -34,7 +34,7 @@ def taken_off(phase: float, push_nm: float = 0.0) -> tuple[np.ndarray, np.ndarra
     left = np.sin(200 * q + phase) + 0.3 * np.random.default_rng(0).standard_normal(t.size)
     left[2000:3000] += push_nm
     usable = np.ones(t.size, dtype=bool)
-    ripple, doubt = known_ripple(series, 0, series.velocity_rad_s[:, 0], LAW, identity(False), left, usable)
+    ripple, doubt = known_ripple(series, 0, series.velocity_rad_s[:, 0], LAW, double_pole(1e4, False), left, usable)
     return left, np.broadcast_to(np.asarray(ripple), t.shape), doubt
 
 

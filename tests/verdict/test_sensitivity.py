@@ -22,7 +22,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.kernel import butterworth, first_order, identity
+from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
 from collaudit.core.prepare import guided_stretches
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
@@ -88,7 +88,7 @@ def torque_at(result: AuditResult, joint: str, share: float) -> float | None:
 
 
 @pytest.mark.parametrize("n", [1, 2, 12, 13, 40])
-@pytest.mark.parametrize("kernel", [identity(False), butterworth(60.0, False), first_order(20.0, True)])
+@pytest.mark.parametrize("kernel", [double_pole(5000.0, False), butterworth(60.0, False), first_order(20.0, True)])
 def test_a_push_has_to_exceed_what_is_needed_at_each_of_n_samples(n: int, kernel: Any) -> None:
     """The height found, a trifle more and a trifle less, through the same kernel onto the same need."""
     rng = np.random.default_rng(n)
@@ -106,7 +106,7 @@ def _lasts(mask: np.ndarray, n: int) -> bool:
 
 
 def test_a_push_that_is_too_short_for_filter_and_persistence_alarms_at_no_height() -> None:
-    assert np.isinf(_height(np.ones((1, 12)), Push.of(0.024, identity(False), 13, PERIOD))).all()
+    assert np.isinf(_height(np.ones((1, 12)), Push.of(0.024, first_order(1e5, True), 14, PERIOD))).all()
     slow, quick = (Push.of(0.2, first_order(gain, True), 13, PERIOD) for gain in (1.0, 60.0))
     heights = [_height(np.ones((1, push.response.size)), push)[0] for push in (slow, quick)]
     assert heights[0] > 5.0, "of a push of 0.2 s a filter of a second passes a fifth"

@@ -73,7 +73,7 @@ def mounting(log: TorqueTable | None, robot: RobotModel) -> Mounting | None:
         log: all joints in model order, efforts in N·m; None where they are not.
         robot: as described.
     """
-    if log is None or not robot.has_inertials or not robot.gravity_m_s2.any():
+    if log is None or not robot.has_inertials:
         return None
     table = _Columns.of(log, robot) if log.time_s.size else None
     if table is None or not table.known.any():

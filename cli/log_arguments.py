@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,6 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.cycles_result import CycleReference
-from collaudit.core.data.signals import Signals
 from collaudit.core.errors import ConfigError
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
@@ -56,7 +55,6 @@ def audit_files(
     loaded: LoadedConfig,
     progress: Progress | None = None,
     truth: Path | None = None,
-    on_signals: Callable[[Signals, str], None] | None = None,
     known: Precedents | None = None,
     earlier: Sequence[CycleReference] = (),
 ) -> tuple[Audit, FrictionFile | None]:
@@ -67,7 +65,6 @@ def audit_files(
         loaded: settings.
         progress: of reading.
         truth: file of known events to score the detection against.
-        on_signals: takes the signals and the log's hash while the rest is still judged.
         known: what is known of the robot's contacts beforehand.
         earlier: what passed nights say of the program's cycles.
 
@@ -91,7 +88,6 @@ def audit_files(
         truth=read_truth(truth) if truth else None,
         friction_sha256=digest,
         progress=progress,
-        on_signals=on_signals,
         known=known,
         earlier=earlier,
     )

@@ -6,14 +6,14 @@ What the commands do, without a shell: ``docs/python.md`` shows it. Files of res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.signals import Signals, State
+from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.scoring.detection_score import TruthFile
@@ -239,7 +239,6 @@ def audit(
     truth: TruthFile | None = None,
     friction_sha256: str | None = None,
     progress: Progress | None = None,
-    on_signals: Callable[[Signals, str], None] | None = None,
     known: Precedents | None = None,
     earlier: Sequence[CycleReference] = (),
 ) -> Audit:
@@ -253,7 +252,6 @@ def audit(
         truth: known events to score against (:func:`collaudit.core.scoring.detection_score.read_truth`).
         friction_sha256: hash of the friction file, for the provenance.
         progress: of reading and judging.
-        on_signals: called with the signals and the log's hash while the rest is still judged, to write them meanwhile.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
         earlier: what passed nights of a store say of the program's cycles, in their order.
 
@@ -280,9 +278,7 @@ def audit(
     siblings = sibling_robots(settings.config.robot, settings.base_dir, prepared.robot.joint_names)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)
-    return audit_log(
-        prepared, settings.config, friction, provenance, truth, judging, on_signals, known, earlier, siblings
-    )
+    return audit_log(prepared, settings.config, friction, provenance, truth, judging, known, earlier, siblings)
 
 
 def audits(

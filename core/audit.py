@@ -18,7 +18,7 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, F
 from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
-from collaudit.core.detection.judgement import OnSignals, judge
+from collaudit.core.detection.judgement import judge
 from collaudit.core.detection.settled_rule import HeldOutPart
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
@@ -47,7 +47,6 @@ def audit_log(
     provenance: Provenance,
     truth: TruthFile | None = None,
     progress: Progress | None = None,
-    on_signals: OnSignals | None = None,
     known: Precedents | None = None,
     earlier: Sequence[CycleReference] = (),
     siblings: Iterable[tuple[str, RobotModel]] | None = (),
@@ -63,7 +62,6 @@ def audit_log(
         provenance: versions and hashes.
         truth: known events to score the detection against, if any.
         progress: called with steps done and in all.
-        on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         known: earlier contacts of the robot, and accepted ones; None for nothing.
         earlier: what passed nights say of the program's cycles, in their order.
         siblings: other descriptions of the arm's family, by name; looked at where a cause is sought. None where none is
@@ -83,15 +81,9 @@ def audit_log(
         known=known,
         earlier=earlier,
     )
-    if config.robot.tool.mass_kg != "estimate":
-        return judge(prepared, on_signals=on_signals, siblings=siblings)
-    audit = judge(prepared, on_signals=None, siblings=siblings)
-    load = told_load(audit.result.causes)
-    if load is not None:
-        audit = judge(carrying(prepared, *load, config), on_signals=None, siblings=())
-    if on_signals is not None:
-        on_signals(audit.signals, prepared.series.source.sha256)
-    return audit
+    audit = judge(prepared, siblings=siblings)
+    load = told_load(audit.result.causes) if config.robot.tool.mass_kg == "estimate" else None
+    return audit if load is None else judge(carrying(prepared, *load, config), siblings=())
 
 
 def _judged(
@@ -101,7 +93,6 @@ def _judged(
     provenance: Provenance,
     truth: TruthFile | None,
     progress: Progress | None,
-    on_signals: OnSignals | None,
     known: Precedents | None,
     earlier: Sequence[CycleReference],
     siblings: Iterable[tuple[str, RobotModel]] | None,
@@ -122,7 +113,6 @@ def _judged(
         applied,
         config,
         None if friction is None else friction.thresholds,
-        on_signals,
         stage(progress, 0.2, 0.6),
         parts,
         tuple(

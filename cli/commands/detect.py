@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -54,20 +53,19 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     """
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.precedents import precedents_of_log
-    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.atomic import atomic_write, refuse_link
     from collaudit.reports.files.json_files import json_text
-    from collaudit.reports.files.run_files import RunFolder, result_json
+    from collaudit.reports.files.run_files import result_json, write_run
 
     loaded = load_settings()
     files = one_log(logs, loaded)
-    run = None if output is None else RunFolder(output)
     if output is not None:
+        refuse_link(output)
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
-    with progress("judging") as report, run or nullcontext():
-        on_signals = None if run is None else run.take_signals
-        audit, friction = audit_files(files, loaded, report, truth, on_signals, precedents_of_log(files, loaded))
-        if run is not None:
-            run.write(audit, friction)
+    with progress("judging") as report:
+        audit, friction = audit_files(files, loaded, report, truth, precedents_of_log(files, loaded))
+        if output is not None:
+            write_run(output, audit, friction)
     scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None and scores:
         atomic_write(output / "score.json", json_text({"schema": SCORE_SCHEMA, "scores": scores}))

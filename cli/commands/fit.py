@@ -76,7 +76,7 @@ def command(
     from collaudit.core.plan.prediction import delivered
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_files import read_result
-    from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
+    from collaudit.reports.files.run_files import earlier_friction, result_json, write_friction
     from collaudit.reports.sections.plan_sections import delivered_section
     from collaudit.reports.terminal.command_texts import fit_text
     from collaudit.reports.terminal.text_table import section_text
@@ -103,7 +103,7 @@ def command(
     if urdf_out is not None:
         atomic_write(urdf_out, api.identified_description(friction, loaded, mjcf))
     if as_json:
-        say_json(friction_json(friction))
+        say_json(result_json(friction))
     else:
         say(fit_text(friction, terminal_width(), verbose), nl=False)
     if planned is not None:

@@ -50,9 +50,6 @@ from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
-#: What takes the signals, and the hash of their log, while the rest is judged.
-OnSignals = Callable[[Signals, str], None]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
@@ -125,7 +122,6 @@ def judge(
     applied: AppliedFriction,
     config: Config,
     thresholds: FittedThresholds | None,
-    on_signals: OnSignals | None,
     step: Progress,
     parts: Sequence[HeldOutPart] = (),
     earlier: tuple[CycleReference, ...] = (),
@@ -140,7 +136,6 @@ def judge(
         applied: its friction laws, which tell what its drives supply.
         config: thresholds, persistence, watched joints.
         thresholds: of the friction file, for "auto".
-        on_signals: called with the signals and the log's hash before contacts and verdict are made of them.
         step: called with steps done and in all.
         parts: of the log, where each is judged by a fit of its own; the fit of all of it is then only shown.
         earlier: what passed nights say of the program's cycles.
@@ -188,8 +183,6 @@ def judge(
         why = [finding for finding in judged.checked if joints_not_judged([finding], excluded)]
         judged = run_with(replace(inputs, not_judged=forbidden | excluded))
         judged = replace(judged, checked=tuple(dict.fromkeys((*why, *judged.checked))))
-    if on_signals is not None:
-        on_signals(judged.signals, series.source.sha256)
     return judged
 
 

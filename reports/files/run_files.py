@@ -6,8 +6,7 @@ import hashlib
 import io
 import shlex
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,10 +17,8 @@ import numpy as np
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.plan_result import PlanFile
-from collaudit.core.data.signals import Signals
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
-from collaudit.core.numeric.parallel import threads
 from collaudit.core.small_files import read_small
 from collaudit.reports.files.atomic import atomic_write, refuse_link, staged, write_synced
 from collaudit.reports.files.json_files import json_text, read_result
@@ -41,8 +38,6 @@ FRICTION_FOLDER = "friction"
 _OFFERED = 6
 
 
-#: The last fit and its text: logs that are judged with one file in turn all keep a copy of it.
-_written: tuple[FrictionFile, str] | None = None
 AUDITS_SCHEMA = "collaudit/audits/1"
 
 
@@ -60,22 +55,13 @@ def result_json(result: AuditResult | FrictionFile | PlanFile) -> str:
     return text
 
 
-def friction_json(file: FrictionFile) -> str:
-    """``friction.json`` of a fit, as of :func:`result_json`."""
-    global _written
-    if _written is None or _written[0] is not file:
-        _written = file, result_json(file)
-    return _written[1]
-
-
 def write_friction(path: str | Path, file: FrictionFile) -> None:
     """Write a friction file whole or not at all.
 
     Raises:
         CollauditError: the file cannot be written.
     """
-    path = Path(path)
-    atomic_write(path, friction_json(file))
+    atomic_write(Path(path), result_json(file))
 
 
 def read_friction(path: str | Path) -> FrictionFile:
@@ -217,93 +203,18 @@ def write_run(run_dir: str | Path, audit: Audit, friction: FrictionFile | None) 
         CollauditError: a file cannot be written.
     """
     run_dir = Path(run_dir)
-    with RunFolder(run_dir) as run:
-        run.write(audit, friction)
+    from collaudit.reports.files.signals_file import write_signals
 
-
-class RunFolder:
-    """A run's folder that is being filled: its signals may be written while the log is still judged.
-
-    Nothing appears in it before :meth:`write`; what was begun is removed when the block ends without that.
-    """
-
-    def __init__(self, run_dir: Path) -> None:
-        """Of a folder, which is made when it is missing.
-
-        Raises:
-            CollauditError: it is a symbolic link.
-        """
-        refuse_link(run_dir)
-        self._dir = run_dir
-        self._new = not run_dir.exists()
-        self._begun: tuple[ExitStack, Future[None]] | None = None
-
-    def __enter__(self) -> RunFolder:
-        """Begin."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Remove what was begun and not finished."""
-        if self._begun is None:
-            return
-        unfinished, written = self._begun
-        wait([written])
-        with suppress(_AbandonedError), unfinished:
-            raise _AbandonedError
-        if self._new:
-            with suppress(OSError):  # others have put something there
-                self._dir.rmdir()
-
-    def take_signals(self, signals: Signals, log_sha256: str) -> None:
-        """Begin to write the signals in a thread of their own, where more than one is taken.
-
-        Args:
-            signals: those of the audit that :meth:`write` will be given.
-            log_sha256: hash of the log they are from.
-
-        Raises:
-            CollauditError: the folder cannot be written to.
-        """
-        if threads() == 1:
-            return
-        from collaudit.reports.files.signals_file import write_signals
-
-        writer = ThreadPoolExecutor(1)
-        try:
-            wait([writer.submit(int)])
-        except RuntimeError:  # no thread can be started, for want of memory say: they are written with the rest
-            return
-        unfinished = ExitStack()
-        path = unfinished.enter_context(staged(self._dir / SIGNALS_NAME))
-        self._begun = unfinished, writer.submit(write_signals, path, signals, log_sha256)
-        writer.shutdown(wait=False)
-
-    def write(self, audit: Audit, friction: FrictionFile | None) -> None:
-        """Write what is left, and put all files in their places; arguments and errors as of :func:`write_run`."""
-        from collaudit.reports.files.signals_file import write_signals
-
-        texts = {
-            AUDIT_NAME: result_json(audit.result),
-            FRICTION_NAME: None if friction is None else friction_json(friction),
-        }
-        with ExitStack() as stack:  # renames run in reverse order of entering
-            for name, text in texts.items():
-                if text is not None:
-                    write_synced(stack.enter_context(staged(self._dir / name)), text.encode())
-            if self._begun is None:
-                path = stack.enter_context(staged(self._dir / SIGNALS_NAME))
-                write_signals(path, audit.signals, audit.result.log.sha256)
-            else:
-                (unfinished, written), self._begun = self._begun, None
-                with unfinished:
-                    written.result()
-            for name, text in texts.items():
-                if text is None:
-                    (self._dir / name).unlink(missing_ok=True)
-
-
-class _AbandonedError(Exception):
-    """The run was not written."""
+    refuse_link(run_dir)
+    texts = {AUDIT_NAME: result_json(audit.result), FRICTION_NAME: None if friction is None else result_json(friction)}
+    with ExitStack() as stack:  # renames run in reverse order of entering
+        for name, text in texts.items():
+            if text is not None:
+                write_synced(stack.enter_context(staged(run_dir / name)), text.encode())
+        path = stack.enter_context(staged(run_dir / SIGNALS_NAME))
+        write_signals(path, audit.signals, audit.result.log.sha256)
+        if friction is None:
+            (run_dir / FRICTION_NAME).unlink(missing_ok=True)
 
 
 def reference_bytes(reference: CycleReference) -> bytes:

@@ -17,7 +17,7 @@ from collaudit.core.config.schema_detect import DetectorName
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError
 from collaudit.core.residual.detector import DETECTORS, detector_named
-from collaudit.reports.files.run_files import friction_json
+from collaudit.reports.files.run_files import result_json
 
 LINE = """    Detector(
         "bare", "r = tau - tau_s - (M ddq + C dq + f + G)", "eq. (5)",
@@ -51,7 +51,7 @@ def collaudit(program: Path, *arguments: object) -> subprocess.CompletedProcess[
 
 
 def test_a_new_detector_is_a_line_and_its_name(program: Path, hits: Path, friction: FrictionFile) -> None:
-    (program / "friction.json").write_text(friction_json(friction), encoding="utf-8")
+    (program / "friction.json").write_text(result_json(friction), encoding="utf-8")
     command = ["detect", hits, "-c", hits.with_suffix(".toml"), "--friction", "friction.json", "-o", "run"]
     unknown = collaudit(program, *command, "--set", "detect.detector=bare")
     assert unknown.returncode == 2

@@ -28,7 +28,7 @@ from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.reports.files.json_files import parse_result
-from collaudit.reports.files.run_files import friction_json
+from collaudit.reports.files.run_files import result_json
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.words import law_text, parameter_meaning
 
@@ -127,7 +127,7 @@ def test_what_an_added_law_leaves_open_is_said_in_its_own_terms(added: FrictionL
 
 def test_an_added_law_goes_through_configuration_file_judging_and_report(added: FrictionLaw) -> None:
     friction, judged = audited(None, added.name)
-    text = friction_json(friction)
+    text = result_json(friction)
     read = parse_result(text, FrictionFile, FRICTION_SCHEMA, "friction.json")
     assert read.joints["joint1"].model == added.name
     _, again = audited(read, "auto")
@@ -155,7 +155,7 @@ def test_names_outside_the_table_are_refused() -> None:
         for name in ("auto", *LAWS):
             assert f'"{name}"' in (caught.value.expected or "")
         assert caught.value.hint == ('did you mean "static-lugre"?' if wrong == "static-lugr" else None)
-    friction = json.loads(friction_json(audited(None, "auto")[0]))
+    friction = json.loads(result_json(audited(None, "auto")[0]))
     friction["joints"]["joint1"]["model"] = "auto"  # a choice, and no law
     with pytest.raises(CollauditError, match="does not have the content") as refused:
         parse_result(json.dumps(friction), FrictionFile, FRICTION_SCHEMA, "friction.json")

@@ -19,7 +19,6 @@ from collaudit.core.errors import CollauditError
 from collaudit.reports.files import atomic
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.run_files import (
-    friction_json,
     open_run,
     read_friction,
     read_run,
@@ -244,6 +243,14 @@ def test_a_run_that_cannot_be_finished_leaves_nothing(tmp_path: Path, audit: Aud
     assert list((tmp_path / "run").iterdir()) == []
 
 
+def test_a_run_that_cannot_be_finished_leaves_an_earlier_one_as_it_was(tmp_path: Path, audit: Audit) -> None:
+    write_run(tmp_path, audit, None)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(IndexError):
+        write_run(tmp_path, replace(audit, signals=replace(audit.signals, gamma_nm=np.ones(6))), None)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
 def test_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
     with pytest.raises(CollauditError, match="a folder of that name"):
         atomic_write(tmp_path, "text")
@@ -276,7 +283,7 @@ def test_friction_files_come_back(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "friction.json"
     write_friction(path, samples.friction_file())
     assert read_friction(path) == samples.friction_file()
-    assert path.read_text() == friction_json(samples.friction_file())
+    assert path.read_text() == result_json(samples.friction_file())
     with pytest.raises(CollauditError, match="no such file"):
         read_friction(tmp_path / "absent.json")
 
@@ -304,7 +311,7 @@ def test_friction_that_no_fit_gives_is_refused(
         "held_out": 1.0,
         "fastest_rad_s": 1.0,
     }
-    file = json.loads(friction_json(samples.friction_file()))
+    file = json.loads(result_json(samples.friction_file()))
     file["thresholds"] = {"detector": "direct", "causal": False, "joints": {"joint1": known}}
     path = tmp_path / "friction.json"
     path.write_text(json.dumps(file))

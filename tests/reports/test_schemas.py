@@ -12,7 +12,7 @@ from user_guide.result_schemas import result_schema
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.errors import LogError
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.files.run_files import friction_json, result_json
+from collaudit.reports.files.run_files import result_json
 from collaudit.reports.page.index import summarise
 from collaudit.reports.values.entries import entry_of, entry_of_error
 
@@ -23,7 +23,7 @@ def test_audits_keep_to_the_schema(make) -> None:
 
 
 def test_friction_keeps_to_the_schema() -> None:
-    Draft202012Validator(result_schema("friction")).validate(json.loads(friction_json(samples.friction_file())))
+    Draft202012Validator(result_schema("friction")).validate(json.loads(result_json(samples.friction_file())))
 
 
 def test_summaries_keep_to_the_schema() -> None:

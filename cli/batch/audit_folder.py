@@ -15,7 +15,7 @@ from collaudit.reports.files.atomic import CHECKSUMS_NAME, atomic_write
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import FRICTION_FOLDER
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
-from collaudit.reports.page.scripts import ASSETS_FOLDER, asset_names
+from collaudit.reports.page.environment import ASSETS_FOLDER, asset_names
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"

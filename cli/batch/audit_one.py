@@ -27,8 +27,8 @@ from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import CYCLES_NAME, open_run, reference_bytes, write_run
+from collaudit.reports.page.environment import ASSETS_FOLDER
 from collaudit.reports.page.html import write_html
-from collaudit.reports.page.scripts import ASSETS_FOLDER
 from collaudit.reports.values.entries import entry_of, entry_of_error
 
 #: Says that all files of a run were written; the first to go and the last to come.
@@ -86,7 +86,7 @@ def _written(
     write_run(run, audit, None)  # its friction file stands once in the audit's folder
     if audit.reference is not None:
         atomic_write(run / CYCLES_NAME, reference_bytes(audit.reference))
-    write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
+    write_html(run / "report.html", [open_run(run)], f"../{ASSETS_FOLDER}")
     note_finished(run, audit.result.log.sha256, job, stamp)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     rows = () if job.wanted is None else job.wanted.of_result(audit.result)

@@ -191,7 +191,7 @@ def command(
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
     from collaudit.reports.values.entries import nights_before
-    from collaudit.reports.values.night import change_section, explained_night, left_out_entries
+    from collaudit.reports.values.night import change_section, left_out_entries
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
@@ -226,10 +226,9 @@ def command(
         since = max((row.night for own in tonight.values() for row in own), default=today.isoformat())
         groups = night_groups(results, night.robots, history, since, joint_nights(rows))
         reports = {entry.name: entry.report for entry in entries if entry.report is not None}
-        sentence = explained_night(entries, groups)
         folder = None if baseline is None or is_store(baseline) else Path(baseline)
         overlays = {} if folder is None else write_overlays(output, work, outcomes, folder)
-        night = replace(night, sentence=sentence, groups=groups, reports=reports, link=link, overlays=overlays)
+        night = replace(night, groups=groups, reports=reports, link=link, overlays=overlays)
         if against is not None:
             night = replace(night, changes=changes_since(output, work, outcomes, against))
         _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
@@ -292,8 +291,8 @@ def _write_night(
         formats: of the summaries.
     """
     from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.page.environment import write_assets
     from collaudit.reports.page.index import write_index
-    from collaudit.reports.page.scripts import write_assets
 
     write_index(output, entries, night, before)
     write_assets(output)
@@ -313,7 +312,7 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: N
         text = audit_text(results[0], width) if verbose else screen_text(results[0], width, "-v; the index page")
         say_result(text)
         return
-    say_result(f"{wrapped(visible(night.sentence), width)}\n\n")
+    say_result(f"{wrapped(visible(night.sentence(entries)), width)}\n\n")
     say_result(summary_table(entries, width, None if verbose else _MOST_LOGS))
     for text in night.breaches:
         say_result(f"FAIL  {visible(text)}\n")

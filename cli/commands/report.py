@@ -181,9 +181,8 @@ def _write_clips(runs: tuple[Path, ...], folder: Path, log: Path | None, as_json
 
 
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
-    from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.page.plane_page import body_regions_html
-    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section
+    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section, read_limits
     from collaudit.reports.terminal.command_texts import body_region_text
 
     stated = read_limits(limits)

@@ -32,7 +32,7 @@ from collaudit.core.logs.inputs import left_out, left_out_urls, other_files
 from collaudit.core.logs.log_formats import is_bag_folder
 from collaudit.core.numeric.distinct_names import distinct
 from collaudit.reports.files.run_files import FRICTION_FOLDER
-from collaudit.reports.page.scripts import ASSETS_FOLDER
+from collaudit.reports.page.environment import ASSETS_FOLDER
 
 #: Stands for a list of logs on stdin.
 STDIN = "-"

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.signals import Signals, State
+from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.exports.ros_mcap import (
     DIAGNOSTICS,
@@ -27,7 +29,6 @@ from collaudit.reports.exports.ros_mcap import (
     diagnostics,
     joint_states,
     log_message,
-    whole_joint_states,
     write_mcap,
 )
 from collaudit.reports.files.atomic import staged
@@ -40,8 +41,23 @@ _NANO = 1_000_000_000
 _TOPIC = "/collaudit/"
 #: Of a state, for diagnostics; all others are out of date.
 _LEVEL = {State.JUDGED: OK, State.FRICTION_INTERVAL: WARN, State.UNUSABLE: ERROR}
-#: Seconds between two messages of what does not change.
-_CONSTANT_S = 1.0
+
+
+def write_mcap_report(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
+    """Write the MCAP of one audit: another log has another clock, and needs a file of its own.
+
+    Raises:
+        ConfigError: there are several audits. CollauditError: the file cannot be written.
+    """
+    if len(audits) != 1:
+        raise ConfigError(
+            "an MCAP file holds one run, since each log has a clock of its own",
+            where="--format mcap",
+            found=f"{len(audits)} runs",
+            hint="one collaudit report for each run",
+        )
+    write_audit_mcap(path, audits[0], progress)
+    return (path,)
 
 
 def write_audit_mcap(
@@ -62,7 +78,6 @@ def write_audit_mcap(
     stamps = start_ns(result.log.start) + np.round(signals.time_s * _NANO).astype(np.int64)
     channels = [
         *_series(signals, stamps),
-        _thresholds(signals, stamps),
         _states(signals, stamps),
         *_events(result, stamps),
         *(recorded or ()),
@@ -96,10 +111,11 @@ def start_ns(start: str | None) -> int:
 
 
 def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
-    series = {
+    series: dict[str, NDArray[np.floating[Any]] | None] = {
         "residual": signals.residual_nm,
         "measured": signals.measured_nm,
         "model": signals.model_nm,
+        "gamma": signals.gamma_nm,
         "friction_range/least": signals.least_nm,
         "friction_range/most": signals.most_nm,
     }
@@ -107,32 +123,18 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
     for name, values in series.items():
         if values is None:
             continue
-        known = np.isfinite(values).any(axis=1) if name.startswith("friction_range") else np.ones(len(stamps), bool)
+        known = np.isfinite(values).any(axis=1) | (not name.startswith("friction_range"))
         at = stamps[known]
-        made.append(
-            Channel(_TOPIC + name, JOINT_STATE, at, joint_states(at, signals.joint_names, values[known].astype(float)))
-        )
+        made.append(Channel(_TOPIC + name, JOINT_STATE, at, joint_states(at, signals.joint_names, values[known])))
     return made
 
 
 def _joints(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
     """Position, velocity and measured torque of every joint."""
-    series = (signals.position_rad, signals.velocity_rad_s, signals.measured_nm)
-    position, velocity, measured = (values.astype(np.float64) for values in series)
-    messages = whole_joint_states(stamps, signals.joint_names, position, velocity, measured)
+    messages = joint_states(
+        stamps, signals.joint_names, signals.measured_nm, signals.velocity_rad_s, signals.position_rad
+    )
     return Channel(f"{_TOPIC}joints", JOINT_STATE, stamps, messages)
-
-
-def _thresholds(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
-    """At every change, and from time to time between."""
-    period = float(np.median(np.diff(signals.time_s))) if len(stamps) > 1 else _CONSTANT_S
-    step = max(1, round(_CONSTANT_S / period))
-    gamma = signals.gamma_nm
-    changed = (np.nan_to_num(gamma[1:]) != np.nan_to_num(gamma[:-1])).any(axis=1)
-    rows = np.unique([*range(0, len(stamps), step), *(np.flatnonzero(changed) + 1), *range(len(stamps))[-1:]])
-    at = stamps[rows.astype(np.int64)]
-    shown = gamma[rows.astype(np.int64)].astype(np.float64)
-    return Channel(f"{_TOPIC}gamma", JOINT_STATE, at, joint_states(at, signals.joint_names, shown))
 
 
 def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:

@@ -101,37 +101,33 @@ def _store() -> Typestore:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def joint_states(stamps_ns: NDArray[np.int64], names: Sequence[str], effort: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """One ``JointState`` a stamp, with efforts alone.
+def joint_states(
+    stamps_ns: NDArray[np.int64],
+    names: Sequence[str],
+    effort: NDArray[np.floating[Any]],
+    velocity: NDArray[np.floating[Any]] | None = None,
+    position: NDArray[np.floating[Any]] | None = None,
+) -> NDArray[np.uint8]:
+    """One ``JointState`` a stamp.
 
     Args:
         stamps_ns: (n,) times.
         names: of j joints.
-        effort: (n, j) values.
+        effort, velocity, position: (n, j) values; the last two both or neither.
 
     Returns:
-        (n, size) bytes: all have the same size, stamp and efforts at the same places.
+        (n, size) bytes: all have the same size, stamp and values at the same places.
     """
-    none, named = np.empty(0), [visible(name) for name in names]
-    one = _serialised(JOINT_STATE, _header(0), named, none, none, np.zeros(len(names)))
+    given = [values for values in (effort, velocity, position) if values is not None]
+    zeros = [np.zeros(0 if values is None else len(names)) for values in (position, velocity, effort)]
+    one = _serialised(JOINT_STATE, _header(0), [visible(name) for name in names], *zeros)
     out = np.tile(np.frombuffer(one, np.uint8), (len(stamps_ns), 1))
     out[:, _STAMP] = np.stack(np.divmod(stamps_ns, _NANO), axis=1).astype("<u4").view(np.uint8)
-    width = 8 * len(names)
-    out[:, len(one) - width :] = np.ascontiguousarray(effort, "<f8").view(np.uint8).reshape(len(stamps_ns), width)
+    width, end = 8 * len(names), len(one)
+    for values in given:  # from the last back; before each its length, in eight bytes
+        out[:, end - width : end] = np.ascontiguousarray(values, "<f8").view(np.uint8).reshape(len(stamps_ns), width)
+        end -= width + 8
     return out
-
-
-def whole_joint_states(
-    stamps_ns: NDArray[np.int64],
-    names: Sequence[str],
-    position: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    effort: NDArray[np.float64],
-) -> list[bytes]:
-    """One ``JointState`` a stamp, of (n, j) positions, velocities and efforts."""
-    named = [visible(name) for name in names]
-    rows = zip(stamps_ns.tolist(), position, velocity, effort, strict=True)
-    return [_serialised(JOINT_STATE, _header(stamp), named, q, dq, tau) for stamp, q, dq, tau in rows]
 
 
 def joint_trajectory(

@@ -72,18 +72,11 @@ def read_result(path: Path, kind: type[T], schema: str) -> T:
     Raises:
         CollauditError: no such file, not JSON, another schema or version, or content that does not fit.
     """
-    return parse_result(_load(path), kind, schema, str(path))
-
-
-class _Head(msgspec.Struct):
-    schema: Any = None
-
-
-def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
-    """As :func:`read_result`, from text; ``where`` names its origin in messages."""
+    content, where = _load(path), str(path)
     try:
-        _check_schema(_schema_of(text), schema, where)
-        return msgspec.json.decode(text, type=kind)
+        found = msgspec.json.decode(content)
+        _check_schema(found.get("schema") if isinstance(found, dict) else None, schema, where)
+        return msgspec.convert(found, kind)
     except msgspec.ValidationError as error:
         raise CollauditError(
             "the file does not have the content its schema promises",
@@ -96,19 +89,12 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
         raise CollauditError(
             "the JSON is damaged",
             where=where,
-            found=str(error) if text.strip() else "an empty file",
+            found=str(error) if content.strip() else "an empty file",
             expected="a whole JSON file written by collaudit",
             hint="make the file again; it may have been cut short or edited",
         ) from error
     except RecursionError as error:
         raise CollauditError("the JSON is nested too deeply", where=where) from error
-
-
-def _schema_of(text: str) -> Any:
-    try:
-        return msgspec.json.decode(text, type=_Head).schema
-    except msgspec.ValidationError:  # JSON, but no object
-        return None
 
 
 def _load(path: Path) -> str:

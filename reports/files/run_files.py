@@ -211,8 +211,8 @@ def write_run(run_dir: str | Path, audit: Audit, friction: FrictionFile | None) 
         for name, text in texts.items():
             if text is not None:
                 write_synced(stack.enter_context(staged(run_dir / name)), text.encode())
-        path = stack.enter_context(staged(run_dir / SIGNALS_NAME))
-        write_signals(path, audit.signals, audit.result.log.sha256)
+        file = stack.enter_context(stack.enter_context(staged(run_dir / SIGNALS_NAME)).open("wb"))
+        write_signals(file, audit.signals, audit.result.log.sha256)
         if friction is None:
             (run_dir / FRICTION_NAME).unlink(missing_ok=True)
 

@@ -14,10 +14,11 @@ and cross-checked; to differentiate or to audit again, take the log itself.
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from pathlib import Path
-from typing import Any, cast
+from typing import IO, Any, cast
 
 import numpy as np
 import pyarrow as pa
@@ -58,11 +59,11 @@ _WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"
 Values = np.ndarray[Any, Any]
 
 
-def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
+def write_signals(file: IO[bytes], signals: Signals, log_sha256: str) -> None:
     """Write the signals; the same signals give the same bytes with the same pyarrow.
 
     Args:
-        path: the file to make.
+        file: to write into, opened by Python: Arrow opens no name that is not UTF-8.
         signals: n samples of j joints.
         log_sha256: hash of the log they are from, which ties the file to its ``audit.json``.
     """
@@ -75,19 +76,16 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
     schema = _schema(signals, steps, log_sha256)
     states = [name for name in schema.names if name.startswith("state:") or name == "cycle"]
     floats = [name for name in schema.names if name not in states]
-    with (
-        path.open("wb") as file,  # Arrow opens no name that is not UTF-8
-        pq.ParquetWriter(
-            file,
-            schema,
-            compression="zstd",
-            compression_level=1,
-            use_dictionary=states,
-            use_byte_stream_split=floats,
-            write_statistics=False,
-            store_schema=True,
-        ) as writer,
-    ):
+    with pq.ParquetWriter(
+        file,
+        schema,
+        compression="zstd",
+        compression_level=1,
+        use_dictionary=states,
+        use_byte_stream_split=floats,
+        write_statistics=False,
+        store_schema=True,
+    ) as writer:
         count = len(signals.time_s)
         parts = [slice(start, min(start + _ROWS, count)) for start in range(0, count, _ROWS)]
         for rows in parts:  # one after the other: the log may still be judged beside, and a table takes 35 MB
@@ -108,7 +106,7 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
         time_s=file.time_s,
         joint_names=joints,
         gamma_nm=file.of_joints("gamma_nm"),
-        near_below_nm=np.array([file.near_below_nm(k) for k in range(len(joints))]),
+        near_below_nm=np.array(file.near_below_nm, dtype=np.float64),  # null becomes NaN
         state=np.stack([file.states(joint) for joint in joints], axis=1),
         least_nm=least,
         most_nm=most,
@@ -175,24 +173,25 @@ _TRACED = ("position_rad", "velocity_rad_s", "measured_nm", "gamma_nm", "least_n
 class StoredSignals:
     """The signals of a run, each column read when it is asked for."""
 
-    def __init__(self, path: Path, log_sha256: str) -> None:
+    def __init__(self, source: Path | IO[bytes], log_sha256: str) -> None:
         """Open the file; nothing but its metadata and time is read yet.
 
         Args:
-            path: the file.
+            source: the file, or its content.
             log_sha256: hash of the log that ``audit.json`` names.
 
         Raises:
             CollauditError: no such file, not Parquet, another kind or version, or of another log.
         """
-        self._path = path
+        self._where = str(source)
         try:
-            self._file = pq.ParquetFile(pa.PythonFile(path.open("rb"), "r"), memory_map=False, pre_buffer=False)
+            opened = source.open("rb") if isinstance(source, Path) else source
+            self._file = pq.ParquetFile(pa.PythonFile(opened, "r"), memory_map=False, pre_buffer=False)
         except FileNotFoundError as error:
-            raise CollauditError("no such file", where=str(path)) from error
+            raise CollauditError("no such file", where=self._where) from error
         except (pa.ArrowException, OSError) as error:
-            raise _unreadable(path, str(error)) from error
-        self._meta = _checked_meta(self._file.schema_arrow, path, log_sha256)
+            raise _unreadable(self._where, str(error)) from error
+        self._meta = _checked_meta(self._file.schema_arrow, self._where, log_sha256)
         self.time_s = self.read("time_s").astype(np.float64)
 
     @property
@@ -214,10 +213,10 @@ class StoredSignals:
         """Whether there is such a column."""
         return name in self._file.schema_arrow.names
 
-    def near_below_nm(self, column: int) -> float:
-        """How far below the threshold in force a near miss of one joint begins; NaN where there is none."""
-        below = self._meta["near_below_nm"][column]
-        return math.nan if below is None else float(below)
+    @property
+    def near_below_nm(self) -> list[float | None]:
+        """How far below each joint's threshold in force a near miss begins; None where there is none."""
+        return list(self._meta["near_below_nm"])
 
     def read(self, name: str) -> Values:
         """One column by itself, so that little else is in memory meanwhile.
@@ -226,12 +225,12 @@ class StoredSignals:
             CollauditError: it is missing, holds no numbers, or cannot be read.
         """
         if not self.has(name):
-            raise CollauditError("a column is missing", where=str(self._path), expected=f"column {name!r}")
+            raise CollauditError("a column is missing", where=self._where, expected=f"column {name!r}")
         try:
             column = self._file.read(columns=[name], use_threads=False).column(0)
             return np.from_dlpack(column.combine_chunks())  # to_numpy would import pandas
         except (pa.ArrowException, OSError) as error:
-            raise _unreadable(self._path, str(error)) from error
+            raise _unreadable(self._where, str(error)) from error
 
     def states(self, joint: str) -> Values:
         """The state of each sample of one joint.
@@ -241,7 +240,7 @@ class StoredSignals:
         """
         state, known = self.read(f"state:{joint}"), max(State)
         if not ((state >= 0) & (state <= known)).all():
-            raise CollauditError("a state code is unknown", where=str(self._path), expected=f"0 to {int(known)}")
+            raise CollauditError("a state code is unknown", where=self._where, expected=f"0 to {int(known)}")
         return state
 
     def of_joints(self, name: str) -> Values:
@@ -261,7 +260,6 @@ class StoredSignals:
             joint=joint,
             time_s=self.time_s,
             state=self.states(joint),
-            near_below_nm=self.near_below_nm(column),
             residual_nm=self.read(f"residual_nm:{joint}").astype(np.float64),
             cycle=self.cycle,
             **{name: cast(Any, read.get(name)) for name in _TRACED},
@@ -274,17 +272,24 @@ class StoredSignals:
         return self.time_s, size(np.stack([self.read(name) for name in _WRENCH[:3]], axis=1))
 
 
-def _unreadable(path: Path, found: str) -> CollauditError:
+def in_memory(signals: Signals) -> StoredSignals:
+    """Signals as they stand in the file of a run, without one."""
+    content = io.BytesIO()
+    write_signals(content, signals, "")
+    return StoredSignals(content, "")
+
+
+def _unreadable(where: str, found: str) -> CollauditError:
     return CollauditError(
         "cannot read the signals",
-        where=str(path),
+        where=where,
         found=(found.splitlines() or [""])[0][:200],
         expected="a Parquet file written by collaudit",
         hint="make the run again with collaudit detect",
     )
 
 
-def _checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, Any]:
+def _checked_meta(schema: pa.Schema, where: str, log_sha256: str) -> dict[str, Any]:
     try:
         meta: dict[str, Any] = json.loads((schema.metadata or {})[_META])
         found = meta["schema"]
@@ -293,14 +298,14 @@ def _checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, A
     if found != SIGNALS_SCHEMA:
         raise CollauditError(
             "this is not a signals file of a version this collaudit knows",
-            where=str(path),
+            where=where,
             found=f"schema {found!r}",
             expected=f"schema {SIGNALS_SCHEMA!r}",
         )
     if meta["log_sha256"] != log_sha256:
         raise CollauditError(
             "the signals are of another log than audit.json beside them",
-            where=str(path),
+            where=where,
             found=f"log sha256 {meta['log_sha256']}",
             expected=f"log sha256 {log_sha256}",
             hint="make the run again with collaudit detect",

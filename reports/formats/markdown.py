@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_sentence, worst_first
+from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
 from collaudit.reports.values.first_words import excluded_lines, first_lines, more_reasons, unsaid
 from collaudit.reports.values.night import QUIET, NightFacts
 from collaudit.reports.values.visible_text import visible
@@ -44,7 +44,7 @@ def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] =
         night: what is said of all of them.
     """
     entries = worst_first([*(entry_of(result) for result in results), *unread])
-    lines = ["# Collision audit", "", escaped(night.sentence or night_sentence(entries)), ""]
+    lines = ["# Collision audit", "", escaped(night.sentence(entries)), ""]
     lines += [line for text in night.breaches for line in (f"{_MARKS['fail']} {escaped(text)}", "")]
     if len(entries) == 1:
         lines += [line for result in results for line in _first(result)]

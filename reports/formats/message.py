@@ -1,7 +1,9 @@
-"""A night in one message, as text or for Slack: what is said of it, what fails, and links to the reports.
+"""A night in lines: one message as text or for Slack, with links to the reports, and annotations of a GitHub job.
 
 The form for Slack is its Block Kit: sections of mrkdwn, in which ``&``, ``<`` and ``>`` are escaped and a link is
-``<URL|text>``; a section holds at most 3000 characters.
+``<URL|text>``; a section holds at most 3000 characters. A runner of GitHub
+shows ``::LEVEL title=…::message`` with ``%``, line ends, and in properties ``:`` and ``,`` percent-encoded, as its
+documentation of workflow commands states it.
 """
 
 from __future__ import annotations
@@ -10,8 +12,9 @@ from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.files.json_files import json_text
+from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, night_dates, worst_first
-from collaudit.reports.values.night import QUIET, NightFacts, explained_night, group_words
+from collaudit.reports.values.night import QUIET, NightFacts, group_words
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import VERDICT_WORD, plural
 
@@ -48,7 +51,7 @@ def _parts(
 ) -> tuple[list[str], list[str], list[tuple[str, str]]]:
     """What is said of the night, of its groups, and of logs that do not pass, each with its link."""
     entries = worst_first([*(entry_of(result) for result in results), *unread])
-    said = night.sentence or explained_night(entries, night.groups)
+    said = night.sentence(entries)
     head = [f"{VERDICT_WORD[night.verdict(entries)]}, {night_dates(entries)}: {said}"]
     head += night.breaches
     groups = [f"{f'{group.robot}: ' if group.robot else ''}{group_words(group)}" for group in night.groups[:_MOST]]
@@ -71,3 +74,50 @@ def _cut(lines: Sequence[str]) -> list[str]:
 
 def _escaped(text: str) -> str:
     return visible(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+#: A runner shows ten annotations of a kind and step.
+_MOST_CONTACTS = 5
+_LEVEL = {"fail": "error", "not_judged": "warning", "pass": "notice"}
+
+
+def github_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), night: NightFacts = QUIET) -> str:
+    """A line a log, worst first, and one for each of its first contacts.
+
+    Args:
+        results: the audits.
+        unread: logs that could not be audited, and files that count as such.
+        night: limits that are broken over all logs, and files that are only named.
+    """
+    pairs = [(entry_of(result), result) for result in results]
+    audited = {id(entry): result for entry, result in pairs}
+    lines = [_command("error", "FAIL: night", text) for text in night.breaches]
+    for entry in worst_first([*(entry for entry, _ in pairs), *unread]):
+        reasons = "; ".join((*entry.reasons, *entry.exclusions)) or "no reason was recorded"
+        lines.append(_command(_LEVEL[entry.verdict], f"{entry.word}: {entry.name}", reasons))
+        if id(entry) in audited:
+            lines += _annotated(audited[id(entry)])
+    lines += [_command("notice", f"Not judged: {file.name}", file.text) for file in night.named]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _annotated(result: AuditResult) -> list[str]:
+    found = contact_section(result).records
+    lines = []
+    for record in found[:_MOST_CONTACTS]:
+        said = "{state}, {joints}, for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}, {kind}"
+        text = said.format_map(record)
+        lines.append(_command("notice", f"Contact at {record['onset']}: {result.log.name}", text))
+    if len(found) > _MOST_CONTACTS:
+        title = f"{len(found) - _MOST_CONTACTS} more contacts: {result.log.name}"
+        lines.append(_command("notice", title, "audit.json lists all of them"))
+    return lines
+
+
+def _command(level: str, title: str, message: str) -> str:
+    return f"::{level} title={_encoded(title, prop=True)}::{_encoded(message)}"
+
+
+def _encoded(text: str, *, prop: bool = False) -> str:
+    out = visible(text).replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    return out.replace(":", "%3A").replace(",", "%2C") if prop else out

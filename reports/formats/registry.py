@@ -46,11 +46,11 @@ FORMATS: dict[str, ReportFormat] = {
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
     "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
-    "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
+    "github": ReportFormat(".txt", "collaudit.reports.formats.message:github_text", of_many=True),
     "text": ReportFormat(".message.txt", "collaudit.reports.formats.message:message_text", of_many=True),
     "slack-json": ReportFormat(".slack.json", "collaudit.reports.formats.message:slack_text", of_many=True),
-    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
-    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, steps=True),
+    "csv": ReportFormat(".csv", "collaudit.reports.exports.event_table:write_csv", files=True),
+    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.audit_mcap:write_mcap_report", files=True, steps=True),
 }
 
 

@@ -17,11 +17,10 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.run_files import StoredRun
-from collaudit.reports.page.environment import environment
-from collaudit.reports.page.scripts import page_scripts, page_style, shared_scripts
-from collaudit.reports.page.sections.figures import ContactCard, Detail, JointFigures, contact_cards, joint_figures
-from collaudit.reports.page.sections.first_screen import Fact, LogStrip, log_strip, verdict_facts
-from collaudit.reports.plots.joint_trace import TracesInMemory
+from collaudit.reports.files.signals_file import in_memory
+from collaudit.reports.page.environment import environment, page_scripts, page_style, shared_scripts
+from collaudit.reports.page.figures import ContactCard, Detail, JointFigures, contact_cards, joint_figures
+from collaudit.reports.page.first_screen import Fact, LogStrip, log_strip, verdict_facts
 from collaudit.reports.plots.plot_friction import draw_friction
 from collaudit.reports.plots.signal_data import pose_block
 from collaudit.reports.sections.event_sections import (
@@ -122,7 +121,7 @@ def make_view(audit: Audit | StoredRun, key: str, detail: Detail, progress: Prog
         progress: called with steps done and in all.
     """
     result = audit.result
-    source = TracesInMemory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
+    source = in_memory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
     end = result.log.duration_s if source.end_s is None else source.end_s
     contacts, first = strongest(result, detail.cards), first_lines(result)
     figures = joint_figures(source, result, contacts, key, detail, stage(progress, 0.0, 1.0))

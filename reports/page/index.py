@@ -16,13 +16,11 @@ from collaudit.core.history.night_groups import NightGroup
 from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text
-from collaudit.reports.page.environment import environment
-from collaudit.reports.page.scripts import own_script
+from collaudit.reports.page.environment import environment, own_script
 from collaudit.reports.values.entries import (
     IndexEntry,
     brief_reason,
     night_dates,
-    night_sentence,
     verdict_counts,
     worst_first,
 )
@@ -117,7 +115,7 @@ def _page(summary: Summary, night: NightFacts, before: Mapping[str, Sequence[Ver
         .render(
             summary=summary,
             night=night,
-            sentence=night.sentence or night_sentence(summary.logs),
+            sentence=night.sentence(summary.logs),
             groups=group_section(night.groups),
             changes=change_section(night.changes),
             dates=night_dates(summary.logs),

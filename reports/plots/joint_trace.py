@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,6 @@ class JointTrace:
 
     Attributes:
         gamma_nm: threshold in force, NaN where there is none.
-        near_below_nm: how far below it a near miss begins.
         least_nm, most_nm: range of the residual where friction is an interval; None where that is not told.
         cycle: number of the cycle and place on its path; None where nothing repeats.
     """
@@ -41,7 +40,6 @@ class JointTrace:
     residual_nm: FloatArray
     state: NDArray[np.int8]
     gamma_nm: NDArray[np.float32]
-    near_below_nm: float
     least_nm: Series | None = None
     most_nm: Series | None = None
     cycle: tuple[NDArray[np.int32], Series] | None = None
@@ -62,50 +60,11 @@ class JointTrace:
         n = len(self.time_s)
         return float(self.time_s[-1] - self.time_s[0]) / (n - 1) if n > 1 else 1.0
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TracesInMemory:
-    """Traces of signals that are in memory; what reads them from a run's file has the same methods."""
-
-    signals: Signals
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Joints there are signals of."""
-        return self.signals.joint_names
-
-    @property
-    def end_s(self) -> float | None:
-        """Time of the last sample; None without samples."""
-        return float(self.signals.time_s[-1]) if len(self.signals.time_s) else None
-
-    def trace(self, column: int) -> JointTrace:
-        """One joint's signals; numbers have the steps that a run's file keeps them in."""
-        s, limits = self.signals, limits_nm(self.signals, column)
-        step = torque_step_nm(s.residual_nm[:, column], limits[0])
-
-        def kept(name: str) -> np.ndarray[Any, Any]:
-            return stored(name, getattr(s, name)[:, column], step, limits)
-
-        return JointTrace(
-            s.joint_names[column],
-            s.time_s,
-            kept("position_rad"),
-            kept("velocity_rad_s"),
-            kept("measured_nm"),
-            kept("residual_nm").astype(np.float64),
-            s.state[:, column],
-            limits[0],
-            float(s.near_below_nm[column]),
-            None if s.least_nm is None else kept("least_nm"),
-            None if s.most_nm is None else kept("most_nm"),
-            None if s.cycles is None else (s.cycles.number, s.cycles.place),
-        )
-
-    def force_n(self) -> tuple[FloatArray, FloatArray] | None:
-        """Time and size of the force at the wrist sensor (n,); None without one."""
-        wrench = self.signals.wrench
-        return None if wrench is None else (self.signals.time_s, size(in_steps(wrench[:, :3], FORCE_STEP_N)))
+    def part(self, start: int, stop: int) -> JointTrace:
+        """Some of the samples, which do not keep the others in memory."""
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
+        cut: dict[str, Any] = {name: x[start:stop].copy() for name, x in values.items() if isinstance(x, np.ndarray)}
+        return replace(self, **cut, cycle=None)
 
 
 def size(force: Series) -> FloatArray:

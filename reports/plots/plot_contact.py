@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
@@ -21,44 +20,13 @@ _POINTS = 40
 _OTHER_POINTS = 12
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ContactWindow:
-    """What one joint shows around one contact.
-
-    Attributes:
-        time_s, ratio: (k,) residual over its threshold where it was judged, NaN elsewhere.
-        reacted: whether the joint alarmed.
-        torque_time_s, measured_nm, least_nm, most_nm: (k,) measured torque, and the range of the modelled one.
-    """
-
-    joint: str
-    time_s: FloatArray
-    ratio: FloatArray
-    reacted: bool
-    torque_time_s: FloatArray
-    measured_nm: FloatArray
-    least_nm: FloatArray
-    most_nm: FloatArray
-
-
-def contact_window(trace: JointTrace, contact: Contact) -> ContactWindow | None:
+def contact_window(trace: JointTrace, contact: Contact) -> JointTrace | None:
     """One joint around one contact; None where there are not two samples of it."""
     start, stop = contact_limits(contact, trace.period_s)
     a, b = (int(k) for k in np.searchsorted(trace.time_s, [start, stop]))
     a = min(a, max(0, len(trace.time_s) - 2))
-    part = slice(a, max(b, a + 2))
-    if len(trace.time_s[part]) < 2:
-        return None
-    state, residual = trace.state[part], trace.residual_nm[part]
-    judged = (state == State.JUDGED) | (state == State.FRICTION_INTERVAL)
-    reacted = trace.joint in contact.joints
-    points = _POINTS if reacted else _OTHER_POINTS
-    time_s, ratio = thin(trace.time_s[part], np.where(judged, residual / trace.gamma_nm[part], np.nan), points)
-    step = max(1, len(residual) // _POINTS)
-    least, most = model_range(trace, part)
-    measured = trace.measured_nm[part][::step].astype(np.float64)
-    times = trace.time_s[part][::step]
-    return ContactWindow(trace.joint, time_s, ratio, reacted, times, measured, least[::step], most[::step])
+    window = trace.part(a, max(b, a + 2))
+    return window if len(window.time_s) > 1 else None
 
 
 def model_range(trace: JointTrace, part: slice | IntArray) -> tuple[FloatArray, FloatArray]:
@@ -73,7 +41,7 @@ def model_range(trace: JointTrace, part: slice | IntArray) -> tuple[FloatArray, 
 
 
 def draw_contact(
-    windows: Sequence[ContactWindow],
+    windows: Sequence[JointTrace],
     contact: Contact,
     worst: str,
     unit: str,
@@ -84,7 +52,7 @@ def draw_contact(
     """Residual over γ of every joint, measured and modelled torque of one, and the tool's force.
 
     Args:
-        windows: of the joints.
+        windows: of the joints, as :func:`contact_window` cuts them.
         contact: the contact.
         worst: joint whose torque is drawn.
         unit: of its torque.
@@ -93,7 +61,7 @@ def draw_contact(
         label: text for those who cannot see it.
     """
     wide = _WIDTH - _LEFT - _RIGHT
-    x = (float(min(w.torque_time_s[0] for w in windows)), float(max(w.torque_time_s[-1] for w in windows)))
+    x = (float(min(w.time_s[0] for w in windows)), float(max(w.time_s[-1] for w in windows)))
     panels = [_ratios(windows, contact, (_LEFT, 20, wide, 70), x)]
     torque = next((w for w in windows if w.joint == worst), None)
     if torque is not None:
@@ -105,34 +73,38 @@ def draw_contact(
     return drawing(_WIDTH, bottom + 34, label, panels, name)
 
 
-def _ratios(
-    windows: Sequence[ContactWindow], contact: Contact, box: tuple[float, ...], x: tuple[float, float]
-) -> Panel:
-    peak = max((float(np.nanmax(np.abs(w.ratio))) for w in windows if np.isfinite(w.ratio).any()), default=1.0)
+def _ratios(windows: Sequence[JointTrace], contact: Contact, box: tuple[float, ...], x: tuple[float, float]) -> Panel:
+    drawn = []
+    for window in sorted(windows, key=lambda w: w.joint in contact.joints):
+        kind, points = ("curve", _POINTS) if window.joint in contact.joints else ("curve-other", _OTHER_POINTS)
+        known = np.where(window.judged | window.standing, window.residual_nm / window.gamma_nm, np.nan)
+        drawn.append((*thin(window.time_s, known, points), kind))
+    peak = max((float(np.nanmax(np.abs(ratio))) for _, ratio, _ in drawn if np.isfinite(ratio).any()), default=1.0)
     panel = Panel((box[0], box[1], box[2], box[3]), x, (-1.08 * max(peak, 1.3), 1.08 * max(peak, 1.3)))
     panel.y_axis("residual ÷ γ, all joints")
     panel.shade(np.array([contact.onset_s]), np.array([contact.end_s]), "shade-contact")
     for level in (-1.0, 1.0):
         panel.level(level, "gamma")
-    for window in sorted(windows, key=lambda w: w.reacted):
-        panel.line(window.time_s, window.ratio, "curve" if window.reacted else "curve-other")
+    for time_s, ratio, kind in drawn:
+        panel.line(time_s, ratio, kind)
     panel.moments([contact.onset_s], "onset")
     panel.moments([contact.detected_s], "detected")
     return panel
 
 
-def _torques(window: ContactWindow, unit: str, box: tuple[float, ...], x: tuple[float, float]) -> Panel:
-    known = np.concatenate([window.measured_nm, window.least_nm, window.most_nm])
+def _torques(window: JointTrace, unit: str, box: tuple[float, ...], x: tuple[float, float]) -> Panel:
+    some = slice(None, None, max(1, len(window.time_s) // _POINTS))
+    time_s, measured = window.time_s[some], window.measured_nm[some].astype(np.float64)
+    least, most = model_range(window, some)
+    known = np.concatenate([measured, least, most])
     known = known[np.isfinite(known)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
     room = 0.08 * (high - low)
     panel = Panel((box[0], box[1], box[2], box[3]), x, (low - room, high + room))
     panel.y_axis(f"torque, {unit}", 3)
-    value = np.where(window.least_nm == window.most_nm, window.least_nm, np.nan)
-    wide = window.most_nm > window.least_nm
-    panel.area(window.torque_time_s, np.where(wide, window.least_nm, np.nan), window.most_nm, "model-range")
-    panel.line(window.torque_time_s, value, "model")
-    panel.line(window.torque_time_s, window.measured_nm, "measured")
+    panel.area(time_s, np.where(most > least, least, np.nan), most, "model-range")
+    panel.line(time_s, np.where(least == most, least, np.nan), "model")
+    panel.line(time_s, measured, "measured")
     return panel
 
 

@@ -259,19 +259,12 @@ def autocorrelation(trace: JointTrace) -> tuple[FloatArray, FloatArray]:
     x = np.where(known, trace.residual_nm[: known.size], 0.0)
     x = np.where(known, x - x[known].mean(), 0.0)
     samples = np.unique(np.linspace(0, min(_LAG_S / trace.period_s, known.size / 2), _LAGS).astype(int))
-    length = 1 << int(np.ceil(np.log2(x.size + samples[-1] + 1)))
-    sums, pairs = (_products(y, length)[samples] for y in (x, known.astype(np.float64)))
+    sums, pairs = (np.array([y[k:] @ y[: y.size - k] for k in samples]) for y in (x, known.astype(np.float64)))
     enough = pairs >= _LEAST / 2
     if not enough.any() or sums[0] <= 0:
         return np.empty(0), np.empty(0)
     covariance = sums[enough] / pairs[enough]
     return samples[enough] * trace.period_s, covariance / covariance[0]
-
-
-def _products(x: FloatArray, length: int) -> FloatArray:
-    """Sums of x(t) x(t + lag) for every lag up to ``length`` less the size of ``x`` (Wiener-Khinchin)."""
-    spectrum = np.fft.rfft(x, length)
-    return np.fft.irfft(spectrum * spectrum.conj(), length)
 
 
 def draw_trend(trace: JointTrace, name: str, label: str) -> Markup | None:

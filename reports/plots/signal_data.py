@@ -11,18 +11,13 @@ import numpy as np
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.reports.plots.joint_trace import JointTrace, Series, extremes
+from collaudit.reports.plots.joint_trace import JointTrace, extremes, in_steps
 from collaudit.reports.plots.plot_contact import model_range
 
-#: What a value that is not known reads as among the coarse ones.
-UNKNOWN = 65535
-_MOST_STEP = 60_000
-#: Steps over the range of the residual and of the torques: finer than a plot shows, and small when deflated.
-_FINE, _COARSE = 4_095, 1_023
 #: Samples that a window has at least, where it has so many.
 _LEAST_OF_WINDOW = 40
-#: Steps over a joint's range: a hundredth of a degree over a turn.
-_POSE_STEPS = 36_000
+#: Step of positions in which the arm is drawn, rad or m: a hundredth of a degree.
+_POSE_STEP = 2.0**-13
 #: Samples of a contact, and contacts that have them.
 _OF_CONTACT, _CONTACTS = 5, 60
 
@@ -65,75 +60,29 @@ def _in_windows(trace: JointTrace, windows_s: Sequence[tuple[float, float]], mos
 
 
 def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
-    """The curves at some samples: ``data``, base64 of a deflated run of arrays, and what they mean.
+    """The curves at some samples, as of :func:`_deflated`.
 
-    In order, each of ``kept`` numbers, of uint16 all low bytes before all high ones: uint16 steps to the next sample;
-    uint16 ``residual``, ``measured``, ``least`` and ``most`` (of the modelled torque), ``gamma`` in force, each a value
-    of ``from`` plus so many ``step``, 65535 where not known; uint8 state: 0 alarms above γ, 1 friction known only as a
-    range, 2 not judged.
+    In order: steps to the next sample; residual, measured, least and most modelled torque, γ in force; a number of the
+    state: 0 alarms above γ, 1 friction known only as a range, 2 not judged.
     """
-    kept = _with_steps(kept)
     codes = trace.state[kept]
-    state = np.where(codes == State.JUDGED, 0, np.where(codes == State.FRICTION_INTERVAL, 1, 2)).astype(np.uint8)
-    least, most = model_range(trace, kept)
-    measured = trace.measured_nm[kept].astype(np.float64)
-    residual = trace.residual_nm[kept]
-    gamma = trace.gamma_nm[kept].astype(np.float64)
-    low, step = _scale_of(residual, _FINE)
-    level, level_step = _scale_of(gamma, _FINE)
-    torque_low, torque_step = _scale_of(np.concatenate([measured, least, most]), _COARSE)
-    arrays = [
-        np.diff(kept, prepend=0).astype("<u2"),
-        _same_side_of_gamma(_to_steps(residual, low, step), residual, low, step, gamma),
-        *(_to_steps(x, torque_low, torque_step) for x in (measured, least, most)),
-        _to_steps(gamma, level, level_step),
-        state,
-    ]
-    data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
-    return {
-        "kept": len(kept),
-        "data": b64encode(data).decode("ascii"),
-        "residual": [low, step],
-        "torque": [torque_low, torque_step],
-        "gamma": [level, level_step],
-    }
+    state = np.where(codes == State.JUDGED, 0, np.where(codes == State.FRICTION_INTERVAL, 1, 2))
+    torques = (trace.measured_nm[kept], *model_range(trace, kept))
+    return _deflated([_steps(kept), trace.residual_nm[kept], *torques, trace.gamma_nm[kept], state])
 
 
-def _byte_planes(values: np.ndarray) -> bytes:
-    """Bytes of equal weight together: the high ones repeat themselves, which deflating makes use of."""
-    return np.ascontiguousarray(values).view(np.uint8).reshape(len(values), -1).T.tobytes()
+def _steps(kept: IntArray) -> IntArray:
+    return np.asarray(np.diff(kept, prepend=0), dtype=np.int64)
 
 
-def _with_steps(kept: IntArray) -> IntArray:
-    """The samples and some between those that lie further apart than a uint16 can say."""
-    wide = np.flatnonzero(np.diff(kept, prepend=0) > _MOST_STEP)
-    between = [np.arange(kept[k - 1] if k else 0, kept[k], _MOST_STEP) for k in wide]
-    return np.asarray(np.unique(np.concatenate([kept, *between])), dtype=np.int64)
+def _deflated(columns: Sequence[np.ndarray]) -> dict[str, object]:
+    """How many numbers a column has, and ``data``: base64 of all columns, deflated, 32-bit floats, NaN where not known.
 
-
-def _scale_of(values: FloatArray, steps: int) -> tuple[float, float]:
-    """Least value and the size of a step, so that so many steps reach the greatest."""
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    return low, (high - low) / steps or 1.0
-
-
-def _same_side_of_gamma(
-    steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: FloatArray
-) -> np.ndarray:
-    """Steps moved by one where rounding has carried a residual over its threshold, in or out."""
-    shown = low + step * steps
-    over = (np.abs(values) > gamma_nm) & (np.abs(shown) <= gamma_nm)
-    under = (np.abs(values) <= gamma_nm) & (np.abs(shown) > gamma_nm) & (steps < UNKNOWN)
-    away = np.where(values >= 0, 1, -1)
-    moved = steps.astype(np.int64) + np.where(over, away, 0) - np.where(under, away, 0)
-    return np.clip(moved, 0, UNKNOWN).astype("<u2")
-
-
-def _to_steps(values: Series, low: float, step: float) -> np.ndarray:
-    """Values in whole steps, 65535 where not known."""
-    whole = np.rint((values - low) / step)
-    return np.where(np.isfinite(whole), whole, UNKNOWN).astype("<u2")
+    Bytes of equal weight stand together: the high ones repeat themselves, which deflating makes use of.
+    """
+    numbers = np.array(columns, dtype="<f4")
+    planes = np.moveaxis(numbers.view(np.uint8).reshape(*numbers.shape, 4), 2, 1)
+    return {"kept": numbers.shape[1], "data": b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")}
 
 
 def pose_samples(count: int, period_s: float, points: int, contacts_s: Sequence[tuple[float, float]]) -> IntArray:
@@ -144,7 +93,7 @@ def pose_samples(count: int, period_s: float, points: int, contacts_s: Sequence[
         points: spread evenly over the log.
         contacts_s: start and end of stretches that have some of their own, in this order.
     """
-    even = np.linspace(0, count - 1, min(count, max(points, count // _MOST_STEP + 2)))
+    even = np.linspace(0, count - 1, min(count, points))
     around = [np.linspace(a, b, _OF_CONTACT) / period_s for a, b in contacts_s[:_CONTACTS]]
     kept = np.unique(np.rint(np.concatenate([even, *around])).astype(np.int64))
     return np.asarray(kept[(kept >= 0) & (kept < count)], dtype=np.int64)
@@ -153,8 +102,7 @@ def pose_samples(count: int, period_s: float, points: int, contacts_s: Sequence[
 def pose_block(arm: ArmGeometry, joints: Sequence[str], position: FloatArray, kept: IntArray) -> dict[str, object]:
     """Kinematics, and positions at some samples.
 
-    ``data`` is base64 of a deflated run of arrays of uint16, all low bytes before all high ones: steps to the next
-    sample, then each joint's position, a value of ``from`` plus so many ``step``, 65535 where not known.
+    The columns of :func:`_deflated` are steps to the next sample, then each joint's position.
 
     Args:
         arm: its kinematics.
@@ -162,10 +110,6 @@ def pose_block(arm: ArmGeometry, joints: Sequence[str], position: FloatArray, ke
         position: (n, j) at the samples, rad or m.
         kept: (n,) the samples.
     """
-    scales = [_scale_of(column, _POSE_STEPS) for column in position.T]
-    arrays = [np.diff(kept, prepend=0).astype("<u2")]
-    arrays += [_to_steps(column, *scaled) for column, scaled in zip(position.T, scales, strict=True)]
-    data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
     links = [
         [
             -1 if link.joint is None else joints.index(link.joint),
@@ -179,4 +123,6 @@ def pose_block(arm: ArmGeometry, joints: Sequence[str], position: FloatArray, ke
         for link in arm.links
     ]
     tool = [arm.tool_link, [round(x, 5) for x in arm.tool_m]]
-    return {"links": links, "tool": tool, "kept": len(kept), "scale": scales, "data": b64encode(data).decode("ascii")}
+    return {"links": links, "tool": tool, "joints": len(joints)} | _deflated(
+        [_steps(kept), *in_steps(position.T, _POSE_STEP)]
+    )

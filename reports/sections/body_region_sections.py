@@ -1,14 +1,19 @@
-"""Estimated contact forces beside limits that the user states: never a verdict."""
+"""Limits of force by body region, from a file that the user supplies, and estimated forces beside them: no verdict."""
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, ValidationError
 
 from collaudit.core.config.config_table import ConfigTable, Positive
+from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
+from collaudit.core.errors import ConfigError, similar_file
+from collaudit.core.small_files import read_small
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.words import nothing_judged
@@ -40,6 +45,31 @@ class BodyLimits(ConfigTable, frozen=True, kw_only=True):
 
     source: Annotated[str, Meta(pattern=r"\S")]
     region: Annotated[tuple[BodyRegion, ...], Meta(min_length=1)]
+
+
+_EXAMPLE = 'source = "where the numbers are from", then [[region]] with name, quasi_static_n and transient_n'
+
+
+def read_limits(path: Path) -> BodyLimits:
+    """Read a file of limits.
+
+    Args:
+        path: TOML with ``source`` and tables ``[[region]]``.
+
+    Raises:
+        ConfigError: it cannot be read, or does not say what is needed.
+    """
+    try:
+        data = parse_toml(read_small(path).decode())
+    except FileNotFoundError as error:
+        raise ConfigError("there is no such file of limits", where=str(path), hint=similar_file(path)) from error
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError("the file of limits cannot be read", where=str(path), found=str(error)) from error
+    try:
+        return BodyLimits.of(data)
+    except ValidationError as error:
+        text = "the file does not state limits as it should"
+        raise ConfigError(text, where=str(path), found=str(error), expected=_EXAMPLE) from error
 
 
 def body_region_section(result: AuditResult, limits: BodyLimits) -> Section:

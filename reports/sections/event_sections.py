@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import assert_never
 
 import numpy as np
 
 from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, RuleFacts
-from collaudit.core.data.detection_result import Contact, ContactKind, ControllerAlarmComparison, DelayFacts, Score
-from collaudit.reports.sections.section import Section
+from collaudit.core.data.detection_result import (
+    Contact,
+    ContactKind,
+    ControllerAlarmComparison,
+    DelayFacts,
+    RestDisturbance,
+    Score,
+)
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.contact_alarms import (
     alarms_of,
     contact_limits,
@@ -45,12 +53,10 @@ def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None 
     """
     listed = dict(enumerate(result.contacts, 1)) if contacts is None else contacts
     alarms = in_time(result.collisions)
-    records = [_contact(number, one, result, alarms_of(one, result, alarms)) for number, one in listed.items()]
-    head = tuple(records[0]) if records else ("#",)
-    windows = tuple(contact_limits(one, result.log.sample_period_s) for one in listed.values())
-    rows = tuple(tuple(record.values()) for record in records)
+    records = (_contact(number, one, result, alarms_of(one, result, alarms)) for number, one in listed.items())
     note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more."
-    return Section("Contacts in order of time", head, rows, (note,) if rows else (), windows=windows)
+    windows = tuple(contact_limits(one, result.log.sample_period_s) for one in listed.values())
+    return replace(section_of("Contacts in order of time", records, note), windows=windows)
 
 
 #: Which residual an alarm is of.
@@ -105,50 +111,59 @@ def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
 
 def alarm_section(result: AuditResult) -> Section:
     """Alarms of single joints in order of time."""
-    rows = tuple(
-        (
-            alarm.joint,
-            _time(alarm.onset_s, result),
-            _time(alarm.detected_s, result),
-            _lasted(alarm.duration_s, result),
-            *_peak_and_gamma(alarm, result),
-            alarm.phase,
-            _SPOKE[alarm.spoke],
-        )
-        for alarm in in_time(result.collisions)
-    )
-    return Section(
-        "Alarms of single joints", ("joint", "onset", "detected", "above γ", "peak", "γ", "phase", "told by"), rows
-    )
+    return section_of("Alarms of single joints", (_alarm(alarm, result) for alarm in in_time(result.collisions)))
 
 
 def near_miss_section(result: AuditResult) -> Section:
     """Near misses, those closest to an alarm first; their numbers count in order of time."""
     numbered = sorted(enumerate(in_time(result.near_misses), 1), key=lambda item: (-item[1].ratio, item[0]))
-    rows = [
-        (
-            str(number),
-            near.joint,
-            closeness(near, result.rule),
-            *_peak_and_gamma(near, result),
-            _lasted(near.duration_s, result),
-            near.kind,
-            _time(near.onset_s, result),
-            _clock(near.onset_s, result),
-            near.phase,
-        )
-        for number, near in numbered
-    ]
-    rule = result.rule
-    head = ("#", "joint", "how close", "peak", "γ", "lasted", "kind", "onset", "wall clock", "phase")
-    windows = tuple((near.onset_s - _AROUND_S, near.onset_s + near.duration_s + _AROUND_S) for _, near in numbered)
     note = (
         f"Amplitude: n samples beyond {near_levels(result)}; how close is the share of γ in force that n samples in a "
-        f"row kept. Persistence: above γ for {100 * rule.near_miss_persistence:g} % of n or more."
+        f"row kept. Persistence: above γ for {100 * result.rule.near_miss_persistence:g} % of n or more."
     )
-    return Section(
-        "Near misses, closest to an alarm first", head, tuple(rows), (note,) if rows else (), windows=windows
-    )
+    records = (_near_miss(number, near, result) for number, near in numbered)
+    windows = tuple((near.onset_s - _AROUND_S, near.onset_s + near.duration_s + _AROUND_S) for _, near in numbered)
+    return replace(section_of("Near misses, closest to an alarm first", records, note), windows=windows)
+
+
+def _alarm(alarm: Collision, result: AuditResult) -> dict[str, str]:
+    peak, gamma = _peak_and_gamma(alarm, result)
+    return {
+        "joint": alarm.joint,
+        "onset": _time(alarm.onset_s, result),
+        "detected": _time(alarm.detected_s, result),
+        "above γ": _lasted(alarm.duration_s, result),
+        "peak": peak,
+        "γ": gamma,
+        "phase": alarm.phase,
+        "told by": _SPOKE[alarm.spoke],
+    }
+
+
+def _near_miss(number: int, near: NearMiss, result: AuditResult) -> dict[str, str]:
+    peak, gamma = _peak_and_gamma(near, result)
+    return {
+        "#": str(number),
+        "joint": near.joint,
+        "how close": closeness(near, result.rule),
+        "peak": peak,
+        "γ": gamma,
+        "lasted": _lasted(near.duration_s, result),
+        "kind": near.kind,
+        "onset": _time(near.onset_s, result),
+        "wall clock": _clock(near.onset_s, result),
+        "phase": near.phase,
+    }
+
+
+def _disturbance(number: int, item: RestDisturbance, result: AuditResult) -> dict[str, str]:
+    steps = (f"{j.joint} {significant(abs(j.torque_step_nm))} {torque_unit(result, j.joint)}" for j in item.joints)
+    return {
+        "#": str(number),
+        "from": _time(item.onset_s, result),
+        "to": _time(item.end_s, result),
+        "joints, with the largest step of torque: a lower bound": ", ".join(steps),
+    }
 
 
 def near_levels(result: AuditResult) -> str:
@@ -173,14 +188,10 @@ def closeness(near: NearMiss, rule: RuleFacts) -> str:
 
 def disturbance_section(result: AuditResult) -> Section:
     """Disturbances of standing joints below what alarms: neither contacts nor near misses, and yet seen."""
-    rows = []
-    for number, item in enumerate(result.disturbances, 1):
-        steps = (f"{j.joint} {significant(abs(j.torque_step_nm))} {torque_unit(result, j.joint)}" for j in item.joints)
-        rows.append((str(number), _time(item.onset_s, result), _time(item.end_s, result), ", ".join(steps)))
-    windows = tuple((item.onset_s - _AROUND_REST_S, item.end_s + _AROUND_REST_S) for item in result.disturbances)
     title = "Pushes of standing joints too weak to alarm: friction hides how strong they were"
-    head = ("#", "from", "to", "joints, with the largest step of torque: a lower bound")
-    return Section(title, head, tuple(rows), windows=windows)
+    records = (_disturbance(number, item, result) for number, item in enumerate(result.disturbances, 1))
+    windows = tuple((item.onset_s - _AROUND_REST_S, item.end_s + _AROUND_REST_S) for item in result.disturbances)
+    return replace(section_of(title, records), windows=windows)
 
 
 def _peak_and_gamma(event: Collision | NearMiss, result: AuditResult) -> tuple[str, str]:
@@ -223,13 +234,9 @@ def detection_sections(result: AuditResult) -> tuple[Section, ...]:
     facts = result.detection
     if facts is None:
         return ()
-    marks = tuple((mark_text(flag),) for flag in facts.flags)
-    title = f"The controller's alarms and the log's labels ({len(marks)})"
-    every = (
-        Section(title, ("mark",), marks),
-        score_section(facts.scores),
-    )
-    return tuple(one for one in every if one.rows)
+    title = f"The controller's alarms and the log's labels ({len(facts.flags)})"
+    marks = section_of(title, ({"mark": mark_text(flag)} for flag in facts.flags))
+    return tuple(one for one in (marks, score_section(facts.scores)) if one.rows)
 
 
 def mark_text(flag: ControllerAlarmComparison) -> str:
@@ -246,22 +253,21 @@ def mark_text(flag: ControllerAlarmComparison) -> str:
 
 def score_section(scores: Sequence[Score]) -> Section:
     """Scores of an audit against known events."""
-    rows = tuple(
-        (
-            row.joint or "all joints",
-            f"{row.found} of {row.events}",
-            str(row.not_observable),
-            NONE if row.recall is None else percent(row.recall),
-            NONE if row.precision is None else percent(row.precision),
-            NONE if row.false_alarms_per_hour is None else significant(row.false_alarms_per_hour),
-            _delay(row.delay_s),
-            NONE if row.auc is None else f"{row.auc:.3f}",
-        )
+    records = (
+        {
+            "joint": row.joint or "all joints",
+            "found": f"{row.found} of {row.events}",
+            "not observable": str(row.not_observable),
+            "recall": NONE if row.recall is None else percent(row.recall),
+            "precision": NONE if row.precision is None else percent(row.precision),
+            "false alarms/h": NONE if row.false_alarms_per_hour is None else significant(row.false_alarms_per_hour),
+            "delay (5 to 95 %)": _delay(row.delay_s),
+            "AUC": NONE if row.auc is None else f"{row.auc:.3f}",
+        }
         for row in scores
     )
-    head = ("joint", "found", "not observable", "recall", "precision", "false alarms/h", "delay (5 to 95 %)", "AUC")
     note = "Recall leaves out events hidden at rest or where nothing was judged."
-    return Section("Against the known events", head, rows, (note,) if rows else ())
+    return section_of("Against the known events", records, note)
 
 
 def _delay(delays_s: Sequence[float]) -> str:

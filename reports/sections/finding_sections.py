@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from collaudit.core.findings import Finding
-from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.visible_text import visible
 
@@ -26,11 +26,18 @@ def worst_first(findings: Iterable[Finding]) -> list[Finding]:
 
 def finding_section(title: str, findings: Sequence[Finding]) -> Section:
     """A row a kind: what is said, what to do about it, its code."""
-    rows = tuple(
-        (_MARKS[found[0].severity], "\n".join(_lines(found, timed=True)), found[0].kind.remedy, found[0].code)
-        for found in _kinds(worst_first(findings)).values()
+    return section_of(
+        title,
+        (
+            {
+                "severity": _MARKS[found[0].severity],
+                "finding": "\n".join(_lines(found, timed=True)),
+                "what to do": found[0].kind.remedy,
+                "code": found[0].code,
+            }
+            for found in _kinds(worst_first(findings)).values()
+        ),
     )
-    return Section(title, ("severity", "finding", "what to do", "code"), rows)
 
 
 def fact_lines(findings: Iterable[Finding]) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import assert_never
 
 from collaudit.core.data.audit_result import FrictionFile
@@ -19,10 +19,10 @@ from collaudit.core.data.identification_result import (
     SensorFacts,
     Trend,
 )
-from collaudit.core.data.recommendation_result import FittedThresholds
+from collaudit.core.data.recommendation_result import FittedThresholds, JointThreshold
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
-from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, interval, percent, significant, with_interval
 from collaudit.reports.values.words import NONE, effort_unit, parameter_meaning, parameter_unit, speed_unit
@@ -32,151 +32,167 @@ Bounds = tuple[float | None, float | None]
 
 def identified_sections(found: Identification) -> tuple[Section, ...]:
     """Every section there is something for."""
-    tables = [_choice(found.choice)] if found.choice is not None else []
-    if found.identified is not None:
-        tables += _identified(found.identified)
-    if found.coupled:
-        tables.append(_coupled(found.coupled))
-    if found.channels:
-        tables.append(_channels(found.channels))
-        sensors = {log: facts.sensor for log, facts in found.channels.items()}
-        tables += [_sensor(log, sensor) for log, sensor in sensors.items() if sensor is not None]
-    if found.trends:
-        tables.append(_trends(found.trends))
-    return tuple(tables)
+    every = (
+        *(() if found.choice is None else (_choice(found.choice),)),
+        *(() if found.identified is None else _identified(found.identified)),
+        _coupled(found.coupled),
+        _channels(found.channels),
+        *(_sensor(log, facts.sensor) for log, facts in found.channels.items() if facts.sensor is not None),
+        _trends(found.trends),
+    )
+    return tuple(one for one in every if one.rows)
 
 
 def _choice(choice: EstimateChoice) -> Section:
     """What each way to fit leaves of motion that it has not seen."""
     joints = tuple(dict.fromkeys(joint for one in choice.tried for joint in one.held_out_rms_nm))
-    rows = [
-        (
-            f"{'→ ' if one.what == choice.taken else ''}{one.what}"
+    records = (
+        {
+            "Identified": f"{'→ ' if one.what == choice.taken else ''}{one.what}"
             + (f" (not taken: {one.refused})" if one.refused else ""),
-            *(significant(one.held_out_rms_nm.get(joint)) for joint in joints),
-        )
+            **{joint: significant(one.held_out_rms_nm.get(joint)) for joint in joints},
+        }
         for one in choice.tried
-    ]
+    )
     rule = "the simplest whose error on motion left out of the fit lies within one standard error of the least"
     note = f"Taken: {choice.taken}. It is {rule} among those that can be."
     if choice.better is not None:
         note = f'Stated: {choice.taken}. {choice.better} is {rule}: [fit] estimate = "auto" would take it.'
-    return Section("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
+    return section_of("Ways to fit: RMS on held-out motion, N·m", records, note)
 
 
 def threshold_section(found: FittedThresholds) -> Section:
     """What motion does by itself at the fitted persistence, and what it rests on."""
-    rows = []
-    for joint, one in found.joints.items():
-        level = min(one.levels, key=lambda x: x.gamma_nm, default=None)
-        if level is None:
-            rows.append((joint, NONE, significant(one.rms_nm), duration(3600.0 * one.hours), one.reason or NONE))
-            continue
-        low, high = level.false_alarms_ci95
-        rate = f"{significant(level.false_alarms_per_hour)} [{significant(low)} to {significant(high)}]"
-        rows.append((joint, significant(level.gamma_nm), significant(one.rms_nm), duration(3600.0 * one.hours), rate))
-    head = ("Joint", "Motion's level, N·m", "RMS on held-out motion", "Motion", "Passed an hour [95 %]")
     margins = [one.levels[-1].margin for one in found.joints.values() if one.levels]
     note = (
         "What contact-free motion reaches at the rule's persistence, about once in ten hours of the arm, times "
         f'{max(margins, default=1.0):.3g} for other recordings. gamma_nm = "auto" stands above it, "sharpest" at it.'
     )
-    return Section("Motion's level", head, tuple(rows), (note,))
+    return section_of("Motion's level", (_motion_level(joint, one) for joint, one in found.joints.items()), note)
+
+
+def _motion_level(joint: str, one: JointThreshold) -> dict[str, str]:
+    level = min(one.levels, key=lambda x: x.gamma_nm, default=None)
+    passed = one.reason or NONE
+    if level is not None:
+        low, high = level.false_alarms_ci95
+        passed = f"{significant(level.false_alarms_per_hour)} [{significant(low)} to {significant(high)}]"
+    return {
+        "Joint": joint,
+        "Motion's level, N·m": NONE if level is None else significant(level.gamma_nm),
+        "RMS on held-out motion": significant(one.rms_nm),
+        "Motion": duration(3600.0 * one.hours),
+        "Passed an hour [95 %]": passed,
+    }
 
 
 def _coupled(axes: dict[str, CoupledFriction]) -> Section:
-    rows = [
-        (
-            joint,
-            " + ".join(name if w == 1 else f"{significant(w)}·{name}" for name, w in axis.weights.items()),
-            with_interval(axis.coulomb_nm, axis.ci95.get("coulomb_nm")),
-            with_interval(axis.viscous_nm_s_per_rad, axis.ci95.get("viscous_nm_s_per_rad")),
-            NONE if axis.inertia_kg_m2 is None else with_interval(axis.inertia_kg_m2, axis.ci95.get("inertia_kg_m2")),
-        )
+    records = (
+        {
+            "Motor of": joint,
+            "Turns with": " + ".join(
+                name if w == 1 else f"{significant(w)}·{name}" for name, w in axis.weights.items()
+            ),
+            "Coulomb, N·m": with_interval(axis.coulomb_nm, axis.ci95.get("coulomb_nm")),
+            "Viscous, N·m·s/rad": with_interval(axis.viscous_nm_s_per_rad, axis.ci95.get("viscous_nm_s_per_rad")),
+            "Drive inertia, kg·m²": NONE
+            if axis.inertia_kg_m2 is None
+            else with_interval(axis.inertia_kg_m2, axis.ci95.get("inertia_kg_m2")),
+        }
         for joint, axis in axes.items()
-    ]
-    head = ("Motor of", "Turns with", "Coulomb, N·m", "Viscous, N·m·s/rad", "Drive inertia, kg·m²")
+    )
     note = "Subtracted from the effort of each of these joints. Their own friction is in the table of friction."
-    return Section("Friction of coupled axes", head, tuple(rows), (note,))
+    return section_of("Friction of coupled axes", records, note)
 
 
 def _springs(springs: Mapping[str, AngleTorque]) -> Section:
-    rows = [
-        (name, significant(angle), with_interval(torque, spring.ci95_nm[k] if spring.ci95_nm else None))
+    records = (
+        {
+            "Joint": name,
+            "Angle, rad": significant(angle),
+            "Torque, N·m": with_interval(torque, spring.ci95_nm[k] if spring.ci95_nm else None),
+        }
         for name, spring in springs.items()
         for k, (angle, torque) in enumerate(zip(spring.angle_rad, spring.torque_nm, strict=True))
-    ]
+    )
     note = (
         "What a spring, a counterbalance or a cable adds by the angle of its joint alone, beside the offset: taken "
         "out of the effort; beyond these angles nothing of the joint is judged."
     )
-    return Section("Torque by the joint's angle", ("Joint", "Angle, rad", "Torque, N·m"), tuple(rows), (note,))
+    return section_of("Torque by the joint's angle", records, note)
 
 
 def _identified(found: Identified) -> Iterator[Section]:
-    joints = [
-        (
-            name,
-            NONE if j.gain is None else with_interval(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not estimated",
-            with_interval(j.offset_nm, j.offset_ci95),
-            f"{with_interval(j.armature_kg_m2, j.armature_ci95)} ({significant(j.armature_file_kg_m2)})",
-            f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
-        )
+    joints = (
+        {
+            "Joint": name,
+            "Effort per N·m": NONE
+            if j.gain is None
+            else with_interval(j.gain, j.gain_ci95)
+            if j.gain_ci95
+            else "1, not estimated",
+            "Offset, N·m": with_interval(j.offset_nm, j.offset_ci95),
+            "Rotor inertia (on file), kg·m²": f"{with_interval(j.armature_kg_m2, j.armature_ci95)} "
+            f"({significant(j.armature_file_kg_m2)})",
+            "RMS on held-out time, N·m": f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
+        }
         for name, j in found.joints.items()
-    ]
-    head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on held-out time, N·m")
+    )
     said = f"{found.samples} samples, {significant(found.sample_rate_hz)} a second: {found.loss}."
-    yield Section("Drives, as identified", head, tuple(joints), (found.prior, said))
-    springs = {name: j.angle_torque for name, j in found.joints.items() if j.angle_torque is not None}
-    if springs:
-        yield _springs(springs)
+    yield section_of("Drives, as identified", joints, found.prior, said)
+    yield _springs({name: j.angle_torque for name, j in found.joints.items() if j.angle_torque is not None})
     if "inertials" in found.estimate:
-        bodies = [
-            (
-                name,
-                f"{significant(b.mass_kg)} ({significant(b.parameters_file[0])})",
-                ", ".join(significant(x) for x in b.com_m),
-                "yes" if b.consistent else "no",
-            )
-            for name, b in found.bodies.items()
-        ]
-        above = ("Moved by joint", "Mass (on file), kg", "Centre of mass, m", "Physically possible")
-        note = (
-            "No motion determines every mass on its own: only the base parameters below are determined. "
-            f"Physical consistency: {found.consistency}."
-        )
-        yield Section("Inertials, as identified", above, tuple(bodies), (note,))
-        base = [
-            (b.name, with_interval(b.value, b.ci95), significant(b.value_file), percent(b.from_data, 0))
-            for b in found.base_parameters
-        ]
-        columns = ("Combination", "Value", "On file", "Known from the data")
-        yield Section(f"{len(base)} base parameters, best known first", columns, tuple(base), folded=True)
+        yield from _inertials(found)
     if found.tool is not None:
         tool = found.tool
-        com = NONE if tool.com_m is None else ", ".join(significant(x) for x in tool.com_m)
-        moment = "; ".join(interval(*b) for b in tool.moment_ci95_kg_m)
-        row = (tool.frame, with_interval(tool.mass_kg, tool.mass_ci95), com, moment)
-        over = ("In frame", "Mass, kg", "Centre of mass, m", "95 % of mass · centre (x; y; z), kg·m")
-        yield Section("Tool, as the joints feel it", over, (row,))
+        row = {
+            "In frame": tool.frame,
+            "Mass, kg": with_interval(tool.mass_kg, tool.mass_ci95),
+            "Centre of mass, m": NONE if tool.com_m is None else ", ".join(significant(x) for x in tool.com_m),
+            "95 % of mass · centre (x; y; z), kg·m": "; ".join(interval(*b) for b in tool.moment_ci95_kg_m),
+        }
+        yield section_of("Tool, as the joints feel it", [row])
+
+
+def _inertials(found: Identified) -> Iterator[Section]:
+    bodies = (
+        {
+            "Moved by joint": name,
+            "Mass (on file), kg": f"{significant(b.mass_kg)} ({significant(b.parameters_file[0])})",
+            "Centre of mass, m": ", ".join(significant(x) for x in b.com_m),
+            "Physically possible": "yes" if b.consistent else "no",
+        }
+        for name, b in found.bodies.items()
+    )
+    note = (
+        "No motion determines every mass on its own: only the base parameters below are determined. "
+        f"Physical consistency: {found.consistency}."
+    )
+    yield section_of("Inertials, as identified", bodies, note)
+    base = (
+        {
+            "Combination": b.name,
+            "Value": with_interval(b.value, b.ci95),
+            "On file": significant(b.value_file),
+            "Known from the data": percent(b.from_data, 0),
+        }
+        for b in found.base_parameters
+    )
+    yield section_of(f"{len(found.base_parameters)} base parameters, best known first", base, folded=True)
 
 
 def _channels(channels: dict[str, ChannelFacts]) -> Section:
-    lines = [
-        (
-            log,
-            _delay(c.effort_delay_ms, c.effort_delay_ci95_ms),
-            NONE if c.velocity_delay_ms is None else f"{c.velocity_delay_ms:.1f} ms",
-            _delay(c.wrench_delay_ms, c.wrench_delay_ci95_ms),
-        )
+    records = (
+        {
+            "Log": log,
+            "Effort": _delay(c.effort_delay_ms, c.effort_delay_ci95_ms),
+            "Logged velocity": NONE if c.velocity_delay_ms is None else f"{c.velocity_delay_ms:.1f} ms",
+            "Wrench": _delay(c.wrench_delay_ms, c.wrench_delay_ci95_ms),
+        }
         for log, c in channels.items()
-    ]
-    return Section(
-        "Sensor delays: lag behind the positions",
-        ("Log", "Effort", "Logged velocity", "Wrench"),
-        tuple(lines),
-        (f"{NONE}: not in the log, or not determinable from this motion.",),
     )
+    note = f"{NONE}: not in the log, or not determinable from this motion."
+    return section_of("Sensor delays: lag behind the positions", records, note)
 
 
 def _sensor(log: str, sensor: SensorFacts) -> Section:
@@ -199,30 +215,25 @@ def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds
 
 
 def _trends(trends: dict[str, FrictionVariation]) -> Section:
-    lines: list[tuple[str, ...]] = []
-    undetermined: list[tuple[str, str]] = []
-    for joint, found in trends.items():
-        by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}
-        lines.append((joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1)))
-        undetermined += [(joint, f"{text}.") for text in found.untold]
-    head = (
-        "Joint",
-        "Friction with running time, % a minute",
-        "With temperature, % a kelvin",
-        "With load, N·m per N·m",
+    untold = [(joint, f"{text}.") for joint, found in trends.items() for text in found.untold]
+    records = (
+        {
+            "Joint": joint,
+            "Friction with running time, % a minute": _each(found.trends, "time", 100),
+            "With temperature, % a kelvin": _each(found.trends, "temperature", 100),
+            "With load, N·m per N·m": _each(found.trends, "load", 1),
+        }
+        for joint, found in trends.items()
     )
-    return Section(
-        "Friction trends (time, temperature, load)",
-        head,
-        tuple(lines),
-        tuple(joint_lines(undetermined, len(trends))),
-    )
+    return section_of("Friction trends (time, temperature, load)", records, *joint_lines(untold, len(trends)))
 
 
-def _each(trends: list[Trend], scale: float) -> str:
+def _each(trends: Sequence[Trend], against: str, scale: float) -> str:
     """One entry a log; what is not told apart from nothing says so."""
     cells = []
     for t in trends:
+        if t.against != against:
+            continue
         low, high = (None if b is None else scale * b for b in t.ci95)
         if low is not None and low == high:  # of friction that is itself held at a limit
             cells.append("not determined")
@@ -339,43 +350,50 @@ def friction_sections(fit: FrictionFit) -> tuple[Section, ...]:
 
 
 def _parameter_table(fit: FrictionFit) -> Section:
-    rows = tuple(
+    return section_of(
+        "Parameters",
         (
-            ", ".join(text for text in (parameter_symbol(name), parameter_meaning(fit.model, name)) if text),
-            significant(value),
-            "none" if (bounds := fit.ci95.get(name)) is None else interval(*bounds),
-            parameter_unit(name),
-        )
-        for name, value in fit.parameters.items()
+            {
+                "parameter": ", ".join(t for t in (parameter_symbol(name), parameter_meaning(fit.model, name)) if t),
+                "value": significant(value),
+                "95 % interval": "none" if (bounds := fit.ci95.get(name)) is None else interval(*bounds),
+                "unit": parameter_unit(name),
+            }
+            for name, value in fit.parameters.items()
+        ),
     )
-    return Section("Parameters", ("parameter", "value", "95 % interval", "unit"), rows)
 
 
 def _known(fit: FrictionFit) -> Section:
-    rows = tuple(
-        (k.name.replace(" - ", " − "), f"{significant(k.value)} {k.unit}", interval(*k.ci95)) for k in fit.known
+    return section_of(
+        "Known all the same",
+        (
+            {
+                "known all the same": k.name.replace(" - ", " − "),
+                "value": f"{significant(k.value)} {k.unit}",
+                "95 % interval": interval(*k.ci95),
+            }
+            for k in fit.known
+        ),
     )
-    return Section("Known all the same", ("known all the same", "value", "95 % interval"), rows)
 
 
 def _laws(fit: FrictionFit) -> Section:
-    rows = tuple(
-        (
-            f"{row.model} (chosen)" if row.chosen else row.model,
-            _number(row.parameters, 2),
-            _number(row.rmse_nm),
-            _number(row.held_out_rmse_nm),
-            NONE
+    records = (
+        {
+            "law": f"{row.model} (chosen)" if row.chosen else row.model,
+            "parameters": _number(row.parameters, 2),
+            f"RMSE, {effort_unit(fit)}": _number(row.rmse_nm),
+            "RMSE held out": _number(row.held_out_rmse_nm),
+            "score held out": NONE
             if row.held_out_score is None
             else f"{significant(row.held_out_score)} ± {significant(row.held_out_score_se, 2)}",
-            _number(row.aicc),
-            row.note,
-        )
+            "AICc": _number(row.aicc),
+            "remark": row.note,
+        }
         for row in fit.comparison
     )
-    rmse = f"RMSE, {effort_unit(fit)}"
-    head = ("law", "parameters", rmse, "RMSE held out", "score held out", "AICc", "remark")
-    return Section(f"{len(rows)} friction laws compared on speeds held out", head, rows, folded=True)
+    return section_of(f"{len(fit.comparison)} friction laws compared on speeds held out", records, folded=True)
 
 
 def _number(value: float | None, digits: int = 3) -> str:
@@ -385,20 +403,22 @@ def _number(value: float | None, digits: int = 3) -> str:
 def _points(fit: FrictionFit) -> Section:
     """A line a point; of more than one reads, the plot shows them and friction.json lists them."""
     all_disturbed = all(point.others_moving for point in fit.points)
-    rows = tuple(_point(point, all_disturbed) for point in fit.points)
-    if len(rows) > _MOST_POINTS:
-        rows = ((f"{len(rows)} points: in the plot and in friction.json", "", "", "", ""),)
-    torque, speed = effort_unit(fit), speed_unit(fit)
-    head = (f"speed, {speed}", f"friction, {torque}", "standard error", "spread (sd)", "way")
-    return Section(f"{len(fit.points)} friction points", head, rows, _points_notes(fit, all_disturbed), folded=True)
+    records = [_point(point, fit, all_disturbed) for point in fit.points]
+    if len(records) > _MOST_POINTS:
+        records = [dict.fromkeys(records[0], "")]
+        records[0][f"speed, {speed_unit(fit)}"] = f"{len(fit.points)} points: in the plot and in friction.json"
+    return section_of(f"{len(fit.points)} friction points", records, *_points_notes(fit, all_disturbed), folded=True)
 
 
-def _point(point: FrictionPoint, all_disturbed: bool) -> tuple[str, ...]:
-    numbers = (significant(point.speed_rad_s, 4), significant(point.friction_nm, 4))
-    spreads = (significant(point.se_nm, 2), significant(point.sd_nm, 2))
+def _point(point: FrictionPoint, fit: FrictionFit, all_disturbed: bool) -> dict[str, str]:
     way = "both" if point.source == "pair" else "+" if point.direction > 0 else "−"
-    star = "*" if point.others_moving and not all_disturbed else ""
-    return *numbers, *spreads, way + star
+    return {
+        f"speed, {speed_unit(fit)}": significant(point.speed_rad_s, 4),
+        f"friction, {effort_unit(fit)}": significant(point.friction_nm, 4),
+        "standard error": significant(point.se_nm, 2),
+        "spread (sd)": significant(point.sd_nm, 2),
+        "way": way + ("*" if point.others_moving and not all_disturbed else ""),
+    }
 
 
 def _points_notes(fit: FrictionFit, all_disturbed: bool) -> tuple[str, ...]:

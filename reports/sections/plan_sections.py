@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 
-from collaudit.core.data.plan_result import CleanTime, Delivered, PlanFile, Prediction
-from collaudit.reports.sections.section import Section
+from collaudit.core.data.plan_result import CleanTime, Delivered, JointSweep, PlanFile, Prediction
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.numbers import duration, significant, stated
 
 #: Up to so many hours it is worth a thought to repeat the exciting trajectory for them.
@@ -50,54 +51,60 @@ def plan_sections(plan: PlanFile, of_joints_only: bool = False) -> tuple[Section
 
 def brief_section(plan: PlanFile) -> Section:
     """A row a joint: its sweeps, and the parameter that is known least, now and with the plan; then clean hours."""
-    rows = []
-    for one in plan.sweeps:
-        own = [p for p in plan.predictions if p.joint == one.joint and p.value and p.after is not None]
-        least = max(own, key=lambda p: inf if p.before is None else p.before / abs(p.value or 1.0), default=None)
-        told = ("", "") if least is None else (_share(least.before, least), _share(least.after, least))
-        speeds = (
-            f"{len(one.speeds_rad_s)}, {significant(min(one.speeds_rad_s))} to {significant(max(one.speeds_rad_s))}"
-        )
-        window = f"{one.low_rad:.2f} to {one.high_rad:.2f}"
-        rows.append((one.joint, window, speeds, "" if least is None else least.parameter, *told))
-    head = ("joint", "window, rad", "speeds, rad/s", "known least", "now", "with the plan")
-    return Section("Sweeps", head, tuple(rows), (_clean_words(plan),))
+    return replace(section_of("Sweeps", (_brief(one, plan) for one in plan.sweeps)), notes=(_clean_words(plan),))
 
 
-def _share(half: float | None, known: Prediction) -> str:
+def _brief(one: JointSweep, plan: PlanFile) -> dict[str, str]:
+    own = [p for p in plan.predictions if p.joint == one.joint and p.value and p.after is not None]
+    least = max(own, key=lambda p: inf if p.before is None else p.before / abs(p.value or 1.0), default=None)
+    now, after = ("", "") if least is None else (_share(half, least.value) for half in (least.before, least.after))
+    return {
+        "joint": one.joint,
+        "window, rad": f"{one.low_rad:.2f} to {one.high_rad:.2f}",
+        "speeds, rad/s": f"{len(one.speeds_rad_s)}, {significant(min(one.speeds_rad_s))} to "
+        f"{significant(max(one.speeds_rad_s))}",
+        "known least": "" if least is None else least.parameter,
+        "now": now,
+        "with the plan": after,
+    }
+
+
+def _share(half: float | None, value: float | None) -> str:
     """Half width of the 95 % interval as a share of the value."""
-    return "open" if half is None or not known.value else f"±{100.0 * half / abs(known.value):.2g} %"
+    return "open" if half is None or not value else f"±{100.0 * half / abs(value):.2g} %"
+
+
+def _or_none(found: Section) -> Section:
+    return found if found.rows else replace(found, notes=(_NONE,))
 
 
 def _sweeps(plan: PlanFile) -> Section:
-    rows = tuple(
-        (
-            one.joint,
-            f"{one.low_rad:.2f} to {one.high_rad:.2f}",
-            " ".join(significant(speed) for speed in one.speeds_rad_s),
-            f"{one.start_s:.1f} s",
-            f"{one.end_s - one.start_s:.1f} s",
-        )
+    records = (
+        {
+            "joint": one.joint,
+            "window, rad": f"{one.low_rad:.2f} to {one.high_rad:.2f}",
+            "speeds, rad/s, each both ways": " ".join(significant(speed) for speed in one.speeds_rad_s),
+            "begins": f"{one.start_s:.1f} s",
+            "takes": f"{one.end_s - one.start_s:.1f} s",
+        }
         for one in plan.sweeps
     )
-    head = ("joint", "window, rad", "speeds, rad/s, each both ways", "begins", "takes")
     together = "All joints at once along a line and back, each at speeds of its own."
-    return Section("Sweeps", head, rows, (together if rows else _NONE,))
+    return _or_none(section_of("Sweeps", records, together))
 
 
 def _predictions(title: str, predictions: Sequence[Prediction], folded: bool = False) -> Section:
-    rows = tuple(
-        (
-            one.joint or "arm",
-            one.parameter,
-            "" if one.value is None else significant(one.value) + (" (guessed)" if one.guessed else ""),
-            _half_width(one.before, "open", one.value),
-            _half_width(one.after, "not predicted", one.value),
-        )
+    records = (
+        {
+            "joint": one.joint or "arm",
+            "parameter": one.parameter,
+            "value": "" if one.value is None else significant(one.value) + (" (guessed)" if one.guessed else ""),
+            "half width before": _half_width(one.before, "open", one.value),
+            "predicted after": _half_width(one.after, "not predicted", one.value),
+        }
         for one in predictions
     )
-    head = ("joint", "parameter", "value", "half width before", "predicted after")
-    return Section(title, head, rows, (_PREDICTION_NOTE if rows else _NONE,), folded)
+    return _or_none(section_of(title, records, _PREDICTION_NOTE, folded=folded))
 
 
 def _half_width(half: float | None, without: str, value: float | None = None) -> str:
@@ -108,22 +115,24 @@ def _half_width(half: float | None, without: str, value: float | None = None) ->
 
 
 def _clean(plan: PlanFile) -> Section:
-    rows = [(joint, duration(3600.0 * one.hours), *_gammas(one, plan)) for joint, one in plan.clean.items()]
-    head = ("joint", "clean time", "γ now", "γ with the plan", "clean hours for γ")
-    columns = len(head) if any(one.gamma_nm is not None for one in plan.clean.values()) else 2
-    return Section("Clean hours", head[:columns], tuple(row[:columns] for row in rows), (_clean_words(plan),))
+    known = any(one.gamma_nm is not None for one in plan.clean.values())
+    records = (
+        {"joint": joint, "clean time": duration(3600.0 * one.hours), **(_gammas(one, plan) if known else {})}
+        for joint, one in plan.clean.items()
+    )
+    return replace(section_of("Clean hours", records), notes=(_clean_words(plan),))
 
 
-def _gammas(one: CleanTime, plan: PlanFile) -> tuple[str, str, str]:
+def _gammas(one: CleanTime, plan: PlanFile) -> dict[str, str]:
     none = "no run says"
     if one.hours_for_gamma is not None:
         asked = duration(3600.0 * one.hours_for_gamma)
     else:
         open_end = "no number of hours" if plan.gamma_asked_nm is not None else "none asked"
         asked = none if one.gamma_nm is None else open_end
-    both = (one.gamma_nm, one.gamma_after_nm)
-    now, after = (none if gamma is None else f"{significant(gamma)} N·m" for gamma in both)
-    return now, after, asked
+    both = {"γ now": one.gamma_nm, "γ with the plan": one.gamma_after_nm}
+    shown = {name: none if gamma is None else f"{significant(gamma)} N·m" for name, gamma in both.items()}
+    return {**shown, "clean hours for γ": asked}
 
 
 def _clean_words(plan: PlanFile) -> str:
@@ -148,37 +157,38 @@ def _clean_words(plan: PlanFile) -> str:
 
 
 def _limits(plan: PlanFile) -> Section:
-    rows = tuple(
-        (
-            joint,
-            f"{one.low_rad:.3f} to {one.high_rad:.3f}",
-            f"{one.start_rad:.3f}",
-            *(significant(x) for x in (one.speed_rad_s, one.acceleration_rad_s2, one.jerk_rad_s3, one.torque_nm)),
-        )
+    records = (
+        {
+            "joint": joint,
+            "range, rad": f"{one.low_rad:.3f} to {one.high_rad:.3f}",
+            "start": f"{one.start_rad:.3f}",
+            "speed, rad/s": significant(one.speed_rad_s),
+            "acceleration, rad/s²": significant(one.acceleration_rad_s2),
+            "jerk, rad/s³": significant(one.jerk_rad_s3),
+            "torque, N·m": significant(one.torque_nm),
+        }
         for joint, one in plan.limits.items()
     )
-    head = ("joint", "range, rad", "start", "speed, rad/s", "acceleration, rad/s²", "jerk, rad/s³", "torque, N·m")
-    return Section("Limits", head, rows, ("Hard: no part of the motion passes one.",))
+    return section_of("Limits", records, "Hard: no part of the motion passes one.")
 
 
 def delivered_section(found: Sequence[Delivered]) -> Section:
     """What the planned motion gave of each joint, beside what was predicted."""
-    apart = sum(one.outcome == "not estimated" for one in found)
-    found = [one for one in found if one.outcome != "not estimated"]
-    predicted = [one for one in found if one.predicted is not None]
+    estimated = [one for one in found if one.outcome != "not estimated"]
+    predicted = [one for one in estimated if one.predicted is not None]
     kept = sum(one.outcome in ("as predicted", "better") for one in predicted)
-    rows = tuple(
-        (
-            one.joint,
-            one.parameter,
-            _half_width(one.predicted, _NONE),
-            _half_width(one.delivered, "open"),
-            one.outcome,
-        )
-        for one in found
+    records = (
+        {
+            "joint": one.joint,
+            "parameter": one.parameter,
+            "predicted half width": _half_width(one.predicted, _NONE),
+            "delivered": _half_width(one.delivered, "open"),
+            "outcome": one.outcome,
+        }
+        for one in estimated
         if one.joint is not None
     )
+    left = len(found) - len(estimated)
+    words = f"{left} more are of a fit that estimates inertials ([fit] estimate); this one takes them as exact."
     title = f"The plan predicted {len(predicted)} half widths: {kept} are as predicted or smaller."
-    words = f"{apart} more are of a fit that estimates inertials ([fit] estimate); this one takes them as exact."
-    head = ("joint", "parameter", "predicted half width", "delivered", "outcome")
-    return Section(title, head, rows, (words,) if apart else ())
+    return replace(section_of(title, records), notes=(words,) if left else ())

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.recommend.alarm_plane import AlarmPlane
-from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.numbers import duration, significant
 from collaudit.reports.values.words import with_unit
 
@@ -16,33 +16,22 @@ def set_rule_section(set_rules: Mapping[str, SetRule], units: Mapping[str, str])
     title = "Verdict on what is set"
     if set_rules and all(rule.opinion == "not judged" for rule in set_rules.values()):
         return Section(title, (), (), ("Not judged, as the evidence supports no threshold.",))
-    rows = tuple(_set_rule(joint, one, units) for joint, one in set_rules.items())
-    head = (
-        "joint",
-        "set",
-        "n",
-        "asked for",
-        "false alarms counted",
-        "at most (95 %)",
-        "goes unnoticed",
-        "verdict",
-    )
-    note = "False alarms as counted in the clean time."
-    return Section(title, head, rows, (note,) if rows else ())
+    records = (_set_rule(joint, one, units) for joint, one in set_rules.items())
+    return section_of(title, records, "False alarms as counted in the clean time.")
 
 
-def _set_rule(joint: str, one: SetRule, units: Mapping[str, str]) -> tuple[str, ...]:
+def _set_rule(joint: str, one: SetRule, units: Mapping[str, str]) -> dict[str, str]:
     unnoticed = "" if one.unnoticed_nm is None else " to ".join(significant(x) for x in one.unnoticed_nm)
-    return (
-        joint,
-        with_unit(f"{one.gamma_nm:.3g}", joint, units),
-        str(one.n) if one.n else "",
-        "" if one.recommended_nm is None else with_unit(f"{one.recommended_nm:.3g}", joint, units),
-        _alarm_rate(one.false_alarms_per_hour),
-        _alarm_rate(one.false_alarms_per_hour_upper95),
-        with_unit(unnoticed, joint, units),
-        one.opinion,
-    )
+    return {
+        "joint": joint,
+        "set": with_unit(f"{one.gamma_nm:.3g}", joint, units),
+        "n": str(one.n) if one.n else "",
+        "asked for": "" if one.recommended_nm is None else with_unit(f"{one.recommended_nm:.3g}", joint, units),
+        "false alarms counted": _alarm_rate(one.false_alarms_per_hour),
+        "at most (95 %)": _alarm_rate(one.false_alarms_per_hour_upper95),
+        "goes unnoticed": with_unit(unnoticed, joint, units),
+        "verdict": one.opinion,
+    }
 
 
 def _alarm_rate(per_hour: float | None) -> str:
@@ -62,12 +51,15 @@ def plane_section(planes: Mapping[str, AlarmPlane], units: Mapping[str, str]) ->
         planes: by joint.
         units: by joint, of what its drive exerts.
     """
-    persistences = next((plane.persistence_s for plane in planes.values()), ())
-    rows = tuple(
-        (joint, with_unit(significant(gamma), joint, units), *(str(count) for count in row), duration(plane.clean_s))
+    records = (
+        {
+            "joint": joint,
+            "γ": with_unit(significant(gamma), joint, units),
+            **{f"{1e3 * s:.3g} ms": str(count) for s, count in zip(plane.persistence_s, row, strict=True)},
+            "clean time": duration(plane.clean_s),
+        }
         for joint, plane in planes.items()
         for gamma, row in zip(plane.gamma_nm, plane.alarms, strict=True)
     )
-    head = ("joint", "γ", *(f"{1e3 * persistence:.3g} ms" for persistence in persistences), "clean time")
     note = "No alarm in a time T means at most 3 in T (95 %). γ is constant here."
-    return Section("Alarms in the clean time, by γ and persistence", head, rows, (note,) if rows else ())
+    return section_of("Alarms in the clean time, by γ and persistence", records, note)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 Rows = tuple[tuple[str, ...], ...]
@@ -73,3 +74,18 @@ class Section:
                 for row in cells:
                     row[k] = row[k].replace(f" {unit}", "")
         return replace(self, columns=tuple(columns), rows=tuple(tuple(row) for row in cells))
+
+
+def section_of(title: str, records: Iterable[Mapping[str, str]], *notes: str, folded: bool = False) -> Section:
+    """A section whose rows state each cell beside its heading; without rows it says nothing.
+
+    Args:
+        title: what the rows show.
+        records: of each row its cells by heading, all alike.
+        notes: sentences that go with the rows.
+        folded: as of :class:`Section`.
+    """
+    rows = list(records)
+    if not rows:
+        return Section(title, (), (), (), folded)
+    return Section(title, tuple(rows[0]), tuple(tuple(row.values()) for row in rows), notes, folded)

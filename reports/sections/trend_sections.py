@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.history.night_row import Change, JointNights
-from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.numbers import duration, significant, with_interval
 from collaudit.reports.values.words import NONE
 
@@ -16,25 +16,26 @@ def nights_section(joints: Sequence[JointNights]) -> Section:
     Args:
         joints: of the robots.
     """
-    rows = tuple(
-        (
-            one.robot,
-            one.joint,
-            f"{sum(night.tested > 0 for night in one.nights)} of {len(one.nights)}",
-            duration(sum(night.judged_s for night in one.nights)),
-            str(sum(night.contacts for night in one.nights)),
-            change_text(one.level, [night.level_nm for night in one.nights]),
-            change_text(one.friction, [night.friction_nm for night in one.nights]),
-            first_and_last([night.gamma_nm for night in one.nights]),
-        )
+    if not joints:
+        return Section("Joints over nights", (), (), ("The store holds no joint.",))
+    records = (
+        {
+            "robot": one.robot,
+            "joint": one.joint,
+            "nights tested": f"{sum(night.tested > 0 for night in one.nights)} of {len(one.nights)}",
+            "judged": duration(sum(night.judged_s for night in one.nights)),
+            "contacts": str(sum(night.contacts for night in one.nights)),
+            "level, N·m": change_text(one.level, [night.level_nm for night in one.nights]),
+            "friction, N·m": change_text(one.friction, [night.friction_nm for night in one.nights]),
+            "γ, N·m": first_and_last([night.gamma_nm for night in one.nights]),
+        }
         for one in joints
     )
-    head = ("robot", "joint", "nights tested", "judged", "contacts", "level, N·m", "friction, N·m", "γ, N·m")
     note = (
         "Level (mean residual away from events) and friction: before and since the night that divides them best, each "
         "with its 95 % interval; the logs of a night are replicates. γ: first and last night."
     )
-    return Section("Joints over nights", head, rows, (note,) if rows else ("The store holds no joint.",))
+    return section_of("Joints over nights", records, note)
 
 
 def change_text(change: Change, values: Sequence[float | None]) -> str:

@@ -16,7 +16,7 @@ from collaudit.reports.sections.body_region_sections import (
 )
 from collaudit.reports.sections.fit_sections import fit_sections
 from collaudit.reports.sections.plan_sections import brief_section, plan_sections
-from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.terminal.text_table import section_text, sections_text, table
 from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.numbers import duration
@@ -243,35 +243,33 @@ def demo_text(
 
 
 def _friction(parameters: Sequence[TruthRow]) -> Section:
-    rows = tuple(
-        (
-            check.joint,
-            check.parameter,
-            f"{check.true:.4g}",
-            "not identifiable" if check.found is None else f"{check.found:.4g}",
-            " to ".join("open" if bound is None else f"{bound:.4g}" for bound in check.ci95),
-            {True: "yes", False: "no", None: ""}[check.inside],
-        )
+    records = (
+        {
+            "joint": check.joint,
+            "parameter": check.parameter,
+            "true": f"{check.true:.4g}",
+            "found": "not identifiable" if check.found is None else f"{check.found:.4g}",
+            "95 % interval": " to ".join("open" if bound is None else f"{bound:.4g}" for bound in check.ci95),
+            "truth inside": {True: "yes", False: "no", None: ""}[check.inside],
+        }
         for check in parameters
     )
-    head = ("joint", "parameter", "true", "found", "95 % interval", "truth inside")
-    return Section("Friction: true values and fitted ones with their 95 % intervals", head, rows)
+    return section_of("Friction: true values and fitted ones with their 95 % intervals", records)
 
 
 def _pushes(pushes: Sequence[PushRow]) -> Section:
-    rows = tuple(
-        (
-            push.run,
-            f"link {push.link} at {push.onset_s:g} s",
-            "no" if push.joint is None else f"yes, on {push.joint}",
-            _ms(push.delay_s),
-            _ms(push.delay_from_truth_s),
-            "" if push.peak_nm is None else f"{push.peak_nm:.1f} N·m",
-        )
+    records = (
+        {
+            "run": push.run,
+            "push": f"link {push.link} at {push.onset_s:g} s",
+            "found": "no" if push.joint is None else f"yes, on {push.joint}",
+            "after residual > gamma": _ms(push.delay_s),
+            "after true torque > gamma": _ms(push.delay_from_truth_s),
+            "peak residual": "" if push.peak_nm is None else f"{push.peak_nm:.1f} N·m",
+        }
         for push in pushes
     )
-    head = ("run", "push", "found", "after residual > gamma", "after true torque > gamma", "peak residual")
-    return Section("Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", head, rows)
+    return section_of("Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", records)
 
 
 def _ms(seconds: float | None) -> str:

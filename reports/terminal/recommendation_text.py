@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.sections.rule_sections import set_rule_section
-from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.terminal.text_table import sections_text
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate_words
@@ -100,47 +101,40 @@ def recommendation_sections(found: ArmRecommendation) -> tuple[Section, ...]:
 
 
 def _thresholds(found: ArmRecommendation) -> Section:
-    rows = []
-    for joint, rule in found.joints.items():
-        torques = (
-            "" if value is None else with_unit(f"{value:.3g}", joint, found.units)
-            for value in (rule.noticed_nm, rule.largest_clean_nm, rule.motion_nm)
-        )
-        notices, largest, motion = torques
-        rows.append(
-            (
-                joint,
-                "none" if rule.gamma_nm is None else with_unit(f"{rule.gamma_nm:g}", joint, found.units),
-                str(rule.n),
-                notices,
-                duration(3600.0 * rule.clean_hours),
-                largest,
-                motion,
-                "" if (most := rule.false_alarms_per_hour_upper95) is None else f"{most:.2g} /h",
-            )
-        )
-    head = (
-        "joint",
-        "γ",
-        "n",
-        "notices",
-        "clean time",
-        "largest clean",
-        "motion's level",
-        "false alarms at most (95 %)",
+    return section_of(
+        "Thresholds", (_threshold(joint, rule, found.units) for joint, rule in found.joints.items()), _NOTICES
     )
-    return Section("Thresholds", head, tuple(rows), (_NOTICES,))
+
+
+def _threshold(joint: str, rule: RecommendedRule, units: Mapping[str, str]) -> dict[str, str]:
+    torques = (rule.noticed_nm, rule.largest_clean_nm, rule.motion_nm)
+    notices, largest, motion = ("" if x is None else with_unit(f"{x:.3g}", joint, units) for x in torques)
+    return {
+        "joint": joint,
+        "γ": "none" if rule.gamma_nm is None else with_unit(f"{rule.gamma_nm:g}", joint, units),
+        "n": str(rule.n),
+        "notices": notices,
+        "clean time": duration(3600.0 * rule.clean_hours),
+        "largest clean": largest,
+        "motion's level": motion,
+        "false alarms at most (95 %)": "" if (most := rule.false_alarms_per_hour_upper95) is None else f"{most:.2g} /h",
+    }
 
 
 def _highest(found: ArmRecommendation) -> Section:
     """The moment that determines each threshold most."""
-    rows = tuple(
-        (joint, peaks[0].log, f"{peaks[0].time_s:.1f} s", with_unit(f"{peaks[0].level_nm:.3g}", joint, found.units))
+    records = (
+        {
+            "joint": joint,
+            "log": peaks[0].log,
+            "at": f"{peaks[0].time_s:.1f} s",
+            "level": with_unit(f"{peaks[0].level_nm:.3g}", joint, found.units),
+        }
         for joint, peaks in found.highest.items()
         if peaks and found.joints[joint].gamma_nm
     )
     title = "Highest level counted as clean: a push there would raise γ (--json lists five a joint)"
-    return Section(title, ("joint", "log", "at", "level"), rows)
+    return section_of(title, records)
 
 
 def _stretches(found: ArmRecommendation, stretches: Sequence[StretchToConfirm], what: str, note: str = "") -> Section:
@@ -148,13 +142,19 @@ def _stretches(found: ArmRecommendation, stretches: Sequence[StretchToConfirm], 
         return Section("Left out as possible contact", (), (), (note,) if note else ())
     count = plural(len(stretches), "stretch", "stretches")
     ranked = sorted(stretches, key=lambda s: -(s.level_nm or 0.0))[:_LISTED]
-    rows = []
-    for s in sorted(ranked, key=lambda s: (s.log, s.start_s)):
-        slide = len(s.joints) > 0 and all(found.units.get(joint) == "N" for joint in s.joints)
-        level = "" if s.level_nm is None else f"{s.level_nm:.3g} {'N' if slide else 'N·m'}"
-        rows.append((s.log, f"{s.start_s:.1f} to {s.end_s:.1f} s", s.why, ", ".join(s.joints), level))
-    left = len(stretches) - len(rows)
+    records = (_stretch(s, found.units) for s in sorted(ranked, key=lambda s: (s.log, s.start_s)))
+    left = len(stretches) - len(ranked)
     more = f"And {left} with lower levels (--json lists all)." if left else ""
     title = f"{count} ({duration(sum(s.end_s - s.start_s for s in stretches))}) {what}"
-    head = ("log", "when", "why", "joints", "level for n samples")
-    return Section(title, head, tuple(rows), tuple(text for text in (more, note) if text))
+    return section_of(title, records, *(text for text in (more, note) if text))
+
+
+def _stretch(s: StretchToConfirm, units: Mapping[str, str]) -> dict[str, str]:
+    slide = len(s.joints) > 0 and all(units.get(joint) == "N" for joint in s.joints)
+    return {
+        "log": s.log,
+        "when": f"{s.start_s:.1f} to {s.end_s:.1f} s",
+        "why": s.why,
+        "joints": ", ".join(s.joints),
+        "level for n samples": "" if s.level_nm is None else f"{s.level_nm:.3g} {'N' if slide else 'N·m'}",
+    }

@@ -12,7 +12,7 @@ from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.detection_result import ContactState
 from collaudit.core.errors import CollauditError
 from collaudit.core.history.night_row import NightRow
-from collaudit.reports.values.words import nothing_judged, noticed_brief, noticed_n, plural, verdict_word
+from collaudit.reports.values.words import nothing_judged, noticed_brief, noticed_n, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
 #: Nights that a line shows.
@@ -158,32 +158,6 @@ def night_dates(entries: Sequence[IndexEntry]) -> str:
     if not days:
         return "date not known"
     return days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
-
-
-def night_sentence(entries: Sequence[IndexEntry]) -> str:
-    """How many logs were judged, and contacts by robot.
-
-    Args:
-        entries: the logs, as decided.
-    """
-    counts = verdict_counts(entries)
-    judged = len(entries) - counts["not_judged"]
-    said = [f"{judged} of {plural(len(entries), 'log')} judged"]
-    if counts["fail"]:
-        said.append(f"{counts['fail']} {'breaks' if counts['fail'] == 1 else 'break'} the policy")
-    robots = {entry.robot: [e for e in entries if e.robot == entry.robot] for entry in entries}
-    touched = [_contacts(robot, own) for robot, own in robots.items() if any(e.contacts for e in own)]
-    said += touched if touched or not judged else ["no contact"]
-    return "; ".join(said) + "."
-
-
-def _contacts(robot: str | None, entries: Sequence[IndexEntry]) -> str:
-    """How many contacts, and of which states where not all are new."""
-    states = sum((Counter(entry.contact_states) for entry in entries), Counter[str]())
-    parts = [f"{states[state]} {state}" for state in ("new", "known", "back", "accepted") if states[state]]
-    told = f" ({', '.join(parts)})" if set(states) - {"new"} else ""
-    where = "" if robot is None else f" on robot {robot}"
-    return plural(sum(entry.contacts for entry in entries), "contact") + where + told
 
 
 def nights_before(tonight: Mapping[str, Sequence[NightRow]], stored: Sequence[NightRow]) -> dict[str, list[Verdict]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from urllib.parse import quote
@@ -12,8 +13,8 @@ from collaudit.core.data.left_out import LeftOut
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.night_groups import Moment, NightGroup
 from collaudit.core.policy.acceptance_use import AcceptanceUse
-from collaudit.reports.sections.section import Section
-from collaudit.reports.values.entries import IndexEntry, entry_of_error, night_sentence, worst_verdict
+from collaudit.reports.sections.section import Section, section_of
+from collaudit.reports.values.entries import IndexEntry, entry_of_error, verdict_counts, worst_verdict
 from collaudit.reports.values.words import NONE, clock_text, plural
 
 
@@ -22,7 +23,6 @@ class NightFacts:
     """A night as a whole.
 
     Attributes:
-        sentence: what is said of all logs; empty: made of their lines.
         breaches: limits that all logs of a robot break together, a sentence each.
         left_out: files of its folders that were not judged; those that count as such are lines of their own, too.
         accepted: what became of each entry of accepted.toml.
@@ -34,7 +34,6 @@ class NightFacts:
         overlays: links to pages that lay a log over the same log of the baseline, by its name.
     """
 
-    sentence: str = ""
     breaches: tuple[str, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     accepted: tuple[AcceptanceUse, ...] = ()
@@ -60,6 +59,10 @@ class NightFacts:
         report = self.reports.get(name, "index.html")
         return self.link + quote(report.encode("utf-8", "surrogateescape"), safe="/") if self.reports else ""
 
+    def sentence(self, entries: Sequence[IndexEntry]) -> str:
+        """What is said of all logs."""
+        return night_sentence(entries, self.groups)
+
     def verdict(self, entries: Sequence[IndexEntry]) -> Verdict:
         """The verdict on the night: the worst of its lines, and a failure where a limit is broken over all of them."""
         return "fail" if self.breaches else worst_verdict(entries)
@@ -83,19 +86,24 @@ _MOST_ROBOTS, _MOST_CLAUSES, _MOST_TIMES, _MOST_LOGS, _MOST_JOINTS = 3, 3, 3, 3,
 _MOST_PLACES = 2
 
 
-def explained_night(entries: Sequence[IndexEntry], groups: Sequence[NightGroup]) -> str:
-    """Counts, then what explains the failures of each robot.
+def night_sentence(entries: Sequence[IndexEntry], groups: Sequence[NightGroup] = ()) -> str:
+    """How many logs were judged and failed; then what explains the failures of each robot, or its contacts.
 
     Args:
         entries: the logs, as decided.
         groups: of the night, what matters most first.
     """
+    counts = verdict_counts(entries)
+    judged = len(entries) - counts["not_judged"]
+    said = [f"{judged} of {plural(len(entries), 'log')} judged"]
+    if counts["fail"]:
+        said.append(f"{counts['fail']} {'breaks' if counts['fail'] == 1 else 'break'} the policy")
     if not groups:
-        return night_sentence(entries)
+        owners = dict.fromkeys(entry.robot for entry in entries)
+        touched = [text for robot in owners if (text := _contacts(robot, entries))]
+        said += touched if touched or not judged else ["no contact"]
+        return f"{'; '.join(said)}."
     robots = dict.fromkeys(group.robot for group in groups)
-    said = [night_sentence(entries).partition("; ")[0].rstrip(".")]
-    failed = sum(entry.verdict == "fail" for entry in entries)
-    said += [f"{failed} {'breaks' if failed == 1 else 'break'} the policy"] if failed else []
     lines = [f"{'; '.join(said)}."]
     for robot in [*robots][:_MOST_ROBOTS]:
         own = [group for group in groups if group.robot == robot]
@@ -107,6 +115,16 @@ def explained_night(entries: Sequence[IndexEntry], groups: Sequence[NightGroup])
         lines.append(f"{text[0].upper()}{text[1:]}." if robot is None else f"Robot {robot}: {text}.")
     left = len(robots) - _MOST_ROBOTS
     return " ".join([*lines, *([f"{plural(left, 'more robot')} below."] if left > 0 else [])])
+
+
+def _contacts(robot: str | None, entries: Sequence[IndexEntry]) -> str:
+    """How many contacts of a robot, and of which states where not all are new; empty without any."""
+    own = [entry for entry in entries if entry.robot == robot and entry.contacts]
+    states = sum((Counter(entry.contact_states) for entry in own), Counter[str]())
+    parts = [f"{states[state]} {state}" for state in ("new", "known", "back", "accepted") if states[state]]
+    told = f" ({', '.join(parts)})" if set(states) - {"new"} else ""
+    where = "" if robot is None else f" on robot {robot}"
+    return plural(sum(entry.contacts for entry in own), "contact") + where + told if own else ""
 
 
 def _clauses(groups: Sequence[NightGroup]) -> list[str]:
@@ -152,35 +170,37 @@ def group_words(group: NightGroup) -> str:
 
 def group_section(groups: Sequence[NightGroup]) -> Section:
     """A row a group: its state, whose, what, where, since when, in which logs."""
-    rows = tuple(
-        (
-            group.state,
-            group.robot or "",
-            group.text or f"contact of {_some(group.joints, _MOST_JOINTS)}{_place(group)}",
-            group.since or ("tonight" if group.moments or group.cause else NONE),
-            str(group.nights),
-            _some(group.logs, _MOST_LOGS),
-        )
+    records = (
+        {
+            "state": group.state,
+            "robot": group.robot or "",
+            "what": group.text or f"contact of {_some(group.joints, _MOST_JOINTS)}{_place(group)}",
+            "since": group.since or ("tonight" if group.moments or group.cause else NONE),
+            "nights": str(group.nights),
+            "logs": _some(group.logs, _MOST_LOGS),
+        }
         for group in groups
     )
-    head = ("state", "robot", "what", "since", "nights", "logs")
     note = (
         "One row for what is alike: same robot, cause and joints, or contacts whose strongest joints and place agree. "
         "Flaky: came and went at least twice. Not tested: an earlier night had it, and tonight nothing could have "
         "shown it."
     )
-    return Section("What fails, by cause and place", head, rows, (note,) if rows else ()).only(*head)
+    found = section_of("What fails, by cause and place", records, note)
+    return found.only(*found.columns)
 
 
 def change_section(compared: Sequence[ProgramComparison]) -> Section:
     """A row a log: what changed in its program since an earlier log, and within what the rest is equal."""
-    rows = tuple(
-        (
-            one.log,
-            one.against or NONE,
-            one.reason or "; ".join(change.text for change in one.changes if change.changed) or "nothing shown",
-            "; ".join(change.text for change in one.changes if not change.changed) or NONE,
-        )
+    records = (
+        {
+            "log": one.log,
+            "since": one.against or NONE,
+            "changed": one.reason
+            or "; ".join(change.text for change in one.changes if change.changed)
+            or "nothing shown",
+            "equal": "; ".join(change.text for change in one.changes if not change.changed) or NONE,
+        }
         for one in compared
     )
     least = {name: 100.0 * x if name in ("speed", "friction", "residual") else x for name, x in LEAST_CHANGE.items()}
@@ -188,7 +208,7 @@ def change_section(compared: Sequence[ProgramComparison]) -> Section:
         "The same place of the path in both logs; 95 % intervals over cycles. Worth a word from {path:g} mm (tool), "
         "{speed:g} % of speed, {load:g} kg at the tool's frame, {friction:g} % of friction, {residual:g} % of γ on."
     ).format(**least)
-    return Section("What changed in the programs", ("log", "since", "changed", "equal"), rows, (note,) if rows else ())
+    return section_of("What changed in the programs", records, note)
 
 
 def _place(group: NightGroup) -> str:

@@ -8,7 +8,6 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import pairwise
 
 UNKNOWN = "not known"
-BELOW_SUPPORT = "too rare to tell from these hours"
 
 _MOST_DECIMALS = 17
 
@@ -98,23 +97,6 @@ def time_decimals(period_s: float) -> int:
     if not (math.isfinite(period_s) and period_s > 0):
         return 3
     return min(9, max(3, math.ceil(-math.log10(period_s) - 1e-9)))
-
-
-def rate(per_hour: float | None, hours: float) -> str:
-    """A rate of events that were extrapolated from some hours of data.
-
-    Ten times longer than the data reach is as far as a tail is followed: a rate that would take more than ten times the
-    hours to see once reads as what it is.
-
-    Args:
-        per_hour: events per hour.
-        hours: that the rate was extrapolated from.
-    """
-    if per_hour is None or not math.isfinite(per_hour):
-        return UNKNOWN
-    if hours <= 0 or per_hour < 0.1 / hours:
-        return BELOW_SUPPORT
-    return f"{significant(per_hour)} /h"
 
 
 def rate_words(per_hour: float) -> str:

@@ -27,7 +27,7 @@ from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, Ra
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.reports.files.json_files import parse_result
+from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.words import law_text, parameter_meaning
@@ -125,10 +125,10 @@ def test_what_an_added_law_leaves_open_is_said_in_its_own_terms(added: FrictionL
     assert any("F1 and vs are not determined" in text for text in fit.not_identifiable)
 
 
-def test_an_added_law_goes_through_configuration_file_judging_and_report(added: FrictionLaw) -> None:
+def test_an_added_law_goes_through_configuration_file_judging_and_report(added: FrictionLaw, tmp_path: Path) -> None:
     friction, judged = audited(None, added.name)
-    text = result_json(friction)
-    read = parse_result(text, FrictionFile, FRICTION_SCHEMA, "friction.json")
+    (tmp_path / "friction.json").write_text(result_json(friction))
+    read = read_result(tmp_path / "friction.json", FrictionFile, FRICTION_SCHEMA)
     assert read.joints["joint1"].model == added.name
     _, again = audited(read, "auto")
     assert again.result.residual == judged.result.residual
@@ -148,7 +148,7 @@ def test_an_added_law_is_published(added: FrictionLaw) -> None:
     assert f'"{added.name}"' in value_text(key)
 
 
-def test_names_outside_the_table_are_refused() -> None:
+def test_names_outside_the_table_are_refused(tmp_path: Path) -> None:
     for wrong in ("static-lugr", 3):
         with pytest.raises(ConfigError) as caught:
             parse_config(f"[friction]\nmodel = {wrong!r}\n", None)
@@ -157,8 +157,9 @@ def test_names_outside_the_table_are_refused() -> None:
         assert caught.value.hint == ('did you mean "static-lugre"?' if wrong == "static-lugr" else None)
     friction = json.loads(result_json(audited(None, "auto")[0]))
     friction["joints"]["joint1"]["model"] = "auto"  # a choice, and no law
+    (tmp_path / "friction.json").write_text(json.dumps(friction))
     with pytest.raises(CollauditError, match="does not have the content") as refused:
-        parse_result(json.dumps(friction), FrictionFile, FRICTION_SCHEMA, "friction.json")
+        read_result(tmp_path / "friction.json", FrictionFile, FRICTION_SCHEMA)
     assert "there is no friction law 'auto'" in (refused.value.found or "")
     assert "`$.joints[...]`" in (refused.value.found or "")
     assert "static-lugre" in (refused.value.found or "")

@@ -15,7 +15,7 @@ from collaudit.core.history.night_groups import NightGroup, night_groups
 from collaudit.core.history.night_row import joint_nights
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.night import NightFacts, explained_night, group_section
+from collaudit.reports.values.night import NightFacts, group_section, night_sentence
 
 PASSED = samples.passed(500).result
 JOINTS = tuple(PASSED.rule.watch)
@@ -62,7 +62,7 @@ def test_a_night_is_explained() -> None:
         ("A", "friction", "known", 9),
         ("B", "", "new", 2),
     ]
-    said = explained_night([entry_of(one) for one in (*WORN_LOGS, *PUSHED)], found)
+    said = night_sentence([entry_of(one) for one in (*WORN_LOGS, *PUSHED)], found)
     assert said == (
         f"11 of 11 logs judged; 11 break the policy. Robot A: friction of '{SECOND}' is 58 % above that of the fitted "
         f"logs (± 3 %) since {night(4)}; 9 logs do not pass by it; no contact on another joint. Robot B: 2 new "
@@ -74,7 +74,7 @@ def test_a_contact_that_the_cause_does_not_explain_stands_by_itself() -> None:
     other = log("A/run.csv", touch(SECOND, HERE), touch(FIRST, THERE), causes=(WORN,))
     found = groups(other)
     assert [(one.cause, one.joints) for one in found] == [("friction", (SECOND,)), ("", (FIRST,))]
-    assert "no contact on another joint" not in explained_night([entry_of(other)], found)
+    assert "no contact on another joint" not in night_sentence([entry_of(other)], found)
     silent = replace(WORN, speaks=False)
     assert [one.cause for one in groups(log("A/run.csv", touch(SECOND, HERE), causes=(silent,)))] == [""]
 
@@ -83,10 +83,10 @@ def test_contacts_at_many_places_are_said_together() -> None:
     """Seventeen clauses in the first sentence of a night tell nobody anything."""
     places = [(0.1 * k - 0.8, 0.3 * (k % 3), 0.5) for k in range(17)]
     touched = log("B/a.csv", *(touch(FIRST, place, 6.0 + k) for k, place in enumerate(places)))
-    said = explained_night([entry_of(touched)], groups(touched))
+    said = night_sentence([entry_of(touched)], groups(touched))
     assert f"17 new contacts at 17 places in 1 log, the first at 14:00:06 ({FIRST})." in said
     known = log("B/b.csv", touch(SECOND, HERE, state="known", known_since=night(0), known_nights=3))
-    said = explained_night([entry_of(one) for one in (touched, known)], groups(touched, known))
+    said = night_sentence([entry_of(one) for one in (touched, known)], groups(touched, known))
     assert "17 new contacts at 17 places" in said and "1 known contact at 14:00:42" in said
 
 

@@ -17,10 +17,10 @@ from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
 from collaudit.reports.page import html
+from collaudit.reports.page.environment import write_assets
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import write_index
 from collaudit.reports.page.plane_page import body_regions_html
-from collaudit.reports.page.scripts import write_assets
 from collaudit.reports.sections.body_region_sections import BodyLimits
 from collaudit.reports.values.entries import entry_of, entry_of_error
 

@@ -78,8 +78,7 @@ def test_mcap_holds_the_signals_on_the_clock_of_the_log(tmp_path: Path, audit: A
         assert len(message.position) == len(message.velocity) == 0
     read = np.array([message.effort for _, message in topics["residual"]])
     np.testing.assert_array_equal(read, signals.residual_nm)
-    np.testing.assert_allclose(topics["gamma"][0][1].effort, signals.gamma_nm[0])
-    assert len(topics["gamma"]) < 12
+    np.testing.assert_array_equal([message.effort for _, message in topics["gamma"]], signals.gamma_nm)
     resting = (signals.state == State.FRICTION_INTERVAL).any(axis=1)
     assert [time for time, _ in topics["friction_range/most"]] == times[resting].tolist()
     assert np.nanmax([m.effort for _, m in topics["friction_range/most"]]) == 2.0

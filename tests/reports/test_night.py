@@ -16,8 +16,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.history.night_groups import Moment, NightGroup
 from collaudit.reports.formats.registry import summary_text
 from collaudit.reports.page.index import write_index
-from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, night_sentence, nights_before
-from collaudit.reports.values.night import QUIET, NightFacts
+from collaudit.reports.values.entries import IndexEntry, entry_of, entry_of_error, nights_before
+from collaudit.reports.values.night import QUIET, night_sentence
 
 EXCLUSIONS = tuple(
     f"Joint {k} was not judged for {k} s of its motion, since friction is not known there." for k in range(1, 11)
@@ -80,9 +80,9 @@ def test_the_nights_before_are_of_the_log_of_that_name_and_robot() -> None:
 
 def test_the_summary_fits_a_ci_servers_page() -> None:
     many = [samples.passed(500).result] * 30 + [samples.failed(500).result] * 12
-    text = summary_text(many, "markdown", [], NightFacts(night_sentence(night(42))))
+    text = summary_text(many, "markdown")
     assert len(text.split()) <= 400 and text.count("\n| ---") == 1
-    assert text.splitlines()[2].startswith("41 of 42 logs judged; 2 break the policy; 4 contacts on robot B (1 new, ")
+    assert text.splitlines()[2].startswith("42 of 42 logs judged; 12 break the policy; ")
     assert sum(line.startswith("| ❌ FAIL") for line in text.splitlines()) == 12 and "PASS" not in text
     assert len(summary_text([samples.failed(500).result] * 500, "markdown").split()) <= 400
 
@@ -99,7 +99,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
     folder = tmp_path_factory.mktemp("night")
     before = {e.name: ["fail" if k == 20 else "pass" for k in range(12, 26)] for e in night(42)}
-    write_index(folder / "42", night(42), NightFacts(groups=(GROUP, GONE)), before)
+    write_index(folder / "42", night(42), replace(QUIET, groups=(GROUP, GONE)), before)
     write_index(folder / "1000", night(1000), QUIET, before)
     with sync_playwright() as playwright:
         browser = launched(playwright)

@@ -16,7 +16,6 @@ from collaudit.core.data.identification_result import FrictionVariation, Identif
 from collaudit.reports.sections.fit_sections import identified_sections
 from collaudit.reports.terminal.command_texts import fit_text
 from collaudit.reports.values.numbers import (
-    BELOW_SUPPORT,
     UNKNOWN,
     against,
     apart,
@@ -24,7 +23,6 @@ from collaudit.reports.values.numbers import (
     fixed,
     interval,
     percent,
-    rate,
     significant,
     speed,
     stated,
@@ -181,18 +179,3 @@ def test_three_digits_compare_as_the_numbers_do(values: list[float]) -> None:
     for value, text in zip(values, texts, strict=True):
         for other, other_text in zip(values, texts, strict=True):
             assert sign(Decimal(text), Decimal(other_text)) == sign(value, other)
-
-
-@pytest.mark.parametrize(
-    ("per_hour", "hours", "text"),
-    [
-        (0.001, 0.5, BELOW_SUPPORT),
-        (0.1999, 0.5, BELOW_SUPPORT),
-        (0.2001, 0.5, "0.200 /h"),
-        (3.0, 0.5, "3.00 /h"),
-        (1.0, 0.0, BELOW_SUPPORT),
-        (None, 1.0, UNKNOWN),
-    ],
-)
-def test_a_rate_goes_no_further_than_its_hours(per_hour: float | None, hours: float, text: str) -> None:
-    assert rate(per_hour, hours) == text

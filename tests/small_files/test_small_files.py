@@ -16,8 +16,8 @@ from collaudit.core.provenance import file_sha256
 from collaudit.core.robot.robot_description import describe_robot
 from collaudit.core.scoring.detection_score import read_truth
 from collaudit.core.small_files import read_small
-from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.files.run_files import read_friction
+from collaudit.reports.sections.body_region_sections import read_limits
 
 READERS: tuple[Callable[[Path], object], ...] = (
     load_config,

@@ -22,10 +22,10 @@ const ArmPlayer = (function () {
     // block: of the log; columns: what decodes its data; asked: called with a time that the reader chose.
     constructor(place, block, columns, asked) {
       Object.assign(this, { place, block, asked, arm: block.arm, time: 0, turned: 0, timer: 0 });
-      const [column, scaled] = columns, { kept, scale } = this.arm, { start, period } = block.joints[0];
+      const { kept, joints } = this.arm, { start, period } = block.joints[0];
       let at = 0;
-      this.times = column(0).map((step) => start + (at += step) * period);
-      this.q = scale.map((each, k) => scaled(k + 1, each));
+      this.times = columns(0).map((step) => start + (at += step) * period);
+      this.q = Array.from({ length: joints }, (_, k) => columns(k + 1));
       this.parents = [...this.arm.links.map((link) => link[1]), this.arm.tool[0]];
       const seen = Array.from({ length: 60 }, (_, i) => this.positions(this.times[Math.floor(i * (kept - 1) / 59)]));
       const points = seen.filter(Boolean).flatMap((q) => pose(this.arm, q).points);

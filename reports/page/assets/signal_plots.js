@@ -1,7 +1,6 @@
 "use strict";
 // Turns the small static curves of a report into plots with zoom, pan and one cursor for all joints of a log.
 (function () {
-  const UNKNOWN = 65535;
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -18,21 +17,24 @@
     document.head.append(script);
   }
 
-  // What gives a block's columns of whole numbers, those of numbers, and its bytes; null is what is not known.
+  // What gives a block's columns, 32-bit numbers whose bytes of equal weight stand together; null is what is not known.
   async function columns(block) {
-    const n = block.kept, all = new DataView(await (await inflate(block.data)).arrayBuffer());
-    const column = (k) => Array.from({ length: n }, (_, i) => all.getUint8(2 * k * n + i) + 256 * all.getUint8((2 * k + 1) * n + i));
-    return [column, (k, [from, step]) => column(k).map((v) => v === UNKNOWN ? null : from + v * step), all];
+    const n = block.kept, all = new Uint8Array(await (await inflate(block.data)).arrayBuffer()), one = new DataView(new ArrayBuffer(4));
+    return (k) => Array.from({ length: n }, (_, i) => {
+      for (let b = 0; b < 4; b++) one.setUint8(b, all[(4 * k + b) * n + i]);
+      const value = one.getFloat32(0, true);
+      return Number.isNaN(value) ? null : value;
+    });
   }
 
   // One joint's block as arrays of numbers; null is what a curve is interrupted at.
   async function unpack(joint) {
-    const n = joint.kept, [column, scaled, all] = await columns(joint);
+    const column = await columns(joint);
     let at = 0;
     const x = column(0).map((step) => joint.start + (at += step) * joint.period);
-    const residual = scaled(1, joint.residual), of = (kind) => residual.map((v, i) => all.getUint8(12 * n + i) === kind ? v : null);
-    joint.level = scaled(5, joint.gamma);
-    return { residual: [x, of(0), of(1), of(2)], torque: [x, scaled(2, joint.torque), scaled(3, joint.torque), scaled(4, joint.torque)] };
+    const residual = column(1), state = column(6), of = (kind) => residual.map((v, i) => state[i] === kind ? v : null);
+    joint.level = column(5);
+    return { residual: [x, of(0), of(1), of(2)], torque: [x, column(2), column(3), column(4)] };
   }
 
   // A time of the log, and the wall clock's where it is known.

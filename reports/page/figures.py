@@ -14,8 +14,8 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.files.signals_file import StoredSignals
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
-from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
-from collaudit.reports.plots.plot_contact import ContactWindow, contact_window, draw_contact
+from collaudit.reports.plots.joint_trace import JointTrace
+from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_residual import (
     coverage_bar,
     draw_against,
@@ -71,12 +71,12 @@ class JointFigures:
     against: Markup | None
     cycles: Markup | None
     data: Mapping[str, object] | None
-    windows: Mapping[int, ContactWindow]
+    windows: Mapping[int, JointTrace]
     pose: tuple[IntArray, FloatArray] | None
 
 
 def joint_figures(
-    source: TracesInMemory | StoredSignals,
+    source: StoredSignals,
     result: AuditResult,
     contacts: Mapping[int, Contact],
     key: str,

@@ -1,4 +1,4 @@
-"""The files of a format that is no text: a table of events, MCAP."""
+"""Events as a table: contacts, alarms and near misses of one or several logs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 
 from collaudit.core.data.audit_result import Audit, AuditResult
-from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.stage_progress import Progress
-from collaudit.reports.exports.audit_mcap import write_audit_mcap
 from collaudit.reports.files.atomic import staged
 from collaudit.reports.values.contact_alarms import in_time
 from collaudit.reports.values.visible_text import text_cell, visible
@@ -37,23 +34,6 @@ _EVENT_COLUMNS: dict[str, pa.DataType] = {
     "force_low_n": _NUMBER,
     "force_high_n": _NUMBER,
 }
-
-
-def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
-    """Write the MCAP of one audit: another log has another clock, and needs a file of its own.
-
-    Raises:
-        ConfigError: there are several audits. CollauditError: the file cannot be written.
-    """
-    if len(audits) != 1:
-        raise ConfigError(
-            "an MCAP file holds one run, since each log has a clock of its own",
-            where="--format mcap",
-            found=f"{len(audits)} runs",
-            hint="one collaudit report for each run",
-        )
-    write_audit_mcap(path, audits[0], progress)
-    return (path,)
 
 
 def write_csv(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:

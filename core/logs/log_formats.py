@@ -103,13 +103,13 @@ def _json_lines(head: bytes) -> bool:
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
-              f"{_LOGS}.recordings.mcap_file:open_mcap", overview=f"{_LOGS}.recordings.mcap_file:overview_of",
+              f"{_LOGS}.recordings.mcap_file:McapFile", overview=f"{_LOGS}.recordings.mcap_file:overview_of",
               in_bag_folders=True),
     LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",),
               begins_with(b"#ROSBAG V", b"#ROSRECORD V", b"#ROSLOG V"),
-              f"{_LOGS}.recordings.bag_file:open_bag"),
+              f"{_LOGS}.recordings.bag_file:BagFile"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
-              f"{_LOGS}.recordings.db3_file:open_db3", in_bag_folders=True),
+              f"{_LOGS}.recordings.db3_file:Db3File", in_bag_folders=True),
     LogFormat("parquet", "Parquet", "table", (".parquet",), begins_with(b"PAR1"),
               f"{_LOGS}.column_files.arrow_file:open_arrow"),
     LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),

@@ -5,8 +5,8 @@ A path names a field of a message, dotted. Further forms:
 - ``a|b``: the first of several that the type has and the message fills (other versions of a type);
 - ``a,b,c``: several fields side by side;
 - ``joints[*].position``: one field of every item of a sequence;
-- ``items[*]{keys:values=effort/torque}``: of every item, the one of ``values`` that stands where ``keys`` says
-  ``effort``, or else ``torque``; items with none of motion and effort are no joints;
+- of joint names only, ``names&items[*].interfaces``: each name with each interface that its item lists; items with none
+  of motion and effort are no joints;
 - of an annotation only, ``mode==6,7``: it holds while the number is one of these, else while it is not zero.
 """
 
@@ -26,7 +26,7 @@ from collaudit.core.vendors.controller_modes import FRANKA_MODE, UR_ROBOT_MODE, 
 ANNOTATION = "annotation:"
 #: Words behind a joint's name, such as the interfaces of ros2_control, to quantities.
 INTERFACES = {word: "current" if word in CURRENTS else quantity for quantity in ("position", "velocity", "effort")
-              for word in QUANTITY_WORDS[quantity] if len(word) > 1}  # fmt: skip
+              for word in QUANTITY_WORDS[quantity] if len(word) > 1} | {"temperature": "temperature"}  # fmt: skip
 Role = Literal["joint_states", "wrench", "label", "phase", "other"]
 
 
@@ -146,12 +146,8 @@ PROFILES: tuple[Profile, ...] = (
         name="dynamic-joint-state",
         role="joint_states",
         types=("control_msgs/msg/DynamicJointState",),
-        names="joint_names",
-        position="interface_values[*]{interface_names:values=position}",
-        velocity="interface_values[*]{interface_names:values=velocity}",
-        effort="interface_values[*]{interface_names:values=effort/torque}",
-        current="interface_values[*]{interface_names:values=current}",
-        temperature="interface_values[*]{interface_names:values=temperature}",
+        names="joint_names&interface_values[*].interface_names",
+        position="interface_values[*].values",
     ),
     Profile(
         name="franka-state",

@@ -262,7 +262,7 @@ def decode(
     channel: Channel, profile: Profile, payloads: list[bytes], lay: Callable[[bytes], Layout] | None = None
 ) -> Decoded:
     out = Decoded()
-    decoder = ChannelDecoder.of(channel, profile, out)
+    decoder = ChannelDecoder(channel, profile, out)
     if lay is not None:
         decoder.lay, decoder.max_plans = lay, 0
     length = np.array([len(p) for p in payloads], dtype=np.int64)
@@ -331,7 +331,7 @@ def test_messages_decoded_alone_are_those_decoded_together(most: int) -> None:
     found = []
     for plans in (256, most):
         out = Decoded()
-        decoder = ChannelDecoder.of(channel, JOINTS, out)
+        decoder = ChannelDecoder(channel, JOINTS, out)
         decoder.max_plans = plans
         payloads = [w.encode(one, "cdr") for one in said]
         length = np.array([len(p) for p in payloads])

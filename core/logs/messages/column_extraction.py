@@ -20,40 +20,31 @@ Runs = tuple[Numbers, ...]
 _MOTION = (*MOTION, "current")
 
 
-def joints_of_items(named: tuple[str, ...], found: dict[str, Runs]) -> tuple[tuple[str, ...], dict[str, Runs]]:
-    """Of a list of interfaces the joints: items that have a position, a velocity or an effort; the others are none.
-
-    Args:
-        named: name of each item.
-        found: quantity to one run an item, :data:`MISSING` of those that lack it; empty where all do.
-    """
-    motion = [found[name] for name in _MOTION if found.get(name)]
-    if any(len(runs) != len(named) for runs in found.values() if runs):
-        return named, found
-    kept = [k for k in range(len(named)) if any(runs[k] is not MISSING for runs in motion)]
-    return tuple(named[k] for k in kept), {name: tuple(runs[k] for k in kept if runs) for name, runs in found.items()}
-
-
-def joints_of_names(named: tuple[str, ...], found: dict[str, Runs]) -> tuple[tuple[str, ...], dict[str, Runs]]:
+def joints_of_names(
+    named: tuple[str, ...], found: dict[str, Runs], *, listed: bool
+) -> tuple[tuple[str, ...], dict[str, Runs]]:
     """Joints of names such as ``joint1/position`` and ``joint1/effort``, each with its interface's value.
 
     It stands in the array of its quantity, or in the first array of the message where that has none of the quantity.
+    What has no interface of motion or effort is no joint.
 
     Args:
         named: names as the message lists them; anything but joint and interface is left as it is.
         found: quantity to its runs, one number a name.
+        listed: whether the message lists its interfaces by joint, so that the names are surely of both.
     """
-    pairs = next(filter(_tell_quantities, ([name.rpartition(mark) for name in named] for mark in "/._")), None)
-    if pairs is None:
-        return named, found
-    told = {INTERFACES[interface] for _, _, interface in pairs if interface in INTERFACES}
+    if listed:
+        pairs = [name.rpartition("/") for name in named]
+    else:
+        splits = ([name.rpartition(mark) for name in named] for mark in "/._")
+        pairs = next(filter(_tell_quantities, splits), [])
     values = {quantity: _each(runs) for quantity, runs in found.items() if runs}
-    if any(len(numbers) != len(named) for numbers in values.values()):
+    if not pairs or any(len(numbers) != len(named) for numbers in values.values()):
         return named, found
     first = next((values[quantity] for quantity in MOTION if quantity in values), ())
-    joints = tuple(dict.fromkeys(joint for joint, _, interface in pairs if interface in INTERFACES))
+    joints = tuple(dict.fromkeys(joint for joint, _, interface in pairs if INTERFACES.get(interface) in _MOTION))
     out: dict[str, Runs] = {}
-    for quantity in told:
+    for quantity in {INTERFACES[interface] for _, _, interface in pairs if interface in INTERFACES}:
         numbers = values.get(quantity, first)
         own = {joint: run for (joint, _, interface), run in zip(pairs, numbers, strict=True)
                if INTERFACES.get(interface) == quantity}  # fmt: skip
@@ -134,8 +125,7 @@ def make_plan(layout: Layout, profile: Profile) -> Plan:
     paths = {} if named and profile.role == "phase" else profile.quantities()
     found = {name: finder.numbers(path) for name, path in paths.items()}
     if profile.role == "joint_states" and profile.names is not None:
-        many = "[*]" in (profile.position or "")
-        named, found = joints_of_items(named, found) if many else joints_of_names(named, found)
+        named, found = joints_of_names(named, found, listed="&" in profile.names)
     current = found.pop("current", ())
     currents = bool(_count(current)) and not _count(found.get("effort", ()))
     found |= {"effort": current} if currents else {}
@@ -186,25 +176,10 @@ class _Finder:
         node = _at(self.layout.root, head)
         if not several:
             return None if node is None else (_run(node, path),)
-        if tail.startswith("{"):
-            return tuple(self._chosen(item, tail) for item in _items(node))
         nodes = [_at(item, tail.lstrip(".")) for item in _items(node)]
         if all(node is None for node in nodes):
             return None
         return tuple(MISSING if node is None else _run(node, path) for node in nodes)
-
-    def _chosen(self, item: Node | None, choice: str) -> Numbers:
-        """Of ``{keys:values=wanted/…}`` the one of an item's values whose key is the first wanted that it has."""
-        fields, wanted = choice.strip("{}").split("=")
-        keys, values = fields.split(":")
-        texts = [self.text(key) for key in _items(_at(item, keys))]
-        key = next((key for key in wanted.split("/") if key in texts), None)
-        if key is None:
-            return MISSING
-        run = _run(_at(item, values), choice)
-        if texts.index(key) >= run.count:
-            raise LayoutError(f"it has {len(texts)} names and {run.count} numbers in {keys} and {values}")
-        return Numbers(run.offset + texts.index(key) * int(run.code[2:]), run.code, 1)
 
     def text(self, node: Node | None) -> str:
         """A string of the message, which from now on binds the layout."""
@@ -217,13 +192,21 @@ class _Finder:
             raise LayoutError("a joint name is not UTF-8") from error
 
     def names(self, path: str) -> tuple[str, ...]:
-        """The text, or the texts, at a path."""
+        """The text, or the texts, at a path; of ``a&b[*].c``, each text of ``a`` with those of its item of ``b``."""
+        path, _, within = path.partition("&")
         head, _, tail = path.partition("[*]")
         node = _at(self.layout.root, head)
         if node is None:
             raise LayoutError(f"it has no field {path}")
         items = (node,) if isinstance(node, Chars) else _items(node)
-        return tuple(self.text(_at(item, tail.lstrip("."))) for item in items)
+        named = tuple(self.text(_at(item, tail.lstrip("."))) for item in items)
+        if not within:
+            return named
+        head, _, tail = within.partition("[*].")
+        lists = [_items(_at(item, tail)) for item in _items(_at(self.layout.root, head))]
+        if len(lists) != len(named):
+            raise LayoutError(f"it has {len(named)} joint names and {len(lists)} lists of interfaces")
+        return tuple(f"{name}/{self.text(one)}" for name, texts in zip(named, lists, strict=True) for one in texts)
 
 
 def _at(node: Node | None, path: str) -> Node | None:
@@ -252,9 +235,12 @@ def _usable(found: dict[str, Runs]) -> dict[str, int]:
     """Numbers of each quantity; none of temperatures and second torques that some joints lack."""
     counts = {name: _count(runs) for name, runs in found.items() if any(run.count for run in runs)}
     motion = max((counts.get(name, 0) for name in MOTION), default=0)
-    part = {name for name in ("temperature", "joint_torque") if MISSING in found.get(name, ())}
-    part |= {name for name in ("temperature", "joint_torque") if counts.get(name) != motion}
-    return {name: count for name, count in counts.items() if name not in part}
+    beside = ("temperature", "joint_torque")
+    return {
+        name: count
+        for name, count in counts.items()
+        if name not in beside or (count == motion and MISSING not in found[name])
+    }
 
 
 def _checked(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:

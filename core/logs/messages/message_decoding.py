@@ -8,7 +8,6 @@ way.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -21,10 +20,11 @@ from collaudit.core.logs.messages.message_schema import SchemaError, parse_schem
 from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.reading_bounds import FILE_RATIO
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, gather
-from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.vendors.message_profiles import Profile
 
-_ENCODINGS = ("cdr", "ros1", "json", "protobuf")
+#: Encodings whose bytes have a layout that messages share, and those whose messages are values.
+_BYTES, _VALUES = ("cdr", "ros1"), ("json", "protobuf")
 _MAGICS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
 #: So many bytes are unpacked at once.
 _AT_ONCE = 1 << 27
@@ -36,10 +36,7 @@ MAX_PLANS = 256
 
 def packing_of(batch: Batch) -> str | None:
     """How the messages of a batch are compressed, by the first one; None when they are not."""
-    if not batch.start.shape[0] or batch.length[0] < 4:
-        return None
-    start = int(batch.start[0])
-    return _MAGICS.get(batch.data[start : start + 4].tobytes())
+    return _MAGICS.get(batch.payload(0)[:4]) if batch.start.shape[0] else None
 
 
 def unpacked(batch: Batch, kind: str) -> Iterator[tuple[Batch, list[str]]]:
@@ -55,45 +52,21 @@ def unpacked(batch: Batch, kind: str) -> Iterator[tuple[Batch, list[str]]]:
     rows: list[int] = []
     parts: list[bytes] = []
     problems: list[str] = []
-    held, count = 0, batch.start.shape[0]
-    for index in range(count):
+    held, last = 0, batch.start.shape[0] - 1
+    for index in range(last + 1):
         packed = batch.payload(index)
         data, problem = bounded(kind, packed, max(_FREE_BYTES, FILE_RATIO * len(packed)))
         if problem is None:
             rows.append(index)
             parts.append(data)
+            held += len(data)
         else:
             problems.append(f"it is compressed as {kind} and cannot be unpacked: {problem}")
-        held += len(data)
-        if index == count - 1 or held >= _AT_ONCE:
-            yield _joined(batch, rows, parts), problems
+        if index == last or held >= _AT_ONCE:
+            length = np.array([len(part) for part in parts], dtype=np.int64)
+            joined = np.frombuffer(b"".join(parts), dtype=np.uint8)
+            yield Batch(batch.key, joined, np.cumsum(length) - length, length, batch.log_ns[rows]), problems
             rows, parts, problems, held = [], [], [], 0
-
-
-def _joined(batch: Batch, rows: list[int], parts: list[bytes]) -> Batch:
-    """Some messages of a batch, their payloads end to end in bytes of their own."""
-    length = np.array([len(part) for part in parts], dtype=np.int64)
-    data = np.frombuffer(b"".join(parts), dtype=np.uint8)
-    return replace(batch, data=data, start=np.cumsum(length) - length, length=length, log_ns=batch.log_ns[rows])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
-    """Messages of one size.
-
-    Attributes:
-        data: (n, size) their bytes.
-        log_ns: (n,) times of recording.
-        places: (n,) which of the topic's messages they are.
-    """
-
-    data: ByteArray
-    log_ns: IntArray
-    places: IntArray
-
-    def at(self, rows: slice | BoolArray) -> _Rows:
-        """Some of them."""
-        return _Rows(self.data[rows], self.log_ns[rows], self.places[rows])
 
 
 def layouts_of(channel: Channel, extra: Mapping[str, Any] = {}) -> Callable[[bytes], Layout]:
@@ -102,9 +75,9 @@ def layouts_of(channel: Channel, extra: Mapping[str, Any] = {}) -> Callable[[byt
     Raises:
         SchemaError: the channel's encoding or definition is none that can be read.
     """
-    if channel.encoding not in _ENCODINGS:
+    if channel.encoding not in (*_BYTES, *_VALUES):
         raise SchemaError(f"messages encoded as {channel.encoding!r} are not read")
-    if channel.encoding not in ("cdr", "ros1"):
+    if channel.encoding in _VALUES:
         return value_layouts(channel)
     schema = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
     return partial(walk, schema, cdr=channel.encoding == "cdr")
@@ -112,34 +85,25 @@ def layouts_of(channel: Channel, extra: Mapping[str, Any] = {}) -> Callable[[byt
 
 def first_message(batch: Batch) -> bytes | None:
     """The first message of a batch as it was before it was compressed; None where there is none."""
-    if not batch.start.shape[0]:
-        return None
-    kind, message = packing_of(batch), batch.payload(0)
-    return message if kind is None else bounded(kind, message, max(_FREE_BYTES, FILE_RATIO * len(message)))[0]
+    kind = packing_of(batch)
+    for messages, _ in unpacked(batch, kind) if kind is not None else [(batch, [])]:
+        return messages.payload(0) if messages.start.shape[0] else None
+    return None
 
 
-@dataclass(slots=True, eq=False)
 class ChannelDecoder:
     """Decodes one channel's batches into a topic's :class:`Decoded`.
 
     Attributes:
         channel: what is decoded.
         profile: which of its fields are meant.
-        lay: finds the fields of one message.
         out: where the columns go; shared by the channels of one topic.
+        lay: finds the fields of one message.
         max_plans: layouts that are kept for further messages; 0 where each message has one of its own.
     """
 
-    channel: Channel
-    profile: Profile
-    lay: Callable[[bytes], Layout]
-    out: Decoded
-    max_plans: int = MAX_PLANS
-    _plans: dict[int, list[Plan]] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, channel: Channel, profile: Profile, out: Decoded, extra: Mapping[str, Any] = {}) -> ChannelDecoder:
-        """A decoder for a channel; JSON and protobuf have no layouts and go message by message.
+    def __init__(self, channel: Channel, profile: Profile, out: Decoded, extra: Mapping[str, Any] = {}) -> None:
+        """A decoder for a channel; JSON and protobuf have no layouts in common and go message by message.
 
         Args:
             channel, profile, out: as of the attributes.
@@ -148,64 +112,58 @@ class ChannelDecoder:
         Raises:
             SchemaError: the channel's encoding or definition is none that can be read.
         """
-        plans = MAX_PLANS if channel.encoding in ("cdr", "ros1") else 0
-        return cls(channel, profile, layouts_of(channel, extra), out, max_plans=plans)
+        self.channel, self.profile, self.out = channel, profile, out
+        self.lay = layouts_of(channel, extra)
+        self.max_plans = MAX_PLANS if channel.encoding in _BYTES else 0
+        self._plans: dict[int, list[Plan]] = {}
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""
         kind = packing_of(batch) if self.channel.encoding == "cdr" else None
-        if kind is None:
-            self._add_plain(batch)
-            return
-        for messages, problems in unpacked(batch, kind):
-            self._add_plain(messages)
-            self.out.seen += len(problems)
+        for messages, problems in unpacked(batch, kind) if kind is not None else [(batch, [])]:
+            count = messages.start.shape[0]
+            places = np.arange(self.out.seen, self.out.seen + count)
+            self.out.seen += count + len(problems)
+            for size in np.unique(messages.length).tolist():
+                mine = messages.length == size
+                data = gather(messages.data, messages.start[mine], size)
+                self._equal_size(data, messages.log_ns[mine], places[mine])
             for problem in problems:
                 self.out.skip(1, problem)
 
-    def _add_plain(self, batch: Batch) -> None:
-        count = batch.start.shape[0]
-        self.out.bounds.take_messages(count)
-        places = np.arange(self.out.seen, self.out.seen + count)
-        self.out.seen += count
-        for size in np.unique(batch.length).tolist():
-            mine = batch.length == size
-            self._equal_size(_Rows(gather(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
+    def _equal_size(self, data: ByteArray, log_ns: IntArray, places: IntArray) -> None:
+        """Decode messages of one size: (n, size) bytes, (n,) times of recording and places among the topic's."""
+        plans = list(self._plans.setdefault(data.shape[1], []))
+        while places.shape[0]:
+            plan = plans.pop(0) if plans else None
+            if plan is None:
+                plan = self._new(data[0].tobytes(), log_ns[:1], places[:1])
+                data, log_ns, places = data[1:], log_ns[1:], places[1:]
+            if plan is None or not places.shape[0]:
+                continue
+            same = plan.matches(data)
+            if same is None:
+                self._emit(plan, data, log_ns, places)
+                return
+            if same.any():
+                self._emit(plan, data[same], log_ns[same], places[same])
+            data, log_ns, places = data[~same], log_ns[~same], places[~same]
 
-    def _add_alone(self, data: bytes, log_ns: IntArray, places: IntArray) -> Plan | None:
-        """Decode a message by a layout of its own, which other messages may share; None where it cannot be."""
+    def _new(self, message: bytes, log_ns: IntArray, places: IntArray) -> Plan | None:
+        """Decode a message by a plan of its own; the plan where other messages may share it."""
         try:
-            layout = self.lay(data)
+            layout = self.lay(message)
             plan = make_plan(layout, self.profile)
         except LayoutError as error:
             self.out.skip(1, str(error))
             return None
-        self._emit(plan, _Rows(np.frombuffer(layout.data, np.uint8)[None, :], log_ns, places))
+        self._emit(plan, np.frombuffer(layout.data, np.uint8)[None, :], log_ns, places)
+        if sum(map(len, self._plans.values())) >= self.max_plans:
+            return None
+        self._plans[len(message)].append(plan)
         return plan
 
-    def _equal_size(self, rows: _Rows) -> None:
-        kept = self._plans.setdefault(rows.data.shape[1], [])
-        for plan in kept:
-            rows = self._without_alike(rows, plan)
-        while rows.places.shape[0]:
-            new = self._add_alone(rows.data[0].tobytes(), rows.log_ns[:1], rows.places[:1])
-            rows = rows.at(slice(1, None))
-            if new is not None and sum(map(len, self._plans.values())) < self.max_plans:
-                kept.append(new)
-                rows = self._without_alike(rows, new)
-
-    def _without_alike(self, rows: _Rows, plan: Plan) -> _Rows:
-        """Decode the messages that share a plan's layout; the others are left."""
-        if not rows.places.shape[0]:
-            return rows
-        same = plan.matches(rows.data)
-        alike = rows if same is None else rows.at(same)
-        if alike.places.shape[0]:
-            self._emit(plan, alike)
-        return rows.at(slice(0)) if same is None else rows.at(~same)
-
-    def _emit(self, plan: Plan, rows: _Rows) -> None:
-        columns = plan.columns_of(rows.data)
-        source = np.full(rows.places.shape[0], self.channel.key)
-        columns |= {"log_ns": rows.log_ns, "place": rows.places, "source": source}
+    def _emit(self, plan: Plan, data: ByteArray, log_ns: IntArray, places: IntArray) -> None:
+        columns = plan.columns_of(data)
+        columns |= {"log_ns": log_ns, "place": places, "source": np.full(places.shape[0], self.channel.key)}
         self.out.add(plan.key, columns)

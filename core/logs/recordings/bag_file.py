@@ -7,7 +7,7 @@ index, and so are its chunks: unindexed and still-active bags are read the same 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,6 @@ from collaudit.core.logs.storage.records import (
     ByteArray,
     Channel,
     Located,
-    MessageReader,
     gather,
     ros_type,
 )
@@ -149,11 +148,11 @@ class BagFile(ChunkedFile):
         self.channels = tuple(channel for _, channel in sorted(self.connections.items()))
 
     def _check_version(self) -> None:
-        head = self.file.read(0, 24)
+        head = self.read(0, 24)
         if not head.startswith(MAGIC):
             raise LogError(
                 "is a ROS 1 bag of a version that is not read",
-                where=str(self.file.path),
+                where=str(self.path),
                 found=head.split(b"\n")[0].decode("ascii", errors="replace"),
                 expected=MAGIC.decode("ascii").strip(),
                 hint="write it again as version 2.0 with the tools of ROS 1: `rosbag fix OLD.bag NEW.bag`",
@@ -161,11 +160,11 @@ class BagFile(ChunkedFile):
 
     def _walk(self, pos: int) -> None:
         """Note the records from a byte on, up to the end or to damage."""
-        while pos < self.file.size:
-            window = self.file.read(pos, _WINDOW)
+        while pos < self.size:
+            window = self.read(pos, _WINDOW)
             size = _U32.unpack_from(window)[0] if len(window) >= 4 else _MAX_HEADER
             if 8 + size > len(window) and size < _MAX_HEADER:
-                window = self.file.read(pos, 8 + size)
+                window = self.read(pos, 8 + size)
             if 8 + size > len(window):
                 self.damage.note(f"the record at byte {pos} is malformed, or the file ends inside it")
                 return
@@ -173,13 +172,13 @@ class BagFile(ChunkedFile):
             end = at + _U32.unpack_from(window, 4 + size)[0]
             fields = fields_of(window[4 : 4 + size])
             try:
-                self._take(pos, fields, at, min(end, self.file.size) - at)
+                self._take(pos, fields, at, min(end, self.size) - at)
             except (struct.error, KeyError, UnicodeDecodeError):
                 self.damage.note(f"the record at byte {pos} is malformed")
                 if b"op" not in fields:
                     return
-            if end > self.file.size:
-                self.damage.note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
+            if end > self.size:
+                self.damage.note(f"it ends at byte {self.size}, inside the record at byte {pos}")
             pos = end
 
     def _take(self, pos: int, fields: Fields, at: int, size: int) -> None:
@@ -189,24 +188,24 @@ class BagFile(ChunkedFile):
             claimed, compression = _U32.unpack(fields[b"size"])[0], fields[b"compression"].decode("ascii")
             self.chunks.append(ChunkRef(pos, at, size, claimed, compression))
         elif op == CONNECTION:
-            self._connection(fields, self.file.read(at, min(size, 2 * _MAX_HEADER)))
+            self._connection(fields, self.read(at, min(size, 2 * _MAX_HEADER)))
         elif op == BAG_HEADER:
             self._header(fields)
         elif op == MSG:
             self.damage.note(f"the message at byte {pos} lies outside a chunk and was left out")
         elif op == CHUNK_INFO:
-            for connection, count in struct.iter_unpack("<II", self.file.read(at, size // 8 * 8)):
+            for connection, count in struct.iter_unpack("<II", self.read(at, size // 8 * 8)):
                 self.counts[connection] = self.counts.get(connection, 0) + count
 
     def _header(self, fields: Fields) -> None:
         if fields.get(b"encryptor"):
-            raise LogError("is encrypted and cannot be read", where=str(self.file.path))
+            raise LogError("is encrypted and cannot be read", where=str(self.path))
         (index,) = struct.unpack("<Q", fields[b"index_pos"])
-        self._indexed = 0 < index <= self.file.size
+        self._indexed = 0 < index <= self.size
         if index == 0:
             self.damage.note("it has no index: it was not closed, or is still being written")
         elif not self._indexed:  # cut between two records, where no record is cut
-            self.damage.note(f"it ends at byte {self.file.size}, before its index at byte {index}")
+            self.damage.note(f"it ends at byte {self.size}, before its index at byte {index}")
 
     def _connection(self, fields: Fields, body: bytes) -> None:
         """Note a channel; the first of a number holds."""
@@ -223,9 +222,5 @@ class BagFile(ChunkedFile):
 
     def load(self, ref: ChunkRef) -> Located:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
-        raw = self.file.read(ref.data_at, ref.data_size)
+        raw = self.read(ref.data_at, ref.data_size)
         return locate_bag(*unpack(ref.compression, raw, ref.size, self.bounds.chunk_bytes))
-
-
-#: How the table of formats opens a file.
-open_bag: Callable[[Path], MessageReader] = BagFile

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located, MessageReader, ros_type
+from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located, ros_type
 from collaudit.core.numeric.stage_progress import Progress
 
 _ROWS = 4096
@@ -176,7 +176,3 @@ def _tame(db: sqlite3.Connection, file_bytes: int) -> sqlite3.Connection:
     db.execute("PRAGMA trusted_schema = OFF")
     db.execute("PRAGMA cell_size_check = ON")
     return db
-
-
-#: How the table of formats opens a file.
-open_db3: Callable[[Path], MessageReader] = Db3File

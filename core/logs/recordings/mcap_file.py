@@ -8,7 +8,7 @@ trusted. Only what is in a huge file is told by its summary, without walking ove
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,6 @@ from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import ChunkIndex
 from mcap.summary import Summary
 from zlib_ng import zlib_ng
 
@@ -30,7 +29,6 @@ from collaudit.core.logs.storage.records import (
     ByteArray,
     Channel,
     Located,
-    MessageReader,
     Overview,
     gather,
     ros_type,
@@ -97,9 +95,15 @@ def _walked(data: bytes) -> tuple[IntArray, list[tuple[int, bytes]], int]:
     found: list[int] = []
     others: list[tuple[int, bytes]] = []
     rest, foreign = len(data), 0
-    for op, at, end in _record_places(data):
+    end = 0
+    while end + 9 <= len(data):
+        at = end
+        op, length = _HEAD.unpack_from(data, at)
+        end = at + 9 + length
+        if end > len(data):
+            break
         if op == MESSAGE:
-            if end - at - 9 < _LEAST:
+            if length < _LEAST:
                 continue
             found.append(at)
         elif op not in (SCHEMA, CHANNEL):
@@ -110,18 +114,6 @@ def _walked(data: bytes) -> tuple[IntArray, list[tuple[int, bytes]], int]:
             others.append((op, data[at + 9 : end]))
         rest -= end - at
     return np.array(found, dtype=np.int64), others, rest
-
-
-def _record_places(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """(op, start, end) of records that follow each other, up to one that is cut short."""
-    start = 0
-    while start + 9 <= len(data):
-        op, length = _HEAD.unpack_from(data, start)
-        end = start + 9 + length
-        if end > len(data):
-            return
-        yield op, start, end
-        start = end
 
 
 class McapFile(ChunkedFile):
@@ -150,8 +142,8 @@ class McapFile(ChunkedFile):
     def _walk(self, pos: int, *, alone: bool = False) -> None:
         """Note the records from a byte on, up to the end or to damage; ``alone``: one chunk and its message indexes."""
         chunk: ChunkRef | None = None
-        while pos < self.file.size:
-            head = self.file.read(pos, _HEAD_BYTES)
+        while pos < self.size:
+            head = self.read(pos, _HEAD_BYTES)
             if len(head) < 9:
                 break
             op, length = _HEAD.unpack_from(head)
@@ -162,10 +154,10 @@ class McapFile(ChunkedFile):
                 self.damage.note(f"there is no record at byte {pos}")
                 return
             if op == CHUNK:
-                chunk = self._chunk(pos, min(end, self.file.size), head)
-            if end > self.file.size:
+                chunk = self._chunk(pos, min(end, self.size), head)
+            if end > self.size:
                 kind = "chunk" if op == CHUNK else "record"
-                self.damage.note(f"it ends at byte {self.file.size}, inside the {kind} at byte {pos}")
+                self.damage.note(f"it ends at byte {self.size}, inside the {kind} at byte {pos}")
                 return
             if op == FOOTER:
                 return
@@ -175,11 +167,9 @@ class McapFile(ChunkedFile):
                 number, size = struct.unpack_from("<HI", head, 9)
                 chunk.index.append((number, pos + 15, min(size, length - 6)))
             elif op in _KINDS:
-                self._record(op, self.file.read(pos + 9, min(length, _MAX_SMALL)))
+                self._record(op, self.read(pos + 9, min(length, _MAX_SMALL)))
             pos = end
-        self.damage.note(
-            f"it ends at byte {self.file.size} without a footer: it was cut short or is still being written"
-        )
+        self.damage.note(f"it ends at byte {self.size} without a footer: it was cut short or is still being written")
 
     def _chunk(self, pos: int, end: int, head: bytes) -> ChunkRef | None:
         """Note a chunk, of which the bytes up to ``end`` are there; None where its head is malformed."""
@@ -199,9 +189,9 @@ class McapFile(ChunkedFile):
 
         One that the file ends in is left to be refused as any other record is.
         """
-        window = self.file.read(pos, _WINDOW)
+        window = self.read(pos, _WINDOW)
         at = after = 0
-        while pos + after <= self.file.size:
+        while pos + after <= self.size:
             at = after
             if at + 9 > len(window) or window[at] != MESSAGE:
                 break
@@ -256,17 +246,13 @@ class McapFile(ChunkedFile):
     def load(self, ref: ChunkRef) -> Located:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         data, problem = unpack(
-            ref.compression, self.file.read(ref.data_at, ref.data_size), ref.size, self.bounds.chunk_bytes
+            ref.compression, self.read(ref.data_at, ref.data_size), ref.size, self.bounds.chunk_bytes
         )
         if problem is None and ref.crc and zlib_ng.crc32(data) != ref.crc:
             problem, data = "its check sum is wrong", b""
-        parts = [self.file.read(at, size // 16 * 16) for _, at, size in ref.index]
+        parts = [self.read(at, size // 16 * 16) for _, at, size in ref.index]
         pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<i8").reshape(-1, 2)
         return locate(data, pairs[:, 1], problem)
-
-
-#: How the table of formats opens a file.
-open_mcap: Callable[[Path], MessageReader] = McapFile
 
 
 def overview_of(path: Path) -> Overview | None:
@@ -295,7 +281,7 @@ def overview_of(path: Path) -> Overview | None:
         f"Only the summary and the first chunk of each topic were read, of {len(summary.chunk_indexes)} chunks: rates "
         "are means over the whole log; gaps, clocks and damage inside the chunks were not looked for."
     )
-    stated = [statistics, *(chunk for chunk in summary.chunk_indexes if chunk.message_index_offsets)]
+    stated: list[Any] = [statistics, *(chunk for chunk in summary.chunk_indexes if chunk.message_index_offsets)]
     ends = [ns for one in stated for ns in (one.message_start_time, one.message_end_time)]
     good, garbage = plausible_ns(np.array(ends, dtype=np.uint64).astype(np.int64), path.name)
     if garbage:
@@ -307,8 +293,7 @@ def _first_chunks(summary: Summary) -> list[int]:
     """Where the first chunk of each channel begins, as the summary states it."""
     chosen: list[int] = []
     left = set(summary.channels)
-    chunks: list[ChunkIndex] = summary.chunk_indexes
-    for chunk in chunks:
+    for chunk in summary.chunk_indexes:
         held = set(chunk.message_index_offsets)
         if left and len(chosen) < _FEW_CHUNKS and (held & left or not held):
             chosen.append(chunk.chunk_start_offset)

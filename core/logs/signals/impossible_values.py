@@ -52,26 +52,21 @@ def plausible_ns(stamps_ns: IntArray, where: str) -> tuple[IntArray, list[Findin
     return (stamps_ns, []) if far is None else (stamps_ns[~far], garbage_findings(far, "message", where))
 
 
-def garbage_findings(far: BoolArray, what: str, where: str) -> list[Finding]:
-    """A finding for the stamps (n,) that are garbage, if any are."""
-    count = int(np.count_nonzero(far))
-    return [garbage_finding(count, far.size, int(np.argmax(far)) + 1, what, where)] if count else []
-
-
-def garbage_finding(count: int, total: int, first: int, what: str, where: str) -> Finding:
-    """What was left out.
+def garbage_findings(far: BoolArray | None, what: str, where: str) -> list[Finding]:
+    """A finding for the stamps that are garbage, if any are.
 
     Args:
-        count, total: garbage stamps, and all.
-        first: number of the first of them, from 1.
+        far: (n,) which of them are; None where none is.
         what: "row" or "message".
         where: the file or topic.
     """
+    if far is None or not far.any():
+        return []
     text = (
-        f"{count} of {total} stamps are no times of this recording; these {what}s were left out. The first is {what} "
-        f"{first}."
+        f"{np.count_nonzero(far)} of {far.size} stamps are no times of this recording; these {what}s were left out. "
+        f"The first is {what} {int(np.argmax(far)) + 1}."
     )
-    return Finding("log-nan", "warning", text, where=where)
+    return [Finding("log-nan", "warning", text, where=where)]
 
 
 def without_impossible(log: JointLog, what: str) -> JointLog:

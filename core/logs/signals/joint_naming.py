@@ -76,13 +76,13 @@ def _used(
     """
     if not guess.sure:
         proposed = [guess.mapping] if guess.mapping else list(guess.candidates.values()) or [dict.fromkeys(names, "…")]
-        raise LogError(
-            "none of the log's joints is a joint of the robot" if not guess.problem else guess.problem,
-            where=where,
-            found=listed(names),
-            expected=listed(robot),
-            hint=_joints_hint(guess) + "map them, " + ", or ".join(mapping_line(each) for each in proposed),
-        )
+        hint = "map them, " + ", or ".join(mapping_line(each) for each in proposed)
+        if guess.chains:
+            hint = (
+                f"say which of the robot's joints they are, {', or '.join(map(joints_line, guess.chains))}; or {hint}"
+            )
+        problem = guess.problem or "none of the log's joints is a joint of the robot"
+        raise LogError(problem, where=where, found=listed(names), expected=listed(robot), hint=hint)
     if all(log == model for log, model in guess.mapping.items()):
         return ()
     order = ", ".join(guess.mapping.values())
@@ -90,12 +90,6 @@ def _used(
     if not columns:
         said = "The log numbers its joints; they were taken as the robot's in its order"
     return (Finding("log-guessed", "info" if columns else "warning", f"{said}: {order}.", where=where),)
-
-
-def _joints_hint(guess: JointGuess) -> str:
-    """The lines that say of which of the robot's joints the log is, where their names show groups of as many."""
-    lines = ", or ".join(joints_line(chain) for chain in guess.chains)
-    return f"say which of the robot's joints they are, {lines}; or " if lines else ""
 
 
 def _kept(

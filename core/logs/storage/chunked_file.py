@@ -18,33 +18,6 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stage_progress import Progress
 
 
-class RandomFile:
-    """A file read at offsets; short reads at its end are the caller's to notice.
-
-    Attributes:
-        path, size: of the file.
-    """
-
-    def __init__(self, path: Path) -> None:
-        try:
-            self._file = path.open("rb", buffering=0)
-        except OSError as error:
-            raise LogError(f"cannot be opened: {error.strerror}", where=str(path)) from error
-        self.path = path
-        self.size = os.fstat(self._file.fileno()).st_size
-
-    def read(self, start: int, count: int) -> bytes:
-        """Up to ``count`` bytes from ``start``; fewer only at the end of the file."""
-        try:
-            return os.pread(self._file.fileno(), max(0, min(count, self.size - start)), start)
-        except OSError as error:
-            raise LogError(f"cannot be read: {error.strerror}", where=str(self.path)) from error
-
-    def close(self) -> None:
-        """Close it; a second time does nothing."""
-        self._file.close()
-
-
 @dataclass(slots=True)
 class ChunkRef:
     """One chunk, or messages outside chunks: where its records lie, what they claim, what indexes them.
@@ -68,10 +41,10 @@ class ChunkRef:
 
 
 class ChunkedFile:
-    """A file read chunk by chunk; damage is noted.
+    """A file read at places, chunk by chunk; damage is noted.
 
     Attributes:
-        file: the opened file.
+        path, size: of the file.
         chunks: in the order of the file.
         channels: what it holds.
         counts: channel to how many messages its index claims.
@@ -84,11 +57,16 @@ class ChunkedFile:
     channels: tuple[Channel, ...]
 
     def __init__(self, path: Path) -> None:
-        self.file = RandomFile(path)
+        try:
+            self._file = path.open("rb", buffering=0)
+        except OSError as error:
+            raise LogError(f"cannot be opened: {error.strerror}", where=str(path)) from error
+        self.path = path
+        self.size = os.fstat(self._file.fileno()).st_size
         self.chunks: list[ChunkRef] = []
         self.counts: dict[int, int] = {}
         self.damage = DamageNotes()
-        self.bounds = ReadingBounds(self.file.size, path.name)
+        self.bounds = ReadingBounds(self.size, path.name)
 
     def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
         """The chunks that may hold messages of some channels: all, where their indexes do not tell."""
@@ -98,9 +76,16 @@ class ChunkedFile:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         raise NotImplementedError
 
+    def read(self, start: int, count: int) -> bytes:
+        """Up to ``count`` bytes from ``start``; fewer only at the end of the file."""
+        try:
+            return os.pread(self._file.fileno(), max(0, min(count, self.size - start)), start)
+        except OSError as error:
+            raise LogError(f"cannot be read: {error.strerror}", where=str(self.path)) from error
+
     def close(self) -> None:
         """Release the file."""
-        self.file.close()
+        self._file.close()
 
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
@@ -120,7 +105,7 @@ class ChunkedFile:
                 elif batch.key in wanted:
                     yield batch
             if progress is not None:
-                progress(ref.data_at + ref.data_size, self.file.size)
+                progress(ref.data_at + ref.data_size, self.size)
         for key in sorted(wanted & set(self.counts) & set(topics)):
             if self.counts[key] != found[key]:
                 said = f"{self.counted} {self.counts[key]} messages on {topics[key]}, {found[key]} were found"

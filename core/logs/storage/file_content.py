@@ -12,7 +12,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from io import BufferedIOBase
 from pathlib import Path, PureWindowsPath
@@ -149,23 +149,20 @@ def open_unpacked(path: Path, opened: Callable[[Path], Reader], *, table: bool) 
     method = compression_of(head_of(path))
     if method is None:
         return opened(path), None
-    folder = Path(tempfile.mkdtemp(prefix="collaudit-"))
-    try:
-        inner = folder / unpacked_name(path.name)
-        size = path.stat().st_size
+    with ExitStack() as temporary:
+        folder = tempfile.TemporaryDirectory(prefix="collaudit-", ignore_cleanup_errors=True)
+        inner = Path(temporary.enter_context(folder)) / unpacked_name(path.name)
         free, ratio = (FREE_TABLE_BYTES, TABLE_RATIO) if table else (FREE_FILE_BYTES, FILE_RATIO)
-        damage = _unpack(path, method, inner, max(free, ratio * size))
-        if table and damage is not None:
-            data = inner.read_bytes()
-            inner.write_bytes(data[: data.rfind(b"\n") + 1])
-        reader = opened(inner)
-    except LogError as error:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise LogError(error.message, where=str(path), found=error.found, hint=error.hint, keys=error.keys) from error
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    weakref.finalize(reader, shutil.rmtree, folder, ignore_errors=True)
+        try:
+            damage = _unpack(path, method, inner, max(free, ratio * path.stat().st_size))
+            if table and damage is not None:
+                data = inner.read_bytes()
+                inner.write_bytes(data[: data.rfind(b"\n") + 1])
+            reader = opened(inner)
+        except LogError as error:
+            found, hint = error.found, error.hint
+            raise LogError(error.message, where=str(path), found=found, hint=hint, keys=error.keys) from error
+        weakref.finalize(reader, temporary.pop_all().close)
     return reader, damage
 
 
@@ -216,11 +213,8 @@ class OtherFormat:
 
     def hint(self, path: Path) -> str:
         """What to do with a file of it."""
-        names = {
-            "old": quoted(path),
-            "new": repr(str(path.with_name(unpacked_name(path.name)).with_suffix(self.becomes))),
-        }
-        return f"{self.first}{python_line(self.code.format(**names))}"
+        new = repr(str(path.with_name(unpacked_name(path.name)).with_suffix(self.becomes)))
+        return f"{self.first}{python_line(self.code.format(old=quoted(path), new=new))}"
 
 
 def quoted(path: Path) -> str:
@@ -274,10 +268,7 @@ _NAMED = re.compile(r"^\s*211,(.*?)\s*$", re.MULTILINE)
 
 def is_trace(path: Path) -> bool:
     """Whether a file is the header of a trace."""
-    if path.suffix.lower() != ".dat" or not path.is_file():
-        return False
-    with path.open("rb") as stream:
-        return stream.read(len(TRACE)) == TRACE
+    return path.suffix.lower() == ".dat" and path.is_file() and head_of(path, len(TRACE)) == TRACE
 
 
 def trace_values(path: Path) -> tuple[Path, ...]:

@@ -18,8 +18,8 @@ VALUE_BYTES, BASE_BYTES = 50, 250_000_000
 MEMORY_TIMES, LEAST_MEMORY, MOST_MEMORY = 100, 1_000_000_000, 16_000_000_000
 #: What a file may be decompressed into: so many times its size, and always so many bytes. A chunk of it, bytes.
 EXPANSION, FREE_BYTES, CHUNK_BYTES = 100, 256_000_000, 128_000_000
-#: Messages that are decoded, and numbers of one sample or columns of a table, at most.
-MOST_MESSAGES, MOST_COLUMNS = 200_000_000, 30_000
+#: Numbers of one sample or columns of a table, at most.
+MOST_COLUMNS = 30_000
 #: Sets of joints on one topic; each takes memory of its own.
 MOST_LAYOUTS = 1000
 #: A compressed file may become this large, or so many times its size; a table too, all of which is in memory at once.
@@ -43,7 +43,7 @@ class ReadingBounds:
             self.memory_bytes = int(memory_gb * 1e9)
         self.decoded_bytes = max(EXPANSION * file_bytes, FREE_BYTES)
         self.chunk_bytes = CHUNK_BYTES
-        self._bytes = self._messages = self._values = 0
+        self._bytes = self._values = 0
 
     @classmethod
     def of(cls, files: Sequence[Path], where: str, memory_gb: float | None = None) -> ReadingBounds:
@@ -56,12 +56,6 @@ class ReadingBounds:
         if self._bytes > self.decoded_bytes:
             found, most = f"{self._bytes:,} bytes", f"{self.decoded_bytes:,}"
             self._refuse("decompresses into", found, most, "decompress it, and judge the larger file")
-
-    def take_messages(self, count: int) -> None:
-        """Messages that are decoded."""
-        self._messages += count
-        if self._messages > MOST_MESSAGES:
-            self._refuse("holds", f"{self._messages:,} messages", f"{MOST_MESSAGES:,}", "split the recording")
 
     def take_values(self, rows: int, width: int) -> None:
         """Samples that are kept: ``rows`` of ``width`` numbers."""

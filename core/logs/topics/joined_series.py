@@ -52,35 +52,28 @@ def disagreement(publisher: Series, stamps_ns: IntArray, scale: float, topic: st
     if source is None:
         return []
     channels, counts = np.unique(source, return_counts=True)
-    main = source == channels[np.argmax(counts)]
+    first = channels[np.argmax(counts)]
+    main = source == first
     time_s = seconds_since(stamps_ns, int(stamps_ns[0]))
-    for channel in channels.tolist():
+    for channel in channels[channels != first].tolist():
         other = source == channel
-        if bool((other & main).any()):
-            continue
         for quantity, share in (("position", SHARE), ("effort", _MOSTLY)):
-            values = publisher.columns.get(quantity)
-            if values is None:
+            if quantity not in publisher.columns:
                 continue
+            values = publisher.columns[quantity] * (scale if quantity == "position" else 1.0)
             there = interpolate(time_s[other], time_s[main], values[main])
             known = np.isfinite(there).any(axis=1)
             if known.sum() < _FEW:
                 continue
             here = values[other][known]
-            floor, unit = SAME_POSITION, scale
-            if quantity == "effort":
-                floor, unit = _EFFORT_SHARE * np.ptp(np.nan_to_num(here), axis=0), 1.0
-            apart = _apart(np.abs(here - there[known]) * unit, here * unit, floor)
+            floor = SAME_POSITION if quantity == "position" else _EFFORT_SHARE * np.ptp(np.nan_to_num(here), axis=0)
+            motion = np.nan_to_num(np.abs(np.gradient(here, axis=0)))
+            apart = np.abs(here - there[known]) > _MOTIONS * motion + floor
             # efforts are noisy, each in its own way: one joint must show the difference, not the joints in turn
             found = apart.any(axis=1).mean() if quantity == "position" else apart.mean(axis=0).max()
             if found > share:
                 return [_finding(topic, publisher.names, apart, quantity)]
     return []
-
-
-def _apart(difference: FloatArray, values: FloatArray, floor: float | FloatArray) -> BoolArray:
-    motion = np.abs(np.gradient(values, axis=0)) if values.shape[0] > 1 else np.zeros_like(values)
-    return np.asarray(difference > _MOTIONS * np.nan_to_num(motion) + floor)
 
 
 @_any_value

@@ -73,14 +73,12 @@ def topics_of(reader: MessageReader, settings: LogConfig, bounds: ReadingBounds)
     by_name: dict[str, list[Channel]] = {}
     for channel in reader.channels:
         by_name.setdefault(channel.topic, []).append(channel)
-    out = []
-    for name, channels in sorted(by_name.items()):
-        out.append(_topic(name, channels, configured(settings, name, channels[0].type), extra, bounds))
-    return out
+    return [_topic(name, by_name[name], settings, extra, bounds) for name in sorted(by_name)]
 
 
-def _topic(name: str, channels: list[Channel], own: Profile | None, extra: Definitions, bounds: ReadingBounds) -> Topic:
+def _topic(name: str, channels: list[Channel], settings: LogConfig, extra: Definitions, bounds: ReadingBounds) -> Topic:
     """A topic read by the profile of its configuration, or else of its messages' type."""
+    own = configured(settings, name, channels[0].type)
     known = [own] if own is not None else [profile_of(channel.type) for channel in channels]
     profiles = {profile.name: profile for profile in known if profile is not _UNREAD}
     if len(profiles) == 1:
@@ -98,7 +96,7 @@ def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definit
             topic.problem = f"messages of type {channel.type} on it are not read"
             continue
         try:
-            topic.decoders[channel.key] = ChannelDecoder.of(channel, profile, topic.decoded, extra)
+            topic.decoders[channel.key] = ChannelDecoder(channel, profile, topic.decoded, extra)
         except SchemaError as error:
             topic.problem = str(error)
     return topic

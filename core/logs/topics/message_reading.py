@@ -13,7 +13,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
-from collaudit.core.logs.signals.impossible_values import garbage_finding
+from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.sample_clock import (
     Clock,
@@ -83,7 +83,7 @@ def read_wrench(
         return None, [Finding("log-wrench", "warning", text, where=settings.wrench)]
     groups = list(topic.decoded.groups.values())
     series = in_order(groups, {"wrench": np.asarray(taken(groups, "wrench"))}, joints=joints)
-    findings = [] if series.garbage is None else [garbage_finding(*series.garbage, "message", topic.name)]
+    findings = garbage_findings(series.garbage, "message", topic.name)
     if not series.followed:
         text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
         return None, [Finding("log-wrench", "warning", text, where=topic.name)]
@@ -164,7 +164,7 @@ def read_message_log(
     if settings.rate_hz is not None:
         publishers = [spaced_evenly(publisher, settings.rate_hz, where) for publisher in publishers]
     base = publishers[0]
-    findings += [garbage_finding(*p.garbage, "message", joints.name) for p in publishers if p.garbage is not None]
+    findings += [said for p in publishers for said in garbage_findings(p.garbage, "message", joints.name)]
     clock, clock_finding = _clock_of(publishers, settings, where, joints.name)
     stamps = base.stamps(clock)
     origin = int(stamps[0])

@@ -34,8 +34,8 @@ class Series:
         names: j joint names of the log.
         log_breaks, stamp_breaks: where either clock was set back; the stamps above go on after them.
         followed: False where another topic shows breaks of the same clocks and this one does not show the same.
-        garbage: (how many, of how many, the first's number from 1) messages left out, whose stamps are no times of
-            this recording; None where there are none.
+        garbage: which of the messages in their order were left out, as their stamps are no times of this recording;
+            None where none was.
     """
 
     columns: dict[str, NDArray[Any]]
@@ -46,7 +46,7 @@ class Series:
     log_breaks: Breaks = ()
     stamp_breaks: Breaks = ()
     followed: bool = True
-    garbage: tuple[int, int, int] | None = None
+    garbage: BoolArray | None = None
 
     def at(self, rows: IntArray | BoolArray) -> Series:
         """Some of the samples, or all in another order."""
@@ -93,8 +93,7 @@ def in_order(
     garbage = [far for ns in (series.log_ns, series.stamp_ns) if ns is not None and (far := garbage_ns(ns)) is not None]
     if garbage:
         far = np.logical_or.reduce(garbage)
-        before = int(np.count_nonzero(place < place[far].min()))
-        series = replace(series.at(~far), garbage=(int(far.sum()), far.size, before + 1))
+        series = replace(series.at(~far), garbage=far[np.argsort(place)])
         place = place[~far]
     if (place[1:] < place[:-1]).any():  # messages of other sizes are decoded after each other
         by_place = np.argsort(place, kind="stable") if series.source is None else np.lexsort((place, series.source))
@@ -115,18 +114,12 @@ def in_order(
 
 def _by_channel(stamps: IntArray, source: IntArray | None, known: Breaks) -> tuple[IntArray, Breaks]:
     """Straighten each channel; the first that shows a break says how far the others are shifted."""
-    if source is None:
-        return straighten(stamps, known or None)
-    found = known
-    out = stamps
-    for channel in np.unique(source).tolist():
-        mine = np.flatnonzero(source == channel)
-        straight, breaks = straighten(stamps[mine], found or None)
-        if breaks:
-            found = found or breaks
-            out = out.copy() if out is stamps else out
-            out[mine] = straight
-    return out, found if out is not stamps else ()
+    found, shown = known, False
+    out = stamps.copy()
+    for mine in [np.ones(stamps.size, np.bool_)] if source is None else [source == key for key in np.unique(source)]:
+        out[mine], breaks = straighten(stamps[mine], found or None)
+        found, shown = found or breaks, shown or bool(breaks)
+    return out, found if shown else ()
 
 
 def publishers_of(decoded: Decoded, keep: frozenset[str]) -> list[Series]:

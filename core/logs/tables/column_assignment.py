@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.signal_roles import MARK, role_of_path, strongest, words_of
+from collaudit.core.logs.signals.signal_roles import role_of_path, strongest, words_of
 from collaudit.core.logs.tables.column_groups import (
     Choice,
     choose,
+    groups_of,
     is_measured,
-    numbered_groups,
-    preference,
     with_unknown,
 )
 from collaudit.core.logs.tables.column_patterns import (
@@ -34,18 +32,16 @@ from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT
 
 #: What stands between a joint's name and the word.
 _BETWEEN = re.compile("[_./ -]")
-#: A set point, or a shoulder's pitch: a joint where all quantities have it beside a joint's name.
-_MAYBE_JOINT = frozenset({"sp", "SP", "Sp"})
 #: A joint's name in brackets behind the word; what bare() leaves of a unit has none.
-_BRACKETED = re.compile(r"(?P<words>[^][]+)\[(?P<joint>[^][]*[A-Za-z][^][]*)\]")
+_BRACKETED = re.compile(r"(?P<words>[^][]+)\[(?P<joint>[^][]+)\]")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
 _NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error", "derivative")
                          for word in ROLE_WORDS[role] if len(word) > 1),
                        "d", "act", "actual", "measured", "meas", "step", "index", "idx", "x", "y", "z", "w", "roll",
                        "pitch", "yaw", "rx", "ry", "rz", "norm", "rms", "mean", "std", "count", "orientation",
                        *UNIT_WORDS} - {"a", "id"})  # fmt: skip
-#: Those of them that are turns, and may be a joint's.
-_TURNS = frozenset({"roll", "pitch", "yaw"})
+#: Those of them that are a joint's where positions and efforts have them beside another joint: a shoulder's pitch, SP.
+_DOUBTFUL = frozenset({"roll", "pitch", "yaw", "sp"})
 #: Words that no joint's name holds anywhere: the column is of another quantity than the word beside it.
 _QUANTITIES = frozenset({*(word for words in QUANTITY_WORDS.values() for word in words if len(word) > 1),
                          *ROLE_WORDS["derivative"]})  # fmt: skip
@@ -102,8 +98,8 @@ def _with_meaning(names: Sequence[str], found: Found) -> Found:
 
     Columns of which only some words are known, such as those with joints' names, have the role of these.
     """
-    known = next((group.meaning for group in numbered_groups(names) if group.columns == found.columns), None)
-    known = known or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern))
+    known = next((group.meaning for group in groups_of(names) if group.columns == found.columns), None)
+    known = known or meaning_of(found.stem)
     role = strongest({role_of_path(bare(names[column])) for column in found.columns})
     return replace(found, meaning=known or replace(found.meaning, role=role))
 
@@ -166,32 +162,22 @@ def recognise(
 ) -> tuple[dict[str, Found], dict[str, Choice]]:
     """Quantities by the names of their columns, and what the vocabulary says of them."""
     every = [name if index != time else "" for index, name in enumerate(names)]
-    known = (*robot, *_turning(every))
-    joints = _shared_joints(every, known)
-    choices = _numbered(every)
+    choices = _choices(every, ())
+    joints = _joints_in(every, robot)
     counted = max((len(choice.taken.columns) for choice in choices.values() if choice.taken is not None), default=0)
-    own = not robot or not {*robot}.isdisjoint(joints)  # else the robot's joints are told by their order
+    # where most joints are numbered and none is called as the robot's, they are told by their order
+    own = not robot or not {*robot}.isdisjoint(joints) or 2 * counted < len(joints)
     names_tell = not {*joints} <= {*Found.numbered(range(len(joints)), "").joints} and {*joints} <= {*robot}
     if joints and own and (len(joints) > counted or names_tell):
-        choices = {key: _of_names(choice, joints) for key, choice in _numbered(_counted(every, joints)).items()}
-        return {key: choice.taken for key, choice in choices.items() if choice.taken is not None}, choices
-    groups = {column for group in numbered_groups(every) for column in group.columns}
-    unnumbered = [name if index not in groups else "" for index, name in enumerate(every)]
-    found: dict[str, Found] = {}
-    for quantity, choice in choices.items():
-        named = _guess_named(unnumbered, quantity, known)
-        if choice.taken is not None and (named is None or len(named.columns) <= len(choice.taken.columns)):
-            found[quantity] = choice.taken
-        elif named is not None and not choice.open:
-            found[quantity] = named
-            unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
-    found = found or _single_joint(every)
-    return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
+        choices = _choices(every, joints)
+    found = {quantity: choice.taken for quantity, choice in choices.items() if choice.taken is not None}
+    asked = any(choice.open for choice in choices.values())
+    return found if found or asked else _single_joint(every), choices
 
 
-def _numbered(names: Sequence[str]) -> dict[str, Choice]:
-    """What is taken of numbered columns for each quantity."""
-    groups = numbered_groups(names)
+def _choices(names: Sequence[str], joints: Sequence[str]) -> dict[str, Choice]:
+    """What is taken for each quantity of columns that are called by joints, and by numbers."""
+    groups = groups_of(names, joints)
     first = choose(groups, "position")
     known = first.taken or next(iter(first.open), None)
     choices = {quantity: choose(groups, quantity, len(known.columns) if known else None) for quantity in QUANTITY_WORDS}
@@ -199,45 +185,72 @@ def _numbered(names: Sequence[str]) -> dict[str, Choice]:
     if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
         choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
     used = {column for choice in choices.values() if choice.taken is not None for column in choice.taken.columns}
-    return with_unknown(choices, ["" if index in used else name for index, name in enumerate(names)])
+    return with_unknown(choices, ["" if index in used else name for index, name in enumerate(names)], joints)
 
 
-def _counted(names: Sequence[str], joints: Sequence[str]) -> list[str]:
-    """Names with the number of its joint in place of each joint's name, so that named columns are numbered ones."""
-    numbers = {joint.lower(): str(k) for k, joint in enumerate(joints, 1)}
-    longest = sorted(map(re.escape, numbers), key=len, reverse=True)
-    whole = re.compile(rf"(?<![^\W_])({'|'.join(longest)})(?![^\W_])", re.IGNORECASE)
-    return [whole.sub(lambda hit: numbers[hit[0].lower()], name) for name in names]
+def _joints_in(names: Sequence[str], robot: Sequence[str]) -> tuple[str, ...]:
+    """What columns are called but for the word of the quantity, by the way that names most joints.
 
-
-def _of_names(choice: Choice, joints: tuple[str, ...]) -> Choice:
-    """Of columns that :func:`_counted` numbered: a number stands for a name."""
-
-    def named(group: Found) -> Found:
-        whole = len(group.columns) == len(joints)
-        return replace(group, joints=joints, pattern=group.pattern.replace("{i}", "{joint}")) if whole else group
-
-    return Choice(
-        None if choice.taken is None else named(choice.taken),
-        tuple(map(named, choice.passed)),
-        tuple(map(named, choice.open)),
-    )
-
-
-def _shared_joints(names: Sequence[str], robot: Sequence[str]) -> tuple[str, ...]:
-    """What columns of positions and efforts are called but for the word of the quantity, where they are called alike.
-
-    Names that only count in part, such as ``J1`` beside ``gripper``, are seen by this alone.
+    Names that only count in part, such as ``J1`` beside ``gripper``, are seen where positions and efforts share them;
+    else joints are named by columns that no number tells apart.
     """
-    held = {quantity: {joint for name in names for _, joint, meaning in _parts(bare(name).strip())
-                       if meaning.quantity == quantity} for quantity in MOTION}  # fmt: skip
-    shared = set.intersection(*held.values())
-    if any(_NO_JOINT.isdisjoint(words_of(joint)) for joint in shared - _MAYBE_JOINT):
-        robot = (*robot, *(shared & _MAYBE_JOINT))
-    of_effort = [{*one.joints} for one in _ways_named(names, "effort", robot)]
-    alike = (one.joints for one in _ways_named(names, "position", robot)
-             if {*one.joints} in of_effort and len({*one.joints}) == len(one.joints))  # fmt: skip
-    return max(alike, key=len, default=())
+    found = _ways(names, robot)
+    of_effort = [{*joints} for joints in found["effort"]]
+    alike = max((joints for joints in found["position"] if {*joints} in of_effort), key=len)
+    counted = {column for group in groups_of(names) for column in group.columns}
+    found = _ways(["" if column in counted else name for column, name in enumerate(names)], robot)
+    position, velocity, effort = (max(found[quantity], key=len) for quantity in MOTION)
+    shared = not {*position}.isdisjoint(effort)
+    return max(alike, tuple(dict.fromkeys((*position, *effort))) if shared else position or effort or velocity, key=len)
+
+
+def _ways(names: Sequence[str], robot: Sequence[str]) -> dict[str, list[tuple[str, ...]]]:
+    """The joints of each quantity by each way to cut its columns' names, the shortest words first; none is one, too."""
+    ways: dict[tuple[str, str], list[str]] = {}
+    for name in names:
+        for pattern, joint, meaning in dict.fromkeys((*_cuts(bare(name)), *_cuts(name.strip().lstrip("/")))):
+            ways.setdefault((meaning.quantity, pattern.lower()), []).append(joint)
+    held = {quantity: {joint for way, joints in ways.items() if way[0] == quantity for joint in joints}
+            for quantity in MOTION}  # fmt: skip
+    both = held["position"] & held["effort"]
+    sure = {*robot, *(both if any(_is_joint(joint, number=r"\d") for joint in both) else ())}
+    sure = {joint for joint in sure if joint in robot or not _DOUBTFUL.isdisjoint(words_of(joint))}
+    found: dict[str, list[tuple[str, ...]]] = {quantity: [()] for quantity in QUANTITY_WORDS}
+    for (quantity, _), joints in sorted(ways.items(), key=lambda each: len(each[0][1])):
+        found[quantity].append(_without_path(_of_joints(joints, sure)))
+    return found
+
+
+def _cuts(text: str) -> Iterator[tuple[str, str, Meaning]]:
+    """Each way to cut a name: the pattern, the joint, and what the words beside it mean, where these are measured."""
+    ways = [(hit["joint"], hit["words"], hit["words"] + "[{joint}]")] if (hit := _BRACKETED.fullmatch(text)) else []
+    for cut in _BETWEEN.finditer(text):
+        ways.append((text[: cut.start()], text[cut.end() :], "{joint}" + text[cut.start() :]))
+        ways.append((text[cut.end() :], text[: cut.start()], text[: cut.end()] + "{joint}"))
+    for joint, words, pattern in ways:
+        meaning = meaning_of(words)
+        if meaning is not None and is_measured(meaning) and not meaning.motor:
+            yield pattern, joint, meaning
+
+
+def _of_joints(names: Sequence[str], sure: Collection[str]) -> list[str]:
+    """Those of some names that are joints' by their words, or sure to be, each once; none where they are numbers."""
+    turned = any(re.fullmatch(r"(.*[^a-z])?x\d*", name.lower()) for name in names)
+    number = r"\d" if turned else r"(?<!^w)\d"  # w1 beside no x is a wrist, and no part of an orientation
+    named = {name: name in sure or name.rpartition("/")[2] in sure or _is_joint(name, number) for name in names}
+    joints = [name for name, joint in named.items() if joint]
+    return joints if any(name in sure or not name.isdecimal() for name in joints) else []
+
+
+def _is_joint(name: str, number: str) -> bool:
+    words = [re.sub(number, "", word) for word in words_of(name)]
+    return bool(words) and _NO_JOINT.isdisjoint((words[0], words[-1])) and _QUANTITIES.isdisjoint(words)
+
+
+def _without_path(joints: Sequence[str]) -> tuple[str, ...]:
+    """Names of joints without what stands before all of them."""
+    return tuple(joint.rpartition("/")[2] if len({name.rpartition("/")[0] for name in joints}) == 1 else joint
+                 for joint in joints)  # fmt: skip
 
 
 def _single_joint(names: Sequence[str]) -> dict[str, Found]:
@@ -254,83 +267,3 @@ def _single_joint(names: Sequence[str]) -> dict[str, Found]:
         if meaning is not None:
             found[meaning.quantity] = Found.numbered([index], name, meaning)
     return found if {"position", "effort"} <= found.keys() else {}
-
-
-@lru_cache(maxsize=1024)
-def _parts(text: str) -> tuple[tuple[str, str, Meaning], ...]:
-    """Each way to cut a name: the pattern, the joint, and what the words beside it mean, where these are measured.
-
-    Of a name it is asked for every quantity.
-    """
-    return tuple(_cut(text))
-
-
-def _cut(text: str) -> Iterator[tuple[str, str, Meaning]]:
-    ways = [(hit["joint"], hit["words"], hit["words"] + "[{joint}]")] if (hit := _BRACKETED.fullmatch(text)) else []
-    for cut in () if ways else _BETWEEN.finditer(text):
-        ways.append((text[: cut.start()], text[cut.end() :], "{joint}" + text[cut.start() :]))
-        ways.append((text[cut.end() :], text[: cut.start()], text[: cut.end()] + "{joint}"))
-    for joint, words, pattern in ways:
-        meaning = meaning_of(words)
-        if meaning is not None and is_measured(meaning) and not meaning.motor:
-            yield pattern, joint, meaning
-
-
-def _turning(names: Sequence[str]) -> list[str]:
-    """Joints that are called by a turn, such as ``wrist_roll``: in positions and efforts, beside joints that are not.
-
-    An orientation has no efforts, and no joints beside it under the same words.
-    """
-    held: dict[str, set[str]] = {"position": set(), "effort": set()}
-    for text in {form.strip() for name in names for form in (name, bare(name))}:
-        for _, joint, meaning in _parts(text):
-            held.setdefault(meaning.quantity, set()).add(joint)
-    alike = held["position"] & held["effort"]
-    words = {joint: words_of(joint) for joint in alike}
-    others = [joint for joint in alike if words[joint] and _NO_JOINT.isdisjoint((words[joint][0], words[joint][-1]))]
-    return [joint for joint in alike if others and not _TURNS.isdisjoint(words[joint])]
-
-
-def _guess_named(names: Sequence[str], quantity: str, robot: Sequence[str]) -> Found | None:
-    """Columns that are named by their joints, beside words of a measurement; "" for columns that are taken."""
-    return max(_ways_named(names, quantity, robot), key=lambda found: len(found.columns), default=None)
-
-
-def _ways_named(names: Sequence[str], quantity: str, robot: Sequence[str]) -> list[Found]:
-    """Columns of joints by each pattern that fits, the usual words of the quantity first."""
-    known: dict[str, Meaning] = {}
-    for text in {form.strip().lower() for name in names for form in (name, bare(name))}:
-        for pattern, _, meaning in _parts(text):
-            if meaning.quantity == quantity:
-                known[pattern] = meaning
-    ranked = sorted(known.items(), key=lambda each: (preference(each[1]), len(each[0]), each[0]))
-    matched = ((match_pattern(names, pattern), meaning) for pattern, meaning in ranked)
-    ways = (_of_joints(replace(found, meaning=meaning), robot) for found, meaning in matched if found is not None)
-    return [found for found in ways if found is not None]
-
-
-def _of_joints(found: Found, robot: Sequence[str]) -> Found | None:
-    """Without columns of no joint, and with what stands before all joints' names as part of the pattern.
-
-    A joint of the robot is one whatever it is called: those of a gantry are x, y and z.
-    """
-    turned = any(re.fullmatch(r"(.*[^a-z])?x\d*", joint.lower()) for joint in found.joints)
-    number = r"\d" if turned else r"(?<!^w)\d"  # w1 beside no x is a wrist, and no part of an orientation
-    kept = [
-        (joint, column)
-        for joint, column in zip(found.joints, found.columns, strict=True)
-        if joint.rpartition("/")[2] in robot
-        or (
-            (words := [re.sub(number, "", word) for word in words_of(joint)])
-            and _NO_JOINT.isdisjoint((words[0], words[-1]))
-            and _QUANTITIES.isdisjoint(words)
-        )
-    ]
-    if not kept:
-        return None
-    paths = {joint.rpartition("/")[0] for joint, _ in kept}
-    if len(paths) == 1 and (path := paths.pop()):
-        found = replace(found, pattern=found.pattern.replace("{joint}", path + "/{joint}"))
-        kept = [(joint.rpartition("/")[2], column) for joint, column in kept]
-    joints, columns = zip(*kept, strict=True)
-    return replace(found, joints=joints, columns=columns)

@@ -14,7 +14,7 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, Family, families, is_usable, refusal_hint
 from collaudit.core.logs.storage.file_content import python_line
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups, word_dropped
+from collaudit.core.logs.tables.column_groups import groups_of, is_measured, word_dropped
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, Found, stated_line, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable, parts_of
@@ -175,7 +175,7 @@ def _several_arms(names: Sequence[str], quantity: str) -> LogError | None:
 
 def _not_measured(names: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
     """Columns of the quantity, all of them desired, commanded, modelled or in a unit that is not converted."""
-    groups = [group for group in numbered_groups(names) if not is_measured(group.meaning)]
+    groups = [group for group in groups_of(names) if not is_measured(group.meaning)]
     own = [group.said for group in groups if group.meaning.quantity == quantity]
     if not own:
         return None

@@ -1,4 +1,4 @@
-"""Numbered columns: which belong together, what they are, and which of several are the measured ones."""
+"""Columns of joints: which belong together, what they are, and which of several are the measured ones."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from collaudit.core.logs.signals.signal_roles import MARK, families, is_usable, words_of
-from collaudit.core.logs.tables.column_patterns import Found, without_unit
+from collaudit.core.logs.tables.column_patterns import Found, bare, without_unit
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.vendors.column_words import (
     CONVERTED,
@@ -41,17 +41,40 @@ class Choice:
     open: tuple[Found, ...] = ()
 
 
-def numbered_groups(names: Sequence[str]) -> list[Found]:
-    """Groups of numbered columns that the vocabulary knows, measured or not.
+def groups_of(names: Sequence[str], joints: Sequence[str] = ()) -> list[Found]:
+    """Groups of columns that the vocabulary knows, measured or not.
 
     Args:
         names: column names; "" for columns that are taken.
+        joints: what joints are called in the names; numbers count others.
     """
-    bare = [without_unit(name) for name in names]
-    known = [(family, meaning_of(family.stem)) for family in families(bare) if family.counts]
-    return _as_doosan(
-        [Found.numbered(each.places, each.pattern, meaning) for each, meaning in known if meaning is not None]
-    )
+    known = [(group, meaning_of(group.stem)) for group in _alike(names, joints)]
+    return _as_doosan([replace(group, meaning=meaning) for group, meaning in known if meaning is not None])
+
+
+def _alike(names: Sequence[str], joints: Sequence[str]) -> list[Found]:
+    """Columns that differ in a joint's name, and others that differ in a number that counts; what they are is open."""
+    named = _of_joints(names, joints) if joints else []
+    taken = {column for group in named for column in group.columns}
+    rest = ["" if column in taken else without_unit(name) for column, name in enumerate(names)]
+    return [*named, *(Found.numbered(each.places, each.pattern) for each in families(rest) if each.counts)]
+
+
+def _of_joints(names: Sequence[str], joints: Sequence[str]) -> list[Found]:
+    order = {joint.lower(): place for place, joint in enumerate(joints)}
+    longest = sorted(map(re.escape, joints), key=len, reverse=True)
+    whole = re.compile(rf"(?<![^\W_])({'|'.join(longest)})(?![^\W_])", re.IGNORECASE)
+    patterns: dict[str, list[tuple[int, int]]] = {}
+    for column, name in enumerate(names):
+        text = bare(name) if whole.search(bare(name)) else name.strip()  # a joint in brackets is no unit
+        for hit in whole.finditer(text):
+            pattern = text[: hit.start()] + "{joint}" + text[hit.end() :]
+            patterns.setdefault(pattern, []).append((order[hit[0].lower()], column))
+    out = []
+    for pattern, hits in patterns.items():
+        places, columns = zip(*sorted(hits), strict=True)
+        out.append(Found(tuple(joints[place] for place in places), columns, pattern))
+    return out
 
 
 def word_dropped(stem: str) -> Iterator[tuple[str, Meaning]]:
@@ -64,32 +87,32 @@ def word_dropped(stem: str) -> Iterator[tuple[str, Meaning]]:
             yield hit.group(), replace(meaning, role="unknown word")
 
 
-def with_unknown(choices: Mapping[str, Choice], names: Sequence[str]) -> dict[str, Choice]:
-    """The choices with numbered columns whose names hold one unknown word: passed over, or rivals of the taken ones.
+def with_unknown(choices: Mapping[str, Choice], names: Sequence[str], joints: Sequence[str]) -> dict[str, Choice]:
+    """The choices with groups whose names hold one unknown word: passed over, or rivals of the taken ones.
 
     Of ``torque_a_#`` and ``torque_b_#`` the vocabulary may know a letter and not the other; that decides nothing.
 
     Args:
         choices: by quantity.
         names: columns that are no signal; "" for those that are.
+        joints: as of :func:`groups_of`.
     """
-    bare = [without_unit(name) for name in names]
-    known = [(each, next(word_dropped(each.stem), None)) for each in families(bare) if each.counts]
-    groups = [Found.numbered(each.places, each.pattern, word[1]) for each, word in known if word is not None]
+    known = [(group, next(word_dropped(group.stem), None)) for group in _alike(names, joints)]
+    groups = [replace(group, meaning=word[1]) for group, word in known if word is not None]
     out = dict(choices)
     for quantity, choice in choices.items():
         if (taken := choice.taken) is None:
             continue
         own = [g for g in groups if g.meaning.quantity == quantity and len(g.columns) == len(taken.columns)]
-        rivals = tuple(group for group in own if _rival(taken.pattern, group.pattern))
+        rivals = tuple(group for group in own if _rival(taken.stem, group.stem))
         passed = (*choice.passed, *(group for group in own if group not in rivals))
         out[quantity] = Choice(None, passed, (taken, *rivals)) if rivals else Choice(taken, passed)
     return out
 
 
 def _rival(taken: str, other: str) -> bool:
-    """Whether two patterns differ in one word that says nothing of the taken one."""
-    ours, theirs = (words_of(re.sub(r"\{i0?\}", MARK, pattern)) for pattern in (taken, other))
+    """Whether two stems differ in one word that says nothing of the taken one."""
+    ours, theirs = words_of(taken), words_of(other)
     apart = [word.replace(MARK, "") for word, another in zip(ours, theirs, strict=False) if word != another]
     return len(ours) == len(theirs) and len(apart) == 1 and apart[0] not in {*ROLE_OF, *_QUANTITIES}
 
@@ -107,7 +130,7 @@ def choose(groups: Sequence[Found], quantity: str, joints: int | None = None) ->
     """The measured columns among those of one quantity.
 
     Args:
-        groups: of :func:`numbered_groups`.
+        groups: of :func:`groups_of`.
         quantity: which.
         joints: how many columns the positions have; groups with as many are preferred.
     """

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.signals.signal_roles import MARK
 from collaudit.core.vendors.column_words import CONVERTED, Meaning
 
 MOTION = ("position", "velocity", "effort")
@@ -47,6 +48,11 @@ class Found:
     def is_numbered(self) -> bool:
         """Whether the joints are the numbers of columns, and no names."""
         return self.joints == Found.numbered(self.columns, "").joints
+
+    @property
+    def stem(self) -> str:
+        """The pattern with :data:`MARK` for the number or the joint's name, as the vocabulary takes it."""
+        return re.sub(r"\{\w+\}", MARK, self.pattern)
 
     @property
     def said(self) -> str:

@@ -11,7 +11,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_groups import is_measured, numbered_groups
+from collaudit.core.logs.tables.column_groups import groups_of, is_measured
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
@@ -76,7 +76,7 @@ def _known(file: AssignedTable, settings: LogConfig) -> dict[int, _Guess]:
     if file.reader.named:
         labels = [index for index, name in enumerate(names) if is_label(name)]
         out |= dict.fromkeys(labels, ("label?", "by its name; see [log] labels", "", ""))
-    for group in numbered_groups(names):
+    for group in groups_of(names):
         measured, quantity = is_measured(group.meaning), group.meaning.quantity
         text = "several groups may be the measured one" if measured else "not taken for a measurement"
         role = f"{quantity}?" if measured else f"{group.meaning.role} {quantity}"

@@ -10,7 +10,7 @@ from collaudit.core.logs.messages.layout import Chars, Layout, LayoutError, Node
 from collaudit.core.logs.messages.message_decoding import first_message, layouts_of
 from collaudit.core.logs.messages.message_schema import SchemaError
 from collaudit.core.logs.storage.records import Batch, MessageReader
-from collaudit.core.logs.tables.column_groups import choose, numbered_groups
+from collaudit.core.logs.tables.column_groups import choose, groups_of
 from collaudit.core.logs.tables.column_patterns import MOTION, Found
 from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.logs.topics.log_topics import Topic
@@ -127,7 +127,7 @@ def _alike(leaves: Leaves) -> Iterator[Found]:
 def _counted(leaves: Leaves) -> Iterator[Found]:
     """Numbers whose names count: ``q1``, ``q2`` …"""
     names = [path for path, (kind, count) in leaves.items() if kind == "number" and count == 1 and "[*]" not in path]
-    for group in numbered_groups(names):
+    for group in groups_of(names):
         yield replace(group, pattern=",".join(names[column] for column in group.columns))
 
 

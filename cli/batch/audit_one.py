@@ -21,7 +21,7 @@ from collaudit.cli.log_arguments import audit_files
 from collaudit.core.api import LogFiles, Progress
 from collaudit.core.contacts.contact_states import Precedents, day_refusal
 from collaudit.core.errors import CollauditError, NotJudgedError
-from collaudit.core.logs.log_hashing import sha256_of
+from collaudit.core.logs.log_reading import sha256_of
 from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write

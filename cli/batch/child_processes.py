@@ -26,7 +26,7 @@ _CONTEXT = multiprocessing.get_context("forkserver")
 _PRELOADED = (
     "collaudit.cli.batch.audit_one",
     "collaudit.core.audit",
-    "collaudit.core.logs.csv.csv_table",
+    "collaudit.core.logs.table_files.csv_table",
     "collaudit.core.logs.recordings.mcap_file",
     "collaudit.core.logs.recordings.bag_file",
     "collaudit.core.logs.recordings.db3_file",

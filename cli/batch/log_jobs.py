@@ -16,7 +16,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.night_row import NightFrom, NightRow, rows_of_result
-from collaudit.core.logs.log_hashing import sha256_of
+from collaudit.core.logs.log_reading import sha256_of
 from collaudit.reports.values.entries import IndexEntry
 
 #: In ``--robot``: the name of the folder that a log lies in.

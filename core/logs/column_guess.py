@@ -12,10 +12,10 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.storage.file_content import AXIS
-from collaudit.core.logs.tables.column_findings import stated_units
+from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_patterns import QUANTITIES
+from collaudit.core.logs.tables.column_roles import stated_units
 from collaudit.core.logs.tables.file_quantities import (
-    AssignedTable,
     as_stated,
     assign_columns,
     holds_time_alone,
@@ -26,8 +26,8 @@ from collaudit.core.logs.tables.file_quantities import (
     written,
 )
 from collaudit.core.logs.tables.joined_tables import join_tables
+from collaudit.core.logs.tables.other_columns import WrenchColumns, find_wrench
 from collaudit.core.logs.tables.time_columns import time_parts
-from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 #: Keys that say how a table is written.
 _LAYOUT = ("delimiter", "decimal", "header", "units_row", "comment")
@@ -71,23 +71,25 @@ def guess_csv_columns(
     """
     if not all(path.is_file() and is_table(path) for path in paths):
         return None
+    stated = settings or CsvConfig()
+    layout = CsvConfig.of({key: getattr(stated, key) for key in _LAYOUT if key in stated.given})
     try:
-        tables = assign_columns(open_tables(paths, _layout(settings or CsvConfig())), CsvConfig(), robot)
+        tables = assign_columns(open_tables(paths, layout), CsvConfig(), robot)
     except LogError:
         return None
     found = {q: parts for q in QUANTITIES if (parts := parts_of(tables, q))}
-    undecided = {q: patterns for table in tables for q, patterns in table.assignment.open.items()}
+    undecided = {q: patterns for table in tables for q, patterns in table.open.items()}
     if "position" not in found and "position" not in undecided:
         return None
     patterns = {quantity: as_stated(parts) for quantity, parts in found.items()}
     joints = tuple(dict.fromkeys(joint for _, part in found.get("position", ()) for joint in part.joints))
-    timed = next((table for table in tables if table.assignment.time is not None), tables[0])
-    whole = timed.assignment.fraction is None
-    time = (time_parts(timed.reader, timed.assignment.time) if whole else []) or time_as_stated(tables)
-    stated = {"time": time, **patterns, **written(tables)}
-    passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
+    timed = next((table for table in tables if table.time), tables[0])
+    whole = len(timed.time) < 2
+    time = (time_parts(timed.reader, timed.time) if whole else []) or time_as_stated(tables)
+    columns = {"time": time, **patterns, **written(tables)}
+    passed = {q: groups for table in tables for q, groups in table.passed_over.items()}
     wrench = next(filter(None, (find_wrench(table.reader.names) for table in tables if table.reader.named)), None)
-    return ColumnGuess(CsvConfig.of(stated), joints, stated_units(tables), passed, undecided, wrench)
+    return ColumnGuess(CsvConfig.of(columns), joints, stated_units(tables), passed, undecided, wrench)
 
 
 def guess_layout(paths: Sequence[Path], settings: LogConfig, robot: Sequence[str]) -> dict[str, object]:
@@ -128,11 +130,6 @@ def guess_layout(paths: Sequence[Path], settings: LogConfig, robot: Sequence[str
     return keys
 
 
-def _layout(settings: CsvConfig) -> CsvConfig:
-    """How tables are written, without what their columns are."""
-    return CsvConfig.of({key: getattr(settings, key) for key in _LAYOUT if key in settings.given})
-
-
 def table_part(path: Path, settings: LogConfig) -> TablePart | None:
     """The table of a file as a part of a log; None where it cannot be looked into."""
     try:
@@ -147,16 +144,16 @@ class TablePart:
     def __init__(self, table: AssignedTable) -> None:
         self.folder = table.reader.path.resolve().parent
         alone = holds_time_alone(table.reader)
-        self.quantities = {"time"} if alone else set(table.assignment.quantities)
+        self.quantities = {"time"} if alone else set(table.quantities)
         axis = AXIS.fullmatch(table.reader.path.stem) if table.reader.format == "kuka-trace" else None
         self.recording = axis[1] if axis is not None else None
         if axis is not None:  # traces hold the same quantities, each of its own axis
             self.quantities = {f"{quantity} of axis {axis[2]}" for quantity in self.quantities}
         if of_one_joint(table) and "position" in self.quantities:  # a file a joint
-            self.quantities = {f"{quantity} of {table.reader.path.name}" for quantity in self.quantities}
-        time = None if alone else table.assignment.time
-        self.stamps = () if time is None else table.reader.first_cells(time)
-        self.timeless = _timeless_name(table) if time is None else None
+            self.quantities = {f"{quantity} of {table.file}" for quantity in self.quantities}
+        time = () if alone else table.time[:1]
+        self.stamps = tuple(cell for column in time for cell in table.reader.first_cells(column))
+        self.timeless = None if time else _timeless_name(table)
         self.width = len(table.reader.names)
 
     @property
@@ -175,7 +172,7 @@ class TablePart:
 
 def _timeless_name(table: AssignedTable) -> tuple[str, ...] | None:
     """What files without a time column that belong together share: the numbers in their names."""
-    name = table.reader.path.name
+    name = table.file
     if quantity_of_file(name) is None and not holds_time_alone(table.reader):
         return None
     return tuple(re.findall(r"\d+", name))

@@ -6,27 +6,19 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-from collaudit.core.errors import ConfigError, LogError, similar_file
-from collaudit.core.logs import log_formats
-from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, named_format
-
-if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig
-    from collaudit.core.logs.column_guess import TablePart
 import re
 import tarfile
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from io import BytesIO
-from pathlib import PurePosixPath
-from typing import Literal
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Literal
 
 from collaudit.core.data.left_out import LeftOut, LeftOutKind
+from collaudit.core.errors import ConfigError, LogError, similar_file
+from collaudit.core.logs import log_formats
+from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, named_format
 from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS
 from collaudit.core.logs.storage.file_content import (
     compression_of,
@@ -35,6 +27,10 @@ from collaudit.core.logs.storage.file_content import (
     named_other,
     opened_packed,
 )
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+    from collaudit.core.logs.column_guess import TablePart
 
 #: What a folder without logs holds is named up to so many.
 _MOST_NAMED = 5
@@ -75,7 +71,7 @@ def _expand(path: Path, *, strict: bool = True) -> list[Path]:
         )
     if not path.is_dir() or is_bag_folder(path):
         return [path]
-    found = _inside(path)
+    found = [entry for entry, log in _entries(path, set()) if log]
     if not found and strict:
         *suffixes, last = (known.suffixes[0] for known in log_formats.FORMATS if known.suffixes)
         raise LogError(
@@ -97,10 +93,6 @@ def other_files(args: Sequence[str | Path]) -> list[Path]:
     folders = dict.fromkeys(path for path in named if path.is_dir() and not is_bag_folder(path))
     entries = [entry for folder in folders for entry in _entries(folder, set())]
     return [path for path, log in entries if not log and not _is_result(path)]
-
-
-def _inside(folder: Path) -> list[Path]:
-    return [path for path, log in _entries(folder, set()) if log]
 
 
 def _entries(folder: Path, seen: set[Path]) -> Iterator[tuple[Path, bool]]:
@@ -232,8 +224,7 @@ def left_out(files: Iterable[Path], other_files: OtherFiles) -> list[LeftOut]:
         files: of folders of logs, those that are no logs by name or content.
         other_files: what other names do, as in ``[policy]``.
     """
-    found = [_of_file(path) for path in files]
-    return _as_asked(found, other_files)
+    return _as_asked(map(_of_file, files), other_files)
 
 
 def left_out_urls(urls: Iterable[str], other_files: OtherFiles) -> list[LeftOut]:

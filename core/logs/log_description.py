@@ -31,7 +31,7 @@ from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
-from collaudit.core.logs.tables.table_runs import rows_with_joints
+from collaudit.core.logs.tables.table_reading import joint_samples
 from collaudit.core.logs.topics.field_paths import Fields, fields_of_first
 from collaudit.core.logs.topics.joint_states_topic import has_noise, holds, role_of
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
@@ -98,6 +98,7 @@ def _describe_messages(
     whole = {name: plausible_ns(np.concatenate(parts), name) for name, parts in times.items() if parts}
     stamps = {name: np.sort(good) for name, (good, _) in whole.items()}
     counts = {name: sum(part.shape[0] for part in parts) for name, parts in times.items()}
+    rates = {name: rate_and_gap((log_ns - log_ns[:1]) / 1e9) for name, log_ns in stamps.items()}
     first = min((int(values[0]) for values in stamps.values()), default=None)
     last = max((int(values[-1]) for values in stamps.values()), default=None)
     findings: list[Finding] = list(damage_findings(reader.damage, log_name(paths)))
@@ -112,7 +113,7 @@ def _describe_messages(
         duration_s=(last - first) / 1e9 if first is not None and last is not None else None,
         topics=tuple(
             replace(
-                _from_stamps(topic, settings, counts[topic.name], stamps.get(topic.name)),
+                _info(topic, settings, counts[topic.name], *rates.get(topic.name, (None, None))),
                 fields=fields.get(topic.name, {}),
             )
             for topic in topics
@@ -159,11 +160,6 @@ def describe_by_overview(
         topics=tuple(infos),
         findings=(fact(overview.text, where=paths[0].name),),
     )
-
-
-def _from_stamps(topic: Topic, settings: LogConfig, count: int, log_ns: IntArray | None) -> TopicInfo:
-    elapsed = np.empty(0) if log_ns is None else (log_ns - log_ns[:1]).astype(np.float64) / 1e9
-    return _info(topic, settings, count, *rate_and_gap(elapsed))
 
 
 def _info(
@@ -244,7 +240,7 @@ def _describe_tables(paths: Sequence[Path], settings: LogConfig, robot: Sequence
 
 
 def _table_info(name: str, table: JointTable, layout: str) -> TopicInfo:
-    samples = rows_with_joints(table.columns)
+    samples, _ = joint_samples(table.time_s, dict(table.columns), name)
     stamps = table.time_s if samples is None else table.time_s[samples]
     rate, gap = rate_and_gap(np.sort(stamps[np.isfinite(stamps)]))
     held = {q: bool(np.isfinite(values).any()) for q, values in table.columns.items()}

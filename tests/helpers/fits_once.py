@@ -15,7 +15,7 @@ from msgspec import Struct
 from collaudit.core import fitting
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile, Provenance
-from collaudit.core.logs.log_hashing import Hashing
+from collaudit.core.logs.log_reading import Hashing
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel

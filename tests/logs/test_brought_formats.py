@@ -126,7 +126,7 @@ def test_an_empty_demonstration_and_arrays_of_one_only_are_said_or_missing(tmp_p
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"demo_0/t": TIME_S, "demo_1/t": np.array([b"x"] * COUNT)}, "do not go together"),
+        ({"demo_0/t": TIME_S, "demo_1/t": np.array([b"x"] * COUNT)}, "as runs of one table"),
         ({}, "no arrays"),
         ({"data/demo_0/obs/q": np.zeros((0, 3))}, "no arrays"),
         ({"note": "hello", "count": 3}, "no arrays"),

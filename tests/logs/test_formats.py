@@ -14,7 +14,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs import log_hashing
+from collaudit.core.logs import log_reading
 from collaudit.core.logs.inputs import expand_inputs
 from collaudit.core.logs.log_description import describe, describe_by_overview
 from collaudit.core.logs.log_reading import read_log
@@ -274,7 +274,7 @@ def test_a_hash_that_nobody_wants_is_not_computed(tmp_path: Path, monkeypatch: p
     path = tmp_path / "log.csv"
     path.write_text("t,q1\n" + "".join(f"{k / 100},{k / 10}\n" for k in range(50)))
     computed: list[object] = []
-    monkeypatch.setattr(log_hashing, "sha256_of", lambda paths: computed.append(paths) or "0" * 64)
+    monkeypatch.setattr(log_reading, "sha256_of", lambda paths: computed.append(paths) or "0" * 64)
     log = read_log((path,), LogConfig(), robot_joints=None)
     assert computed == []
     assert log.source.sha256 == log.source.sha256 == "0" * 64

@@ -12,8 +12,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.log_hashing import Hashing, sha256_of
-from collaudit.core.logs.log_reading import read_log
+from collaudit.core.logs.log_reading import Hashing, read_log, sha256_of
 
 KINDS = ("mcap-zstd", "bag-none", "db3")
 

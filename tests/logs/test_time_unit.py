@@ -13,7 +13,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.tables.time_columns import LONGEST_STEP_S, SCALES
+from collaudit.core.logs.tables.table_time import LONGEST_STEP_S
+from collaudit.core.logs.tables.time_columns import SCALES
 
 ROWS = 200
 TIME_S = 0.002 * np.arange(ROWS)

@@ -11,11 +11,13 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import role_of_path, strongest, words_of
+from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_groups import (
     Choice,
     choose,
     groups_of,
     is_measured,
+    meaning_of,
     with_unknown,
 )
 from collaudit.core.logs.tables.column_patterns import (
@@ -26,8 +28,7 @@ from collaudit.core.logs.tables.column_patterns import (
     column_index,
     match_pattern,
 )
-from collaudit.core.logs.tables.column_vocabulary import meaning_of
-from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
+from collaudit.core.logs.tables.time_columns import guess_time
 from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning
 
 #: What stands between a joint's name and the word.
@@ -47,14 +48,14 @@ _QUANTITIES = frozenset({*(word for words in QUANTITY_WORDS.values() for word in
                          *ROLE_WORDS["derivative"]})  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Assignment:
-    """The columns of one file.
+@dataclass(frozen=True, slots=True, eq=False)
+class AssignedTable:
+    """One opened table, and which of its columns is which signal.
 
     Attributes:
-        time: index of the time column, or None.
-        fraction: index of the column of nanoseconds where ``time`` holds whole seconds, or None.
-        time_parts: indices of the columns that make the time together, where several are stated.
+        reader: of the table.
+        time: the columns that make the time together: one, whole seconds and the rest of each, a date and a time of day
+            (and milliseconds); none where there is no time.
         quantities: quantity to its columns.
         wrench: six column indices, or empty.
         guessed: quantities (and ``time``) recognised by their names.
@@ -62,14 +63,23 @@ class Assignment:
         open: quantity to patterns between which the names do not decide.
     """
 
-    time: int | None
+    reader: TableReader
+    time: tuple[int, ...]
     quantities: Mapping[str, Found]
     wrench: tuple[int, ...]
     guessed: tuple[str, ...] = field(default=())
     passed_over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     open: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    fraction: int | None = None
-    time_parts: tuple[int, ...] = ()
+
+    @property
+    def time_name(self) -> str | None:
+        """The time column, of several the first; None without."""
+        return self.reader.names[self.time[0]] if self.time else None
+
+    @property
+    def file(self) -> str:
+        """The name of the file."""
+        return self.reader.path.name
 
 
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
@@ -81,16 +91,19 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
                 raise LogError(error.message, found=error.found, hint=f"[log.csv] {quantity} = {error.hint}") from error
             return None if found is None else _with_meaning(names, found)
         pattern = [pattern]
-    indices = [column_index(names, key) for key in pattern]
-    if all(index is None for index in indices):
-        return None
-    missing = [str(key) for key, index in zip(pattern, indices, strict=True) if index is None]
-    if missing:
+    columns = _all_of(names, pattern, quantity)
+    return _with_meaning(names, Found.numbered(columns, "")) if columns else None
+
+
+def _all_of(names: Sequence[str], keys: Sequence[str | int], what: str) -> tuple[int, ...]:
+    """Indices of columns that are named one by one; none where the file has none of them."""
+    found = {key: column_index(names, key) for key in keys}
+    missing = [str(key) for key, index in found.items() if index is None]
+    if missing and (what == "time" or len(missing) < len(found)):
         raise LogError(
-            f"[log.csv] {quantity} names columns that the file does not have: {listed(missing)}",
-            found=listed(names, 40),
+            f"[log.csv] {what} names columns that the file does not have: {listed(missing)}", found=listed(names, 40)
         )
-    return _with_meaning(names, Found.numbered([index for index in indices if index is not None], ""))
+    return tuple(index for index in found.values() if index is not None)
 
 
 def _with_meaning(names: Sequence[str], found: Found) -> Found:
@@ -104,57 +117,37 @@ def _with_meaning(names: Sequence[str], found: Found) -> Found:
     return replace(found, meaning=known or replace(found.meaning, role=role))
 
 
-def assign(names: Sequence[str], settings: CsvConfig, *, header: bool, robot: Sequence[str] = ()) -> Assignment:
-    """Assign a file's columns.
+def assign(reader: TableReader, settings: CsvConfig, robot: Sequence[str] = ()) -> AssignedTable:
+    """Assign a table's columns.
 
     Args:
-        names: column names.
+        reader: of the table; columns without names are never guessed.
         settings: the configuration's patterns; what it leaves open is recognised by common names.
-        header: False for files without names, which are never guessed.
         robot: the robot's joints; columns that carry their names are named, not numbered.
 
     Raises:
         LogError: the configuration names columns the file does not have.
     """
-    time = guess_time(names) if settings.time is None and header else None
-    guessed = ["time"] if time is not None else []
-    parts: tuple[int, ...] = ()
+    names = reader.names
     if isinstance(settings.time, list):
-        parts = _time_parts(names, settings.time)
-        time = parts[0]
-    elif settings.time is not None:
-        time = column_index(names, settings.time)
+        time = _all_of(names, settings.time, "time")
+    else:
+        guess = guess_time(names) if reader.named else None
+        index = guess if settings.time is None else column_index(names, settings.time)
+        time = (index,) if index is not None else ()
+    guessed = ["time"] if time and settings.time is None else []
     stated = {quantity: pattern for quantity in QUANTITIES if (pattern := getattr(settings, quantity)) is not None}
     configured = {quantity: _configured(names, pattern, quantity) for quantity, pattern in stated.items()}
     quantities = {quantity: found for quantity, found in configured.items() if found is not None}
     choices: dict[str, Choice] = {}
-    if header and not stated:
-        quantities, choices = recognise(names, time, robot)
+    if reader.named and not stated:
+        quantities, choices = recognise(names, time[0] if time else None, robot)
         guessed = [*quantities, *guessed]
     wrench = [column_index(names, key) for key in settings.wrench or ()]
     six = tuple(index for index in wrench if index is not None)
     passed = {q: tuple(group.said for group in choice.passed) for q, choice in choices.items() if choice.passed}
     undecided = {q: tuple(group.pattern for group in choice.open) for q, choice in choices.items() if choice.open}
-    return Assignment(
-        time,
-        quantities,
-        six if len(six) == 6 else (),
-        tuple(guessed),
-        passed,
-        undecided,
-        fraction_of(names, time) if time is not None and header and not parts else None,
-        parts,
-    )
-
-
-def _time_parts(names: Sequence[str], keys: Sequence[str | int]) -> tuple[int, ...]:
-    found = [column_index(names, key) for key in keys]
-    missing = [str(key) for key, index in zip(keys, found, strict=True) if index is None]
-    if missing:
-        raise LogError(
-            f"[log.csv] time names columns that the file does not have: {listed(missing)}", found=listed(names, 40)
-        )
-    return tuple(index for index in found if index is not None)
+    return AssignedTable(reader, time, quantities, six if len(six) == 6 else (), tuple(guessed), passed, undecided)
 
 
 def recognise(

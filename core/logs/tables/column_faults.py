@@ -9,15 +9,15 @@ from typing import Any
 from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_text import is_number
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, Family, families, is_usable, refusal_hint
 from collaudit.core.logs.storage.file_content import python_line
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_groups import groups_of, is_measured, word_dropped
+from collaudit.core.logs.table_files.csv_text import is_number
+from collaudit.core.logs.tables.column_assignment import AssignedTable
+from collaudit.core.logs.tables.column_groups import groups_of, is_measured, meaning_of, word_dropped
 from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, Found, stated_line, without_unit
-from collaudit.core.logs.tables.column_vocabulary import meaning_of
-from collaudit.core.logs.tables.file_quantities import AssignedTable, parts_of
+from collaudit.core.logs.tables.file_quantities import parts_of
 from collaudit.core.logs.tables.time_columns import guess_time
 
 _FEWEST = 2
@@ -30,7 +30,7 @@ def check_columns(files: Sequence[AssignedTable]) -> None:
         LogError: naming the lines of [log.csv] that decide.
     """
     for file in files:
-        for quantity, patterns in file.assignment.open.items():
+        for quantity, patterns in file.open.items():
             message = f"several groups of columns could be the measured {quantity}"
             line = _line(files, quantity, patterns[0])
             hint = f"say which: {line}"
@@ -41,7 +41,7 @@ def check_columns(files: Sequence[AssignedTable]) -> None:
                     "same and [robot] reduction = [100.0, …] where they are the motors' own, with your number of motor "
                     "turns per turn of each joint"
                 )
-            passed = [group for groups in file.assignment.passed_over.values() for group in groups]
+            passed = [group for groups in file.passed_over.values() for group in groups]
             found = listed(patterns) + (f"; passed over: {', '.join(passed)}" if passed else "")
             raise LogError(message, where=str(file.reader.path), found=found, hint=hint)
     positions = [found for _, found in parts_of(files, "position")]
@@ -104,10 +104,10 @@ def refuse_by_names(files: Sequence[AssignedTable], quantity: str) -> None:
     Raises:
         LogError: with the cause and the line to add.
     """
-    known = {key: found.pattern for file in files for key, found in file.assignment.quantities.items()}
+    known = {key: found.pattern for file in files for key, found in file.quantities.items()}
     for file in (file for file in files if file.reader.named):
-        taken = {index for found in file.assignment.quantities.values() for index in found.columns}
-        taken.add(-1 if file.assignment.time is None else file.assignment.time)
+        taken = {index for found in file.quantities.values() for index in found.columns}
+        taken.update(file.time)
         free = ["" if index in taken else name for index, name in enumerate(file.reader.names)]
         fault = _broken_numbers(free, quantity, known) or _several_arms(free, quantity)
         fault = fault or _not_measured(free, quantity, known)

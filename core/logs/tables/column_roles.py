@@ -1,4 +1,7 @@
-"""What each column of a table may be: by the configuration or its name where these say it, else by its numbers."""
+"""What is said of a table's columns: what each may be, their units, which were taken and which passed over.
+
+By the configuration or a column's name where these say it, else by its numbers.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,82 @@ import numpy as np
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_text import is_number
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_groups import groups_of, is_measured
+from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.table_files.csv_text import is_number
+from collaudit.core.logs.tables.column_assignment import AssignedTable
+from collaudit.core.logs.tables.column_groups import groups_of, is_label, is_measured
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
-from collaudit.core.logs.tables.column_vocabulary import is_label
-from collaudit.core.logs.tables.file_quantities import AssignedTable
-from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit
-from collaudit.core.logs.tables.wrench_columns import find_wrench
+from collaudit.core.logs.tables.other_columns import find_wrench
+from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit, named_unit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.vendors.column_words import UNIT_WORDS
+
+#: Quantity to the units that are converted, and how column names spell them.
+UNITS = {
+    "position": {"rad": ("rad", "radian", "radians", "m"), "deg": ("deg", "degree", "degrees", "°", "grad")},
+    "velocity": {"rad/s": ("rad", "radian", "radians", "m"), "deg/s": ("deg", "degree", "degrees", "°", "grad")},
+    "effort": {
+        "Nm": ("nm", "n·m", "n*m", "n m", "n-m", "n.m", "n"),
+        "A": ("a", "ampere", "amperes", "amps", "amp", "current"),
+        "mA": ("ma", "milliampere", "milliamperes", "milliamps"),
+        "percent": ("%", "percent", "pct"),
+        "permille": ("‰", "permille", "per mille"),
+    },
+}
+_PER_SECOND = re.compile(r"\s*([/·* .]?\s*(s|sec|second)(\^?-1|⁻¹)?|ps)$")
+
+
+def standard_unit(quantity: str, named: str) -> str | None:
+    """The unit of the configuration that a column name states; None for one that is not converted."""
+    text = named.strip().lower()
+    bare = _PER_SECOND.sub("", text) if quantity == "velocity" else text
+    return next((unit for unit, spelt in UNITS.get(quantity, {}).items() if bare in spelt), None)
+
+
+def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
+    """Quantity to the unit that its column names state."""
+    out: dict[str, str] = {}
+    for file in files:
+        if file.time_name is not None and (unit := named_unit(file.time_name)) is not None:
+            out.setdefault("time", unit)
+        for quantity, found in file.quantities.items():
+            stated = {unit_of(file.reader.names[column]) for column in found.columns}
+            unit = (stated.pop() if len(stated) == 1 else None) or found.meaning.unit
+            if unit:
+                out[quantity] = unit
+    return out
+
+
+def guess_findings(file: AssignedTable) -> list[Finding]:
+    """Which columns were recognised by their names, or by the file's, and which were passed over for them."""
+    names, where = file.reader.names, file.file
+    taken = {quantity: found for quantity, found in file.quantities.items() if quantity in file.guessed}
+    if not taken:
+        return []
+    said = []
+    for quantity, found in taken.items():
+        pattern = found.pattern or ", ".join(names[k] for k in found.columns)
+        said.append(f"{quantity} = {pattern!r} ({len(found.columns)} columns)")
+    if "time" in file.guessed:
+        said.append(f"time = {file.time_name!r}")
+    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(said)}."
+    findings = [Finding("log-guessed", "warning", text, where=where)]
+    if file.passed_over:
+        passed = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in file.passed_over.items())
+        text = f"Columns that are not the measured quantity by their names were passed over: {passed}."
+        findings.append(fact(text, where=where))
+    return findings
+
+
+def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Finding]:
+    """Arrays of a file that are as long as signals and have another number of rows than the table."""
+    if not left_out:
+        return []
+    text = f"Arrays that do not have the table's {rows} rows were left out: {listed(left_out)}."
+    return [Finding("log-left-out", "warning", text, where=where)]
+
 
 #: Columns of larger files are named only.
 _MOST_BYTES = 512 << 20
@@ -63,7 +132,7 @@ def _of_file(file: AssignedTable, settings: LogConfig) -> list[ColumnInfo]:
                 role=role,
                 joint=joint,
                 why=why,
-                file=file.reader.path.name,
+                file=file.file,
             )
         )
     return out
@@ -72,10 +141,9 @@ def _of_file(file: AssignedTable, settings: LogConfig) -> list[ColumnInfo]:
 def _known(file: AssignedTable, settings: LogConfig) -> dict[int, _Guess]:
     """What names or the configuration say of columns; what is taken or stated comes last and wins."""
     out: dict[int, _Guess] = {}
-    names, assignment = file.reader.names, file.assignment
-    if file.reader.named:
-        labels = [index for index, name in enumerate(names) if is_label(name)]
-        out |= dict.fromkeys(labels, ("label?", "by its name; see [log] labels", "", ""))
+    names = file.reader.names
+    labels = [index for index, name in enumerate(names) if file.reader.named and is_label(name)]
+    out |= dict.fromkeys(labels, ("label?", "by its name; see [log] labels", "", ""))
     for group in groups_of(names):
         measured, quantity = is_measured(group.meaning), group.meaning.quantity
         text = "several groups may be the measured one" if measured else "not taken for a measurement"
@@ -86,19 +154,16 @@ def _known(file: AssignedTable, settings: LogConfig) -> dict[int, _Guess]:
     if offered is not None:
         role = "estimated wrench" if offered.estimated else "wrench?"
         out |= {names.index(name): (role, "by its name; see [log.csv] wrench", "", "") for name in offered.names}
-    taken = [("time", "", "", assignment.time)] if assignment.time is not None else []
-    taken += [(quantity, found.pattern, *each) for quantity, found in assignment.quantities.items()
-              for each in zip(found.joints, found.columns, strict=True)]  # fmt: skip
-    for role, pattern, joint, index in taken:
-        by = "by its name" if role in assignment.guessed else "as stated"
-        out[index] = (role, f"{by}, {pattern}" if pattern else by, joint, "")
-    out |= dict.fromkeys(assignment.wrench, ("wrench", "as stated", "", ""))
-    named = [*((name, "label") for name in settings.labels), (settings.phase, "phase"), (settings.csv.run, "run")]
-    for key, role in named:
-        place = column_index(names, key) if key is not None else None
-        if place is not None:
-            out[place] = (role, "as stated", "", "")
-    return out
+    for quantity, found in file.quantities.items():
+        by = "by its name" if quantity in file.guessed else "as stated"
+        why = f"{by}, {found.pattern}" if found.pattern else by
+        out |= {index: (quantity, why, joint, "") for joint, index in zip(found.joints, found.columns, strict=True)}
+    by = "by its name" if "time" in file.guessed else "as stated"
+    out |= dict.fromkeys(file.time[:1], ("time", by, "", ""))
+    out |= dict.fromkeys(file.wrench, ("wrench", "as stated", "", ""))
+    stated = [*((name, "label") for name in settings.labels), (settings.phase, "phase"), (settings.csv.run, "run")]
+    places = ((column_index(names, key), role) for key, role in stated if key is not None)
+    return out | {place: (role, "as stated", "", "") for place, role in places if place is not None}
 
 
 def _numbers(file: AssignedTable) -> dict[int, FloatArray]:
@@ -157,21 +222,15 @@ def _derivatives(values: Mapping[int, FloatArray]) -> dict[int, int]:
     rows = rows[np.isfinite(rows).all(axis=1)]
     if rows.shape[0] < 10 * _SPAN:
         return {}
-    change = rows[_SPAN:] - rows[:-_SPAN]
+    count, places = len(values), list(values)
     with np.errstate(all="ignore"):  # of columns that stand still, or hold garbage
         summed = np.cumsum(rows, axis=0)
-        alike = _unit(change).T @ _unit(summed[_SPAN:] - summed[:-_SPAN])
+        pairs = np.corrcoef(rows[_SPAN:] - rows[:-_SPAN], summed[_SPAN:] - summed[:-_SPAN], rowvar=False)
+    alike = np.nan_to_num(pairs[:count, count:])
     np.fill_diagonal(alike, 0.0)
     least = np.maximum(_ALIKE, alike.max(axis=1))
-    places = list(values)
     best = alike.argmax(axis=0).tolist()
     return {places[k]: places[best[k]] for k in np.flatnonzero(alike.max(axis=0) > least).tolist()}
-
-
-def _unit(values: FloatArray) -> FloatArray:
-    """Columns without their mean, of length 1; zero where they do not change."""
-    centred = values - values.mean(axis=0)
-    return np.asarray(np.nan_to_num(centred / np.linalg.norm(centred, axis=0)))
 
 
 def _stated_unit(name: str) -> str:

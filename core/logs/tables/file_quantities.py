@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from collaudit.core.config.config_table import ColumnPattern
@@ -14,7 +14,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import families, is_usable, role_of_path
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_assignment import Assignment, assign
+from collaudit.core.logs.tables.column_assignment import AssignedTable, assign
 from collaudit.core.logs.tables.column_patterns import (
     MOTION,
     QUANTITIES,
@@ -22,6 +22,7 @@ from collaudit.core.logs.tables.column_patterns import (
     counts_message,
     match_pattern,
 )
+from collaudit.core.logs.tables.time_columns import fraction_of
 from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
 
 #: Words in the name of a file that is one joint's; runs of one joint lie beside one another, too.
@@ -32,14 +33,6 @@ _TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "s
 _SHORTEST = 3
 _KEYS = (*QUANTITIES, "time")
 _QUANTITY = re.compile(r"(position|velocity|effort)(?=[\[._]?\{i)", re.IGNORECASE)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class AssignedTable:
-    """One opened table, and which of its columns is which signal."""
-
-    reader: TableReader
-    assignment: Assignment
 
 
 def assign_columns(
@@ -54,7 +47,7 @@ def assign_columns(
     first = _time_in_first(readers)
     for reader in readers:
         try:
-            out.append(AssignedTable(reader, _assigned(reader, settings, first, robot)))
+            out.append(_assigned(reader, settings, first, robot))
         except LogError as error:
             error.where = str(reader.path)
             raise
@@ -63,7 +56,7 @@ def assign_columns(
 
 def of_one_joint(table: AssignedTable) -> bool:
     """Whether a table is one joint's by its file's name, such as ``axis_3.txt``, and its columns do not say whose."""
-    found = [*table.assignment.quantities.values()]
+    found = [*table.quantities.values()]
     alone = bool(found) and all(len(one.columns) == 1 and one.is_numbered for one in found)
     return alone and not _JOINTS.isdisjoint(re.findall(r"[a-z]+", table.reader.path.stem.lower()))
 
@@ -72,22 +65,20 @@ def _joint_a_file(tables: list[AssignedTable]) -> list[AssignedTable]:
     """Tables of one joint each under the names of their files; by their numbers where these count."""
     if len(tables) < 2 or not all(of_one_joint(table) for table in tables):
         return tables
-    if len({frozenset(table.assignment.quantities) for table in tables}) > 1:
+    if len({frozenset(table.quantities) for table in tables}) > 1:
         return tables  # a file a quantity
     stems = [table.reader.path.stem for table in tables]
     counted = next((family for family in families(stems) if family.counts and len(family.places) == len(stems)), None)
     names = [f"joint{counted.places.index(k) + 1}" if counted else stem for k, stem in enumerate(stems)]
     return [
-        replace(table, assignment=replace(table.assignment, quantities={
-            key: replace(found, joints=(name,)) for key, found in table.assignment.quantities.items()
-        }))
+        replace(table, quantities={key: replace(found, joints=(name,)) for key, found in table.quantities.items()})
         for table, name in zip(tables, names, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 def parts_of(files: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:
     """The columns of one quantity, file by file."""
-    return [(f, f.assignment.quantities[quantity]) for f in files if quantity in f.assignment.quantities]
+    return [(f, f.quantities[quantity]) for f in files if quantity in f.quantities]
 
 
 def as_stated(parts: Sequence[tuple[AssignedTable, Found]]) -> str | list[str]:
@@ -103,11 +94,11 @@ def as_stated(parts: Sequence[tuple[AssignedTable, Found]]) -> str | list[str]:
 
 def time_as_stated(files: Sequence[AssignedTable]) -> str | None:
     """The time column as the configuration states it; None without."""
-    timed = [file for file in files if file.assignment.time is not None]
+    timed = [file for file in files if file.time]
     if not timed:
         return None
     alone = len(timed) < len(files)  # the numbers of columns without names are the other files', too
-    return (_front(timed[0]) if alone else "") + timed[0].reader.names[timed[0].assignment.time or 0]
+    return (_front(timed[0]) if alone else "") + (timed[0].time_name or "")
 
 
 def written(files: Sequence[AssignedTable]) -> Mapping[str, str]:
@@ -125,19 +116,23 @@ def _time_in_first(readers: Sequence[TableReader]) -> int | None:
     return 0 if len(unnamed) > 1 and len({reader.first_cells(0) for reader in unnamed}) == 1 else None
 
 
-def _assigned(reader: TableReader, settings: CsvConfig, first: int | None, robot: Sequence[str]) -> Assignment:
+def _assigned(reader: TableReader, settings: CsvConfig, first: int | None, robot: Sequence[str]) -> AssignedTable:
     own = settings.changed(_of_this_file(reader, settings))
-    assignment = assign(reader.names, own, header=reader.named, robot=robot)
-    assignment = _with_named_joints(reader, assignment, robot)
-    if assignment.quantities or any(getattr(settings, key) is not None for key in QUANTITIES):
-        return _as_file_says(reader, assignment)
-    if assignment.time is None and settings.row_period_s is None:
+    table = _with_rest(_with_named_joints(assign(reader, own, robot), robot))
+    if table.quantities or any(getattr(settings, key) is not None for key in QUANTITIES):
+        return _as_file_says(table)
+    if not table.time and settings.row_period_s is None:
         time = 0 if holds_time_alone(reader) else first if not reader.named else None
-        assignment = assignment if time is None else replace(assignment, time=time, guessed=("time",))
-    found = by_file_name(reader, assignment)
-    if found is None:
-        return assignment
-    return replace(assignment, quantities=dict([found]), guessed=(found[0], *assignment.guessed))
+        table = table if time is None else replace(table, time=(time,), guessed=("time",))
+    found = _by_file_name(table)
+    return table if found is None else replace(table, quantities=dict([found]), guessed=(found[0], *table.guessed))
+
+
+def _with_rest(table: AssignedTable) -> AssignedTable:
+    """Whole seconds with the column of the rest of each, where the names say that they go together."""
+    whole = table.reader.named and len(table.time) == 1 and "".join(table.reader.first_cells(table.time[0])).isdigit()
+    rest = fraction_of(table.reader.names, table.time[0]) if whole else None
+    return table if rest is None else replace(table, time=(*table.time, rest))
 
 
 def holds_time_alone(reader: TableReader) -> bool:
@@ -175,56 +170,53 @@ def quantity_of_file(name: str) -> tuple[str, str] | None:
     return next(iter(found.items())) if len(found) == 1 else None
 
 
-def _role_of_file(reader: TableReader) -> Role:
-    return role_of_path(reader.path.name.rpartition(".")[0].replace(".", "_"))
+def _role_of_file(name: str) -> Role:
+    return role_of_path(name.rpartition(".")[0].replace(".", "_"))
 
 
-def _as_file_says(reader: TableReader, assignment: Assignment) -> Assignment:
+def _as_file_says(table: AssignedTable) -> AssignedTable:
     """Stated columns of one quantity in a file of that name have the role that the name says."""
-    stated, role = quantity_of_file(reader.path.name), _role_of_file(reader)
-    if stated is None or is_usable(role) or [*assignment.quantities] != [stated[0]]:
-        return assignment
-    found = assignment.quantities[stated[0]]
-    return replace(assignment, quantities={stated[0]: replace(found, meaning=replace(found.meaning, role=role))})
+    stated, role = quantity_of_file(table.file), _role_of_file(table.file)
+    if stated is None or is_usable(role) or [*table.quantities] != [stated[0]]:
+        return table
+    found = table.quantities[stated[0]]
+    return replace(table, quantities={stated[0]: replace(found, meaning=replace(found.meaning, role=role))})
 
 
-def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Found] | None:
+def _by_file_name(table: AssignedTable) -> tuple[str, Found] | None:
     """The quantity that the file's name states, of its numbered columns; None where they are of several kinds.
 
     In a table without names all columns but the time are numbered.
     """
-    stated = quantity_of_file(reader.path.name)
-    if stated is None:
+    stated, role, names = quantity_of_file(table.file), _role_of_file(table.file), table.reader.names
+    if stated is None or not is_usable(role):
         return None
     quantity, word = stated
-    role = _role_of_file(reader)
-    if not is_usable(role):
-        return None
     meaning = Meaning(quantity, role, word, "current" if word in CURRENTS else "")
-    file = f"*{word}*" if len(word) >= _SHORTEST else reader.path.name
-    columns = [index for index, name in enumerate(reader.names) if name and index != assignment.time]
-    if not reader.named:
-        pattern = "" if assignment.time is not None else f"{file}:{{i}}"
+    file = f"*{word}*" if len(word) >= _SHORTEST else table.file
+    columns = [index for index, name in enumerate(names) if name and index not in table.time]
+    if not table.reader.named:
+        pattern = "" if table.time else f"{file}:{{i}}"
         return quantity, Found.numbered(columns, pattern, meaning)
-    whole = [family for family in families(reader.names) if family.counts and set(family.places) == set(columns)]
+    whole = [family for family in families(names) if family.counts and set(family.places) == set(columns)]
     return (quantity, Found.numbered(whole[0].places, f"{file}:{whole[0].pattern}", meaning)) if whole else None
 
 
-def _with_named_joints(reader: TableReader, assignment: Assignment, robot: Sequence[str]) -> Assignment:
+def _with_named_joints(table: AssignedTable, robot: Sequence[str]) -> AssignedTable:
     """Numbered columns under the names that the table holds beside a message's, or the robot's in theirs.
 
     Raises:
         LogError: the names differ from row to row: several publishers take turns, and no column is one joint's.
     """
-    quantities = dict(assignment.quantities)
+    quantities = dict(table.quantities)
     for quantity, found in quantities.items():
         if not found.is_numbered:
             continue
-        joints = _joint_names_of(reader, found) if quantity in MOTION and counts_message(found.pattern) else None
-        joints = joints or _robot_names_of(reader, found, robot)
+        joints = _joint_names_of(table.reader, found) if quantity in MOTION and counts_message(found.pattern) else None
+        joints = joints or _robot_names_of(table.reader, found, robot)
         if joints is not None:
             quantities[quantity] = replace(found, joints=joints)
-    return replace(assignment, quantities=quantities)
+    return replace(table, quantities=quantities)
 
 
 def _robot_names_of(reader: TableReader, found: Found, robot: Sequence[str]) -> tuple[str, ...] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
+from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_faults import (
     check_columns,
     check_measured,
@@ -25,15 +26,15 @@ from collaudit.core.logs.tables.column_faults import (
     refuse_by_names,
     widening_command,
 )
-from collaudit.core.logs.tables.column_findings import (
+from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
+from collaudit.core.logs.tables.column_roles import (
     guess_findings,
     left_out_findings,
     stated_units,
 )
-from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
-from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, parts_of
-from collaudit.core.logs.tables.mode_columns import mode_columns
-from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
+from collaudit.core.logs.tables.file_quantities import assign_columns, parts_of
+from collaudit.core.logs.tables.other_columns import mode_columns
+from collaudit.core.logs.tables.table_time import RUN, run_column, split_runs, told_unit
 from collaudit.core.logs.tables.time_columns import (
     FRACTION,
     dated_stamps,
@@ -44,7 +45,6 @@ from collaudit.core.logs.tables.time_columns import (
     time_parts,
     unwrapped,
 )
-from collaudit.core.logs.tables.time_unit import told_unit
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Two files share their time column when their stamps agree within this.
@@ -61,30 +61,30 @@ class JointTable:
     """The joint signals of one log.
 
     Attributes:
-        time_s: (n,) seconds from the first row; runs one after the other follow after breaks.
-        start_ns: absolute time of the first row, or None.
         names: joint names, as the columns name them; ``joint1`` … where they are numbered.
         numbered: True when the names come from numbers only.
         message_order: True when the numbers count the joints of a ROS message, whose order is the publisher's.
+        units: quantity to the unit its column names state, where they do.
+        time_s: (n,) seconds from the first row; runs one after the other follow after breaks.
+        start_ns: absolute time of the first row, or None.
         columns: quantity to (n, j).
         wrench: (n, 6) or None.
-        units: quantity to the unit its column names state, where they do.
         findings: what was guessed.
         texts: column name to the text of each row, of the columns of annotations and of the phase.
         obstacle: why nothing can be done by its stamps, one of the findings; None where something can.
         time_unit: of its stamps, by the motion, where the obstacle is that nothing states it.
     """
 
-    time_s: FloatArray
-    start_ns: int | None
     names: tuple[str, ...]
     numbered: bool
     message_order: bool
-    columns: dict[str, FloatArray]
-    wrench: FloatArray | None
     units: dict[str, str]
-    findings: list[Finding]
-    texts: dict[str, tuple[str, ...]]
+    time_s: FloatArray = field(default_factory=lambda: np.empty(0))
+    start_ns: int | None = None
+    columns: dict[str, FloatArray] = field(default_factory=dict)
+    wrench: FloatArray | None = None
+    findings: list[Finding] = field(default_factory=list)
+    texts: dict[str, tuple[str, ...]] = field(default_factory=dict)
     obstacle: Finding | None = None
     time_unit: str | None = None
 
@@ -100,66 +100,61 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     Raises:
         LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
-    files = sorted(assign_columns(readers, settings.csv, robot), key=lambda file: file.assignment.time is None)
+    files = sorted(assign_columns(readers, settings.csv, robot), key=lambda file: not file.time)
     check_columns(files)
     check_measured(files, settings)
     _check_signals(files, settings.csv)
-    names = _joints_of(files)
-    time_s, start_ns = np.empty(0), None
-    columns: dict[str, FloatArray] = {}
-    wrench: FloatArray | None = None
-    findings: list[Finding] = []
-    texts: dict[str, tuple[str, ...]] = {}
-    runs: FloatArray | None = None
-    obstacle: Finding | None = None
-    told: str | None = None
-    for file in files:
-        own_time, start, unit, columns_read, wrapped = _read_one(file, settings)
-        values = columns_read.values
-        runs = values.pop(RUN, runs)
-        texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
-        if file.reader.damage is not None:
-            findings += damage_findings([Damage(file.reader.damage)], file.reader.path.name)
-        if file is files[0]:
-            time_s, start_ns = own_time, start
-            findings += garbage_findings(np.isinf(own_time), "row", file.reader.path.name)
-            told, said = told_unit(file, unit, own_time, start, values, settings)
-            findings += [said] if said is not None else []
-            obstacle = said if said is not None and said.severity == "error" else None
-        else:
-            _check_same_time(files[0].reader.path, time_s, file, own_time)
-        wrench = values.pop("wrench", wrench)
-        for quantity, block in values.items():
-            joints = file.assignment.quantities[quantity].joints
-            columns[quantity] = block if joints == names else _placed(block, joints, names, columns.get(quantity))
-        findings += [fact(wrapped, where=file.reader.path.name)] if wrapped else []
-        findings += [fact(f"Left out: {note}.", where=file.reader.path.name) for note in file.reader.notes]
-        findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
-        findings += guess_findings(file)
-    findings += _rows_matched(files) if settings.csv.row_period_s is None else []
-    if obstacle is None:
-        time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
-        findings += run_findings
-    motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
-    numbered = all(("{i" in found.pattern or not found.pattern) and found.is_numbered for found in motion)
-    counted = any(counts_message(found.pattern) for found in motion)
-    units = stated_units(files)
-    return JointTable(
-        time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts, obstacle, told
+    motion = [f for file in files for quantity, f in file.quantities.items() if quantity in MOTION]
+    table = JointTable(
+        _joints_of(files),
+        numbered=all(("{i" in found.pattern or not found.pattern) and found.is_numbered for found in motion),
+        message_order=any(counts_message(found.pattern) for found in motion),
+        units=stated_units(files),
     )
+    runs: FloatArray | None = None
+    for file in files:
+        where = file.file
+        own_time, start, unit, read, wrapped = _read_one(file, settings)
+        runs = read.values.pop(RUN, runs)
+        table.texts |= {file.reader.names[index]: words for index, words in read.texts.items()}
+        if file.reader.damage is not None:
+            table.findings += damage_findings([Damage(file.reader.damage)], where)
+        if file is files[0]:
+            table.time_s, table.start_ns = own_time, start
+            table.findings += garbage_findings(np.isinf(own_time), "row", where)
+            table.time_unit, said = told_unit(file, unit, own_time, start, read.values, settings)
+            table.findings += [said] if said is not None else []
+            table.obstacle = said if said is not None and said.severity == "error" else None
+        else:
+            _check_same_time(files[0].reader.path, table.time_s, file, own_time)
+        table.wrench = read.values.pop("wrench", table.wrench)
+        for quantity, block in read.values.items():
+            joints = file.quantities[quantity].joints
+            whole = joints == table.names
+            before = table.columns.get(quantity)
+            table.columns[quantity] = block if whole else _placed(block, joints, table.names, before)
+        table.findings += [fact(wrapped, where=where)] if wrapped else []
+        table.findings += [fact(f"Left out: {note}.", where=where) for note in file.reader.notes]
+        table.findings += left_out_findings(file.reader.left_out, own_time.shape[0], where)
+        table.findings += guess_findings(file)
+    table.findings += _rows_matched(files) if settings.csv.row_period_s is None else []
+    if table.obstacle is None:
+        table.time_s, said_of_runs = split_runs(table.time_s, runs, settings.csv, files[0])
+        table.findings += said_of_runs
+    return table
 
 
 def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     where = " + ".join(str(file.reader.path) for file in files)
     columns = [name for file in files for name in file.reader.names if name]
-    held = {quantity for file in files for quantity in file.assignment.quantities}
+    held = {quantity for file in files for quantity in file.quantities}
     guessed = all(getattr(settings, quantity) is None for quantity in QUANTITIES)
     for quantity in ("position", "effort"):
         if quantity not in held and guessed:
             refuse_by_names(files, quantity)
     if "position" not in held:
         raise _without_positions(files, where, columns, held)
-    timeless = [file for file in files if file.assignment.time is None]
+    timeless = [file for file in files if not file.time]
     if len(timeless) == len(files) and settings.row_period_s is None and settings.time is not None:
         own = timeless[0].reader.names
         named = guess_time(own)
@@ -177,7 +172,7 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             where=str(timeless[0].reader.path),
             found=f"columns {listed(timeless[0].reader.names, 40)}",
             hint=f"name those that make it together: [log.csv] time = {json.dumps(parts, ensure_ascii=False)}"
-            if (parts := time_parts(timeless[0].reader, None))
+            if (parts := time_parts(timeless[0].reader))
             else NO_TIME_HINT,
         )
 
@@ -212,10 +207,10 @@ def _without_positions(files: Sequence[AssignedTable], where: str, columns: Sequ
 
 def _rows_matched(files: Sequence[AssignedTable]) -> list[Finding]:
     """That files without a time column took that of another one."""
-    timeless = [file.reader.path.name for file in files if file.assignment.time is None]
+    timeless = [file.file for file in files if not file.time]
     if not timeless:
         return []
-    timed = next(file.reader.path.name for file in files if file.assignment.time is not None)
+    timed = next(file.file for file in files if file.time)
     text = f"{listed(timeless)} hold no time: their rows, which are as many, were taken to be those of {timed}."
     return [Finding("log-guessed", "warning", text, where=timed)]
 
@@ -228,47 +223,38 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     Raises:
         LogError: there are no rows, or the columns that are stated make no time together.
     """
-    assignment, period_s = file.assignment, settings.csv.row_period_s
-    groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
-    time = assignment.time if period_s is None else None
-    parts = assignment.time_parts if period_s is None else ()
-    split = len(parts) == 2 and file.reader.first_cells(parts[0])[0].isdigit()  # whole seconds and the rest
-    fraction = parts[1] if split else assignment.fraction
-    alone = {RUN: run_column(file, settings.csv), FRACTION: fraction if period_s is None else None}
-    groups |= {name: (index,) for name, index in alone.items() if index is not None}
-    groups |= {"wrench": assignment.wrench} if assignment.wrench else {}
+    period_s = settings.csv.row_period_s
+    time = file.time if period_s is None else ()
+    dated = len(time) > 1 and not file.reader.first_cells(time[0])[0].isdigit()
+    groups = {quantity: found.columns for quantity, found in file.quantities.items()}
+    groups |= {"wrench": file.wrench} if file.wrench else {}
+    groups |= {FRACTION: time[1:]} if len(time) > 1 and not dated else {}
+    run = run_column(file, settings.csv)
+    groups |= {RUN: (run,)} if run is not None else {}
     asked = {*settings.labels, settings.phase, *mode_columns(file.reader.names)}
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
-    dated = () if split else parts
-    columns = file.reader.read(groups, None if dated else time, [*texts, *(set(dated) - set(texts))])
+    apart = set(time if dated else ()) - set(texts)
+    columns = file.reader.read(groups, time[0] if time and not dated else None, [*texts, *apart])
     rows = len(next(iter(columns.values.values()))) if columns.stamps is None else len(columns.stamps)
     if rows == 0:
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
     if period_s is not None:
         return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns, None
+    where = f"{file.reader.path}, [log.csv] time"
     if dated:
-        where = f"{file.reader.path}, [log.csv] time"
-        stamps = dated_stamps([columns.texts[index] for index in dated], where)
-        for index in set(dated) - set(texts):
+        stamps = dated_stamps([columns.texts[index] for index in time], where)
+        for index in apart:
             del columns.texts[index]
         return *seconds_of(stamps, "auto"), columns, None
     if columns.stamps is None:
         return np.full(rows, np.nan), None, "rows", columns, None
-    if fraction is not None and FRACTION in columns.values:
-        joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION), file.reader.names[fraction])
-        if joined is not None:
-            time_s, start, _ = seconds_of(joined, "ns")
-            return time_s, start, "s", columns, None
-        if split:
-            names = listed([file.reader.names[index] for index in parts])
-            raise LogError(
-                f"the columns {names} are no whole seconds and the rest of each",
-                where=f"{file.reader.path}, [log.csv] time",
-                expected="whole seconds, then nanoseconds below 1000000000",
-            )
+    if len(time) > 1:
+        names = [file.reader.names[index] for index in time]
+        time_s, start, _ = seconds_of(joined_stamps(columns.stamps, columns.values.pop(FRACTION), names, where), "ns")
+        return time_s, start, "s", columns, None
     said: str = settings.units.time
-    if said == "auto" and assignment.time is not None:
-        named = named_unit(file.reader.names[assignment.time])
+    if said == "auto" and file.time_name is not None:
+        named = named_unit(file.time_name)
         said = named if named in ("ms", "us", "ns") else said
     stamps, wrapped = unwrapped(columns.stamps)
     time_s, start, unit = seconds_of(stamps, said)
@@ -281,7 +267,7 @@ def _check_same_time(first: Path, time_s: FloatArray, file: AssignedTable, own_s
         found = f"{time_s.shape[0]} and {own_s.shape[0]} rows"
     else:
         apart = np.flatnonzero(~np.isclose(time_s, own_s, rtol=0.0, atol=SAME_TIME_S, equal_nan=True))
-        if not apart.size or file.assignment.time is None:
+        if not apart.size or not file.time:
             return
         row = apart[0]
         found = f"row {row + 1}: {time_s[row]:.9g} s and {own_s[row]:.9g} s after the first row"

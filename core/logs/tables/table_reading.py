@@ -11,19 +11,18 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig, UnitsConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings, phases_of, spans_of
 from collaudit.core.logs.signals.joint_naming import listed, map_names
-from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.signals.sample_clock import interpolate, start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
 from collaudit.core.logs.tables.column_patterns import QUANTITIES
+from collaudit.core.logs.tables.column_roles import UNITS, standard_unit
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
-from collaudit.core.logs.tables.mode_columns import mode_annotations
-from collaudit.core.logs.tables.table_runs import held_words, joint_samples
-from collaudit.core.numeric.arrays import FloatArray, frozen
+from collaudit.core.logs.tables.other_columns import mode_annotations
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 
 #: What a cell says while an annotation does not hold, in lower case; a number says so by being zero or none.
 _NO = frozenset({"", "false", "no", "off", "none", "null", "-"})
@@ -76,12 +75,11 @@ def read_table_log(
     table.columns.clear()
     if picked != list(range(len(names))):
         columns = {quantity: np.asfortranarray(values[:, picked]) for quantity, values in columns.items()}
-    time_s, texts, said = table.time_s, table.texts, list[Finding]()
-    if np.isnan(columns["position"][:, 0]).any():
-        samples, said = joint_samples(time_s, columns, name)
-        if samples is not None:
-            texts = {column: held_words(words, samples) for column, words in texts.items()}
-            time_s = time_s[samples]
+    time_s, texts = table.time_s, table.texts
+    samples, said = joint_samples(time_s, columns, name)
+    if samples is not None:
+        texts = {column: held_words(words, samples) for column, words in texts.items()}
+        time_s = time_s[samples]
     annotations, phases, annotations_missing = _annotations(texts, table.time_s, settings, name)
     unit = to_si(columns, kept, units, prismatic, name)
     findings = [*table.findings, *said, *unit_findings, *kept.findings]
@@ -211,3 +209,60 @@ def _holds(text: str) -> bool:
     except ValueError:
         return word not in _NO
     return bool(number) and not isnan(number)
+
+
+#: A quantity stands on rows of its own where so few of its rows have positions: two topics have the same stamp now and
+#: then. A quantity with missing values shares the rows that it has.
+_SHARED = 0.05
+
+
+def joint_samples(
+    time_s: FloatArray, columns: dict[str, FloatArray], where: str
+) -> tuple[BoolArray | None, list[Finding]]:
+    """Leave the rows that are samples in the columns of joints, and bring quantities on other rows to these.
+
+    Between the first and the last row with a value of a joint, rows without any are no samples, as if they were not in
+    the file. Before and behind they stay: time in which the joints were lost.
+
+    Args:
+        time_s: (n,) stamps.
+        columns: quantity to (n, j), NaN where a cell is empty; changed in place to (m, j).
+        where: the file, for findings.
+
+    Returns:
+        (n,) the m rows that are samples, None where all are; and what is to be said.
+    """
+    if not np.isnan(columns["position"][:, 0]).any():
+        return None, []
+    filled = {quantity: np.isfinite(values).any(axis=1) for quantity, values in columns.items()}
+    shared = {quantity: np.count_nonzero(filled[quantity] & filled["position"]) for quantity in filled}
+    apart = sorted(q for q in filled if filled[q].any() and shared[q] <= _SHARED * np.count_nonzero(filled[q]))
+    held = np.logical_or.reduce([filled[quantity] for quantity in filled if quantity not in apart])
+    if not held.any() or held.all():
+        return None, []
+    first, last = np.flatnonzero(held)[[0, -1]]
+    empty = ~np.logical_or.reduce([*filled.values()])
+    empty[first:last] = False
+    samples = held | empty
+    for quantity, values in columns.items():
+        own = filled[quantity]
+        at = interpolate(time_s[samples], time_s[own], values[own]) if quantity in apart else values[samples]
+        columns[quantity] = np.asfortranarray(at)
+    left_out = int(np.count_nonzero(~samples))
+    text = f"{left_out} of {held.size} rows hold no sample of the joints, but other signals or nothing."
+    if apart:
+        text += f" Rows of its own has: {', '.join(apart)}; its values were brought to the stamps of the positions."
+    return samples, [fact(text, where=where)] if left_out else []
+
+
+def held_words(words: Sequence[str], samples: BoolArray) -> tuple[str, ...]:
+    """Text of each row, of rows that are no samples the last before where they have none.
+
+    Args:
+        words: n texts; samples: (n,).
+    """
+    out, last = [], ""
+    for word, sample in zip(words, samples.tolist(), strict=True):
+        last = word if sample or word.strip() else last
+        out.append(last)
+    return tuple(out)

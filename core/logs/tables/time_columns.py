@@ -16,19 +16,16 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_text import is_time_of_day
 from collaudit.core.logs.signals.impossible_values import garbage_stamps
+from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.table_reader import TableReader, arrow_of, integers_of, numbers_of
+from collaudit.core.logs.table_files.csv_text import is_time_of_day
 from collaudit.core.logs.tables.column_patterns import bare
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
-#: Common names, the usual first, compared without case, blanks and units.
-_NAMES = ("t", "time", "timestamp", "time_s", "t_s", "stamp", "time_sec", "secs", "seconds", "time_stamp",
-          "timestamp_s", "rosbagtimestamp", "%time", "time_ms", "time_us", "time_ns", "timestamp_ns", "timestamp_ms",
-          "timestamp_us", "sim_time", "elapsed", "elapsed_s", "datetime", "__time", "state.time",
-          "field.header.stamp", "header.stamp", "ts", "zeit", "times", "timestamps")  # fmt: skip
-#: Words that such a name may end in, before its unit.
-_WORDS = frozenset({"t", "time", "timestamp", "stamp", "elapsed", "rosbagtimestamp"})
+#: Words that the name of a time ends in before its unit, the usual first.
+_WORDS = ("t", "time", "timestamp", "stamp", "rosbagtimestamp", "elapsed", "datetime", "ts", "zeit", "times",
+          "timestamps", "secs", "seconds")  # fmt: skip
 #: Words in front of them that say nothing; ``x`` is what MATLAB puts before a name that begins with no letter.
 _FRONT = frozenset({"x", "field", "header", "state", "robot", "sim", "ros", "log", "record", "recv", "receive", "time"})
 #: Words of the rest of a second, and its nanoseconds.
@@ -52,15 +49,6 @@ UNIT_OF_WORD = {
     for word in words.split()
 }
 
-#: Longer steps are doubtful where nothing but the size of the numbers says seconds: few arms are recorded so slowly,
-#: and milliseconds at 20 kHz step by as much.
-_SLOW_S = 0.04
-#: Such steps are no seconds, whatever is stated: the arm does anything between two of them.
-LONGEST_STEP_S = 2.5
-
-#: Since 2001 seconds since the epoch are a number of ten digits: no count of samples, no time since a start.
-_OUR_TIME_NS = 10**18
-
 #: Later stamps are no times since the epoch, but garbage.
 _MOST_NS = 9e18
 
@@ -68,21 +56,23 @@ _MOST_NS = 9e18
 def guess_time(names: Sequence[str]) -> int | None:
     """Index of the column that is named like a time, or None.
 
-    A common name comes first, then a word for time with any unit behind it, then the seconds of a split stamp.
+    By the usual word first, and those with no other in front; then the one field of a struct or a message that is
+    named so, then the seconds of a split stamp.
     """
-    plain = [bare(name).lower().replace(" ", "_") for name in names]
-    for wanted in _NAMES:
-        if wanted in plain:
-            return plain.index(wanted)
-    tails = [k for k, name in enumerate(plain) if re.split(r"[./]", name)[-1] in _NAMES]
-    if len(tails) == 1:  # a field of a struct, or of a message
-        return tails[0]
-    words = [words_of_time(name) if not re.search(r"\d", name) else [] for name in names]
-    for index, parts in enumerate(words):
-        rest = parts[:-1] if len(parts) > 1 and parts[-1] in UNIT_OF_WORD else parts
-        if rest and rest[-1] in _WORDS and set(rest[:-1]) <= _FRONT:
-            return index
-    return next((k for k, parts in enumerate(words) if parts and fraction_of(names, k) is not None), None)
+    named = [(len(words) > 1, _WORDS.index(words[-1]), k) for k, name in enumerate(names) if (words := _of_time(name))]
+    if named:
+        return min(named)[-1]
+    fields = [k for k, name in enumerate(names) if _of_time(re.split(r"[./]", bare(name))[-1])]
+    if len(fields) == 1:
+        return fields[0]
+    return next((k for k, name in enumerate(names) if name and fraction_of(names, k) is not None), None)
+
+
+def _of_time(name: str) -> list[str]:
+    """The words of a time's name without its unit; none where it is no time's."""
+    words = words_of_time(name) if not re.search(r"\d", name) else []
+    words = words[:-1] if len(words) > 1 and words[-1] in UNIT_OF_WORD else words
+    return words if words and words[-1] in _WORDS and {*words[:-1]} <= _FRONT else []
 
 
 def fraction_of(names: Sequence[str], time: int) -> int | None:
@@ -133,27 +123,6 @@ def named_unit(name: str) -> str | None:
     return UNIT_OF_WORD.get(words[-1]) if len(words) > 1 else None
 
 
-def usual_step_s(time_s: FloatArray) -> float:
-    """Median size of the steps between stamps (n,), s; 0 of fewer than two."""
-    known = time_s[np.isfinite(time_s)]
-    return float(np.median(np.abs(np.diff(known)))) if known.size > 1 else 0.0
-
-
-def repeats_most(time_s: FloatArray) -> bool:
-    """Whether nine in ten stamps (n,) are that of the row before, and the others step by whole seconds."""
-    steps = np.diff(time_s[np.isfinite(time_s)])
-    others = steps[steps != 0]
-    return 0 < others.size <= 0.1 * steps.size and bool((others % 1 == 0).all())
-
-
-def is_doubtful(step_s: float, start_ns: int | None) -> bool:
-    """Whether stamps that were taken as seconds by their size alone are rather milliseconds, or count samples.
-
-    Those of our time since the epoch are seconds.
-    """
-    return step_s >= _SLOW_S and (start_ns is None or start_ns < _OUR_TIME_NS)
-
-
 def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:
     """Units in a second, their name, and (n,) stamps that are no times of this recording, which have no say."""
     sizes, guessed = np.abs(numbers[np.isfinite(numbers)]), unit in ("auto", "iso")
@@ -193,16 +162,16 @@ _EPOCH_S = range(10**8, 10**10)
 _NS = 10**9
 
 
-def time_parts(reader: TableReader, time: int | None) -> list[str | int]:
+def time_parts(reader: TableReader, time: Sequence[int] = ()) -> list[str | int]:
     """The columns, as the configuration states them; empty where no columns are seen to be such parts.
 
     Args:
         reader: the table.
-        time: the column that its name says is the time, which must be one of them; None without.
+        time: the columns that their names say are the time, which must be among them.
     """
     cells = {k: cells for k in range(len(reader.names)) if (cells := [c for c in reader.first_cells(k) if c])}
     found = _dated(reader.names, cells) or _split(cells)
-    if time is not None and time not in found:
+    if not {*time} <= {*found}:
         return []
     return [reader.names[k] if reader.named else k + 1 for k in found]
 
@@ -239,22 +208,28 @@ _DAY_NS = 86_400 * NS
 _GOES_ON = 100
 
 
-def joined_stamps(stamps: Any, fraction: FloatArray, name: str) -> Any | None:
-    """Stamps in ns from whole seconds and the rest of each; None where the two columns are no split stamp.
+def joined_stamps(stamps: Any, fraction: FloatArray, names: Sequence[str], where: str) -> Any:
+    """Stamps in ns from whole seconds and the rest of each.
 
     Args:
         stamps: the seconds, an Arrow array.
         fraction: (n, 1) the nano- or microseconds, less than a second; rows where either is missing become null.
-        name: of its column, which says which; nanoseconds where it does not.
+        names: of both columns; the second says which it holds, nanoseconds where it does not.
+        where: the file and the key, for messages.
+
+    Raises:
+        LogError: they are no split stamp.
     """
-    if pa.types.is_timestamp(stamps.type) or pa.types.is_time(stamps.type):
-        return None
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    words = words_of_time(name)
+    words = words_of_time(names[1])
     seconds, rest = numbers_of(whole), fraction[:, 0] * REST.get(words[-1] if words else "", 1)
     known = np.isfinite(seconds) & np.isfinite(rest)
     if not known.any() or bool((seconds[known] % 1 != 0).any()) or bool(((rest < 0) | (rest >= NS))[known].any()):
-        return None
+        raise LogError(
+            f"the columns {listed(names)} are no whole seconds and the rest of each",
+            where=where,
+            expected="whole seconds, then nanoseconds below 1000000000; or the one column that holds the time",
+        )
     with np.errstate(invalid="ignore"):
         both = np.where(known, seconds, 0).astype(np.int64) * NS + np.where(known, rest, 0).astype(np.int64)
     return arrow_of(both, known)

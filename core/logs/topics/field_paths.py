@@ -10,9 +10,8 @@ from collaudit.core.logs.messages.layout import Chars, Layout, LayoutError, Node
 from collaudit.core.logs.messages.message_decoding import first_message, layouts_of
 from collaudit.core.logs.messages.message_schema import SchemaError
 from collaudit.core.logs.storage.records import Batch, MessageReader
-from collaudit.core.logs.tables.column_groups import choose, groups_of
+from collaudit.core.logs.tables.column_groups import choose, groups_of, meaning_of
 from collaudit.core.logs.tables.column_patterns import MOTION, Found
-from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.logs.topics.log_topics import Topic
 
 Fields = Mapping[str, str | list[str]]

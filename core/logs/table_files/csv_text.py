@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, zip_longest
 from pathlib import Path
-from typing import IO
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
@@ -305,24 +304,15 @@ def rows_as_text(file: Path, where: str, dialect: Dialect) -> Iterator[tuple[int
         with file.open(encoding=dialect.encoding, errors=errors, newline="") as text:
             for _ in range(dialect.skip):
                 text.readline()
-            yield from _between_blanks(text, dialect) if dialect.delimiter == " " else _quoted(text, dialect)
+            blanks = dialect.delimiter == " "
+            quoted = csv.reader(text, delimiter=dialect.delimiter)
+            before = 0  # a quote that is never closed takes the lines below into its cell
+            for cells in map(str.split, text) if blanks else quoted:
+                empty = not any(cells) or (len(cells) == 1 and not cells[0].strip())
+                if not empty and not cells[0].lstrip().startswith(dialect.comment):
+                    yield dialect.skip + before + 1, cells
+                before = before + 1 if blanks else quoted.line_num
     except csv.Error as error:
         raise LogError(f"cannot be cut into cells: {error}", where=where) from error
     except UnicodeError as error:
         raise LogError(f"begins as UTF-16 text and does not go on so: {error}", where=where) from error
-
-
-def _between_blanks(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
-    for number, line in enumerate(text, dialect.skip + 1):
-        if line.strip() and not line.lstrip().startswith(dialect.comment):
-            yield number, line.split()
-
-
-def _quoted(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
-    reader = csv.reader(text, delimiter=dialect.delimiter)
-    before = 0  # a quote that is never closed takes the lines below into its cell
-    for cells in reader:
-        blank = not any(cells) or (len(cells) == 1 and not cells[0].strip())
-        if not blank and not cells[0].lstrip().startswith(dialect.comment):
-            yield dialect.skip + before + 1, cells
-        before = reader.line_num

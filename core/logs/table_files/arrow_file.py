@@ -14,9 +14,9 @@ from pyarrow import feather
 from pyarrow import json as arrow_json
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.reading_bounds import plausible_table
+from collaudit.core.logs.table_files.named_columns import NamedColumns, read_as
 
 _PARQUET = b"PAR1"
 #: Bytes of a number, to tell how large columns become.
@@ -37,12 +37,9 @@ def open_arrow(path: Path, settings: object) -> NamedColumns:
         LogError: it cannot be read, or claims more rows than its size allows.
     """
     title, read = ("Parquet", _parquet) if head_of(path, len(_PARQUET)) == _PARQUET else ("Feather", _feather)
-    try:
-        with path.open("rb") as file:  # Arrow opens no name that is not UTF-8
-            table = read(file, path.stat().st_size)
+    with read_as(title, path), path.open("rb") as file:  # Arrow opens no name that is not UTF-8
+        table = read(file, path.stat().st_size)
         table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
-    except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
-        raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
     columns = columns_of_table(table, path)
     try:
         own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
@@ -120,10 +117,8 @@ def open_json_lines(path: Path, settings: object) -> NamedColumns:
     except ValueError:
         data, damage = whole + b"\n", "its last line ends in the middle and was left out"
     options = arrow_json.ReadOptions(use_threads=False, block_size=max(len(data), 1))  # types hold for the whole file
-    try:
+    with read_as("JSON lines", path):
         columns = columns_of_table(arrow_json.read_json(io.BytesIO(data), options), path)
-    except (pa.ArrowException, OverflowError, UnicodeDecodeError) as error:
-        raise LogError(f"cannot be read as JSON lines: {str(error)[:200]}", where=str(path)) from error
     read = NamedColumns(path, "jsonl", "JSON lines", columns)
     read.damage = damage
     return read

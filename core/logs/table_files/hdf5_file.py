@@ -11,15 +11,16 @@ import numpy as np
 import pyarrow as pa
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.column_files.numpy_file import columns_of, fields_of
 from collaudit.core.logs.storage.file_content import python_line, quoted
 from collaudit.core.logs.storage.reading_bounds import plausible_table
 from collaudit.core.logs.storage.table_reader import arrow_of
+from collaudit.core.logs.table_files.named_columns import NamedColumns, columns_of, fields_of, read_as
 
-#: A group that is one recording of several: ``demo_3``, ``episode_000012``.
-_EPISODE = re.compile(
-    r"(?:demo|episode|ep|traj|trajectory|rollout|run|trial|session|recording|experiment)[_-]?(\d+)", re.IGNORECASE
+#: An array below a group that is one recording of several, such as ``demo_3`` or ``episode_000012``.
+_IN_EPISODE = re.compile(
+    r"(?:(?P<above>.*?)\.)?(?P<group>(?:demo|episode|ep|traj|trajectory|rollout|run|trial|session|recording|experiment)"
+    r"[_-]?(?P<number>\d+))\.(?P<array>.+)",
+    re.IGNORECASE,
 )
 #: The column that numbers the recordings of one file.
 _RUN = "episode"
@@ -84,13 +85,8 @@ def hdf5_arrays(path: Path, title: str, hint: str = "") -> dict[str, Any]:
             raise LogError("two arrays have the same name", where=str(path), found=dotted)
         found[dotted] = np.asarray(item.asstr()[()]).astype(str) if words else item[()]
 
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(visit)
-    except LogError:
-        raise
-    except Exception as error:  # h5py raises what the damage happens to cause
-        raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
+    with read_as(title, path), h5py.File(path, "r") as file:
+        file.visititems(visit)
     return found
 
 
@@ -108,14 +104,12 @@ def _one_after_the_other(arrays: Mapping[str, Any], path: Path) -> tuple[dict[st
     recordings: dict[tuple[str, int, str], dict[str, Any]] = {}
     left_out: list[str] = []
     for name, values in arrays.items():
-        groups = name.split(".")
-        found = next(((k, match) for k, group in enumerate(groups[:-1]) if (match := _EPISODE.fullmatch(group))), None)
+        found = _IN_EPISODE.fullmatch(name)
         if found is None:
             left_out.append(f"{name} {values.shape}")
             continue
-        place, match = found
-        recording = recordings.setdefault((".".join(groups[:place]), int(match[1]), groups[place]), {})
-        recording[".".join(groups[place + 1 :])] = values
+        recording = found["above"] or "", int(found["number"]), found["group"]
+        recordings.setdefault(recording, {})[found["array"]] = values
     if not recordings:
         return None
     tables: list[Any] = []
@@ -131,9 +125,6 @@ def _one_after_the_other(arrays: Mapping[str, Any], path: Path) -> tuple[dict[st
         tables.append(pa.table({**columns, _RUN: arrow_of(np.full(rows, len(tables)))}))
     if not tables:
         raise failure
-    try:
+    with read_as("runs of one table", path):
         joined = pa.concat_tables(tables, promote_options="permissive")
-    except pa.ArrowException as error:
-        text = f"its recordings do not go together: {str(error)[:200]}"
-        raise LogError(text, where=str(path)) from error
     return dict(zip(joined.column_names, joined.columns, strict=True)), tuple(left_out)

@@ -22,7 +22,8 @@ from pyarrow import enable_signal_handlers
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_text import (
+from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
+from collaudit.core.logs.table_files.csv_text import (
     BLANKS,
     COMMENT,
     NULLS,
@@ -34,7 +35,6 @@ from collaudit.core.logs.csv.csv_text import (
     rows_as_text,
     unpacked,
 )
-from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Rows whose cells are compared to tell whether tables were written from one recording.

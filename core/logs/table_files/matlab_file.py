@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_files.hdf5_file import hdf5_arrays
-from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.column_files.numpy_file import columns_of
 from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.reading_bounds import plausible_table
+from collaudit.core.logs.table_files.hdf5_file import hdf5_arrays
+from collaudit.core.logs.table_files.named_columns import NamedColumns, columns_of, read_as
 
 _HDF5 = b"MATLAB 7.3"
 _HINT = (
@@ -58,10 +57,8 @@ def _from_version_5(path: Path) -> Iterator[tuple[str, Any]]:
     from scipy.io import loadmat
 
     check_elements(path)
-    try:
+    with read_as("a MATLAB file", path):
         held = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except Exception as error:  # SciPy raises what the damage happens to cause
-        raise LogError(f"cannot be read as a MATLAB file: {str(error)[:200]}", where=str(path)) from error
     for name, value in held.items():
         if not name.startswith("__"):
             yield from _fields(name, value)

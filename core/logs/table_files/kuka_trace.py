@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_content import AXIS, values_beside
 from collaudit.core.logs.storage.table_reader import arrow_of
+from collaudit.core.logs.table_files.named_columns import NamedColumns
 
 _CHANNEL = re.compile(r"#BEGINCHANNELHEADER\s+(.*?)#ENDCHANNELHEADER", re.DOTALL)
 _LINE = re.compile(r"^\s*(\d+),(.*?)\s*$", re.MULTILINE)

@@ -71,7 +71,7 @@ def test_labels_of_a_topic(marked: Path) -> None:
         ({"labels": ["/step:speed"]}, "hold no number at speed|cannot be read as a label"),
         ({"phase": "/nothing"}, r"\[log\] phase: the log has no topic /nothing"),
         ({"wrench": "/nothing"}, r"wrench: the log has no topic /nothing"),
-        ({"joint_states": "/nothing"}, "there is no topic /nothing"),
+        ({"joint_states": "/nothing"}, r"joint_states: the log has no topic /nothing"),
     ],
 )
 def test_a_topic_that_is_named_and_absent_is_refused(marked: Path, settings: dict[str, Any], words: str) -> None:

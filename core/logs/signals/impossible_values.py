@@ -86,8 +86,7 @@ def without_impossible(log: JointLog, what: str) -> JointLog:
         bad &= ~far[:, None]  # of rows that are left out anyway nothing is said
         for j in np.flatnonzero(bad.any(axis=0)).tolist():
             joint = log.joint_names[j]
-            found = _finding(bad[:, [j]], values[:, [j]], f"{word} of joint '{joint}'", what)
-            findings.append(replace(found, joint=joint))
+            findings.append(_finding(bad[:, [j]], values[:, [j]], f"{word} of joint '{joint}'", what, joint))
         changed[name] = _missing(values, bad)
     wrench = log.wrench
     if wrench is not None and (bad := _beyond(wrench.wrench)) is not None:
@@ -120,10 +119,10 @@ def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:
     return frozen(out)
 
 
-def _finding(bad: BoolArray, values: FloatArray, signal: str, what: str) -> Finding:
+def _finding(bad: BoolArray, values: FloatArray, signal: str, what: str, joint: str | None = None) -> Finding:
     rows = np.flatnonzero(bad.any(axis=1))
     text = (
         f"{rows.size} values of the {signal} are beyond what an arm can have and count as missing; the "
         f"first is {values[bad][0]:.3g} in {what} {rows[0] + 1}."
     )
-    return Finding("log-nan", "warning", text)
+    return Finding("log-nan", "warning", text, joint=joint)

@@ -14,7 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.decoded_columns import Decoded, Group
 from collaudit.core.logs.signals.annotation_spans import phases_of, spans_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock, seconds_since
-from collaudit.core.logs.topics.log_topics import Topic, described, named, read_by
+from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, named, read_by, stated_topic
 from collaudit.core.logs.topics.topic_series import Series, in_order
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
@@ -22,9 +22,8 @@ from collaudit.core.vendors.message_profiles import ANNOTATION, Profile, Role
 #: The field of std_msgs types, taken where none is named.
 DEFAULT_FIELD = "data"
 _PHASE = f"{ANNOTATION}phase"
-_STATED = "configured-"
 #: Where each is configured.
-_KEYS: dict[Role, str] = {"label": "[log] labels", "phase": "[log] phase"}
+_KEYS: dict[Role, str] = {"label": "labels", "phase": "phase"}
 
 
 def alarm_series(decoded: Decoded, profile: Profile) -> list[Series]:
@@ -92,20 +91,13 @@ def _is_known(topic: Topic) -> bool:
 def _configured(topics: Sequence[Topic], entry: str, role: Role) -> Topic:
     """A topic read for one field."""
     name, _, path = entry.partition(":")
-    found = named(topics, name)
-    if found is None:
-        raise LogError(
-            f"the log has no topic {name}, which the configuration names as a {role}",
-            where=_KEYS[role],
-            found=described(topics),
-            hint="correct the name, or take it out",
-        )
+    found = stated_topic(topics, name, _KEYS[role])
     if role == "label" and not path and _is_known(found):
         return found
     annotation = "phase" if role == "phase" else path or found.name.strip("/").rsplit("/", 1)[-1]
     path = path or DEFAULT_FIELD
     profile = Profile(
-        name=f"{_STATED}{role}",
+        name=CONFIGURED,
         role=role,
         types=tuple(dict.fromkeys(channel.type for channel in found.channels)),
         names=path if role == "phase" else None,
@@ -116,7 +108,7 @@ def _configured(topics: Sequence[Topic], entry: str, role: Role) -> Topic:
         return topic
     raise LogError(
         f"the topic {name} cannot be read as a {role}: {topic.problem}",
-        where=_KEYS[role],
+        where=f"[log] {_KEYS[role]}",
         hint=f"name its field: {name}:FIELD",
     )
 
@@ -163,14 +155,14 @@ def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
     profile, groups = topic.profile, list(topic.decoded.groups.values())
     if not topic.decoded.seen:
         return []
-    stated = profile.name.startswith(_STATED)
+    stated = profile.name == CONFIGURED
     columns = {}
     for name, path in profile.annotations:
         if any(f"{ANNOTATION}{name}" in group.columns for group in groups):
             parts = [_raised(group, profile, f"{ANNOTATION}{name}").any(axis=1) for group in groups]
             columns[name] = np.concatenate(parts)
         elif stated:
-            raise LogError(f"messages on {topic.name} hold no number at {path}", where=_KEYS["label"])
+            raise LogError(f"messages on {topic.name} hold no number at {path}", where="[log] labels")
     if not columns:
         return []
     time_s, series = _by_time(in_order(groups, columns, joints=times.joints), times)

@@ -5,7 +5,6 @@ One ranking says which of several topics is meant, for every command and every h
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,7 +17,7 @@ from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.signals.signal_roles import NO_CONTACT, is_usable, refusal_hint, role_of_path, strongest
 from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.logs.topics.field_paths import fields_line, fields_of
-from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, described, named
+from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, described, named, stated_topic
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.channel_noise import bend_of, noise_of
 from collaudit.core.vendors.column_words import USABLE, Role
@@ -134,7 +133,7 @@ def choose_joint_states(
         ConfigError: several could be meant.
     """
     if settings.joint_states is not None:
-        chosen = _configured(reader, topics, settings.joint_states, where)
+        chosen = _configured(reader, topics, settings.joint_states, "joint_states", where)
     else:
         chosen = _foremost(reader, topics, settings, robot, where)
     if settings.efforts is None:
@@ -152,7 +151,7 @@ def choose_efforts(
     """
     if settings.efforts is None or named([joints], settings.efforts) is not None:
         return None
-    chosen = _configured(reader, topics, settings.efforts, where)
+    chosen = _configured(reader, topics, settings.efforts, "efforts", where)
     _check_measured(chosen, "efforts", settings, where)
     return chosen
 
@@ -249,12 +248,8 @@ def _readable(topic: Topic) -> bool:
     return topic.profile.role == "joint_states" and bool(topic.decoders)
 
 
-def _configured(reader: MessageReader, topics: Sequence[Topic], wanted: str, where: str) -> Topic:
-    topic = named(topics, wanted)
-    if topic is None:
-        close = difflib.get_close_matches(wanted, [one.name for one in topics if _readable(one)], n=1)
-        hint = f'[log] joint_states = "{close[0]}"' if close else None
-        raise LogError(f"there is no topic {wanted}", where=where, found=described(topics), hint=hint)
+def _configured(reader: MessageReader, topics: Sequence[Topic], wanted: str, key: str, where: str) -> Topic:
+    topic = stated_topic(topics, wanted, key)
     if not _readable(topic):
         why = topic.problem or f"messages of type {topic.type} are not joint states"
         found = {} if topic.problem else fields_of([topic], reader)

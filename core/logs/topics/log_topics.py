@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
@@ -128,6 +129,24 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
 def named(topics: Sequence[Topic], name: str | None) -> Topic | None:
     """The topic of a name, with or without slashes around it; None without."""
     return next((topic for topic in topics if _same(topic.name, name)), None)
+
+
+def stated_topic(topics: Sequence[Topic], name: str, key: str) -> Topic:
+    """The topic that a key of ``[log]`` names.
+
+    Raises:
+        LogError: the log does not have it.
+    """
+    found = named(topics, name)
+    if found is None:
+        close = difflib.get_close_matches(name, [topic.name for topic in topics], n=1)
+        raise LogError(
+            f"the log has no topic {name}, which [log] {key} names",
+            where=f"[log] {key}",
+            found=described(topics),
+            hint=f'{key} = "{close[0]}"' if close else "correct the name, or take the line out",
+        )
+    return found
 
 
 def described(topics: Sequence[Topic], limit: int = 20) -> str:

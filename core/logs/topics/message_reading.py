@@ -45,42 +45,32 @@ from collaudit.core.logs.topics.joined_series import (
     with_efforts,
 )
 from collaudit.core.logs.topics.joint_states_topic import choose_efforts, choose_joint_states, companions
-from collaudit.core.logs.topics.log_topics import Topic, decode, named, skipped_findings, topics_of
+from collaudit.core.logs.topics.log_topics import Topic, decode, skipped_findings, stated_topic, topics_of
 from collaudit.core.logs.topics.topic_series import Series, in_order, publishers_of, taken
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.numeric.stage_progress import Progress
 
 
 def read_wrench(
-    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int, joints: Series
+    topic: Topic | None, clock: Clock, origin_ns: int, joints: Series
 ) -> tuple[WrenchSeries | None, list[Finding]]:
     """The wrench as recorded, on the clock of the joint states.
 
     Args:
-        topic: the configured topic, decoded; None when the log does not have it.
-        settings: the configuration.
+        topic: the configured topic, decoded; None where none is configured.
         clock: the clock of the joint states.
         origin_ns: its time zero.
         joints: the joint states; where their clocks were set back, the wrench's were too.
 
     Returns:
         The series, or None with a finding when the wrench that was configured holds no usable messages.
-
-    Raises:
-        LogError: the log does not have the topic that was configured.
     """
-    if settings.wrench is None:
-        return None, []
     if topic is None:
-        raise LogError(
-            f"the log has no topic {settings.wrench}, which the configuration names as the wrench",
-            where="[log] wrench",
-            hint="collaudit inspect LOG lists the topics; take the line out to judge without a wrench",
-        )
+        return None, []
     problem = _problem(topic)
     if problem is not None:
-        text = f"The wrench topic {settings.wrench} was configured, and {problem}."
-        return None, [Finding("log-wrench", "warning", text, where=settings.wrench)]
+        text = f"The wrench topic {topic.name} was configured, and {problem}."
+        return None, [Finding("log-wrench", "warning", text, where=topic.name)]
     groups = list(topic.decoded.groups.values())
     series = in_order(groups, {"wrench": np.asarray(taken(groups, "wrench"))}, joints=joints)
     findings = garbage_findings(series.garbage, "message", topic.name)
@@ -130,7 +120,7 @@ def read_message_log(
         topics = topics_of(reader, settings, bounds)
         joints = choose_joint_states(reader, topics, settings, robot_joints, name)
         efforts = choose_efforts(reader, topics, joints, settings, name)
-        wrench = named(topics, settings.wrench)
+        wrench = None if settings.wrench is None else stated_topic(topics, settings.wrench, "wrench")
         wanted = [joints, *companions(topics, joints), *([efforts] if efforts else [])]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []
         annotated, absent = annotation_topics(topics, settings)
@@ -181,7 +171,7 @@ def read_message_log(
     conflicts = [found for p in publishers for found in disagreement(p, p.stamps(clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)
     findings += [clock_finding, *names.findings, *merged]
-    series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
+    series, wrench_findings = read_wrench(wrench, clock, origin, base)
     findings += wrench_findings
     units = settings.units
     if currents and "effort" in columns:

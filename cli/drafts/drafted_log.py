@@ -24,7 +24,7 @@ from collaudit.core.config.schema import FleetConfig, PolicyConfig
 from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.arms_in_log import Arm, arms_of, same_arm
-from collaudit.core.prepare.effort.computed_effort import smooth_joints
+from collaudit.core.prepare.effort.effort_kind import smooth_joints
 from collaudit.core.prepare.prepared import Prepared
 
 _SOURCE = "gravity and inertia of the robot's description"

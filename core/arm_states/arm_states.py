@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import assert_never
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, driv
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
+from collaudit.core.findings.finding_kinds import FACT, Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
 from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of, robust_sd
@@ -57,6 +57,12 @@ def driven(series: UniformSeries, rigid_nm: FloatArray, outside: BoolArray, span
 
 
 _LISTED = 20
+#: Of a flag of the log: code and severity of what is said.
+_FLAGS: dict[StateKind, tuple[str, Severity]] = {
+    "stopped": ("arm-stopped", "warning"),
+    "guided": ("arm-guided", "info"),
+    "off": (FACT, "info"),
+}
 #: A stop brakes the arm for so long at most, s.
 _BRAKES_S = 1.0
 
@@ -103,7 +109,8 @@ def _flagged(
     outside = ~covered((span for _, _, span in stated), series.time_s.size)
     for label, kind, span in stated:
         start, end = (float(series.time_s[k]) for k in (span.start, span.stop - 1))
-        if rigid_nm is not None and driven(series, rigid_nm, outside, _after_braking(span, kind, series.period_s)):
+        braking = min(round(_BRAKES_S / series.period_s), len(span)) if kind == "stopped" else 0
+        if rigid_nm is not None and driven(series, rigid_nm, outside, Span(span.start + braking, span.stop)):
             text = (
                 f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s, where the drives move the arm as "
                 "they do elsewhere: the flag masks nothing, and this time is judged."
@@ -119,20 +126,9 @@ def _flagged(
         if first < span.start:
             start = float(series.time_s[first])
             text += _braked(start)
-        findings.append(_flag_finding("stopped" if first < span.start else kind, text, label.source, start, end))
+        code, severity = _FLAGS["stopped" if first < span.start else kind]
+        findings.append(Finding(code, severity, text, label.source, None, start, end))
     return findings
-
-
-def _flag_finding(kind: StateKind, text: str, source: str, start: float, end: float) -> Finding:
-    match kind:
-        case "stopped":
-            return Finding("arm-stopped", "warning", text, source, None, start, end)
-        case "guided":
-            return Finding("arm-guided", "info", text, source, None, start, end)
-        case "off":
-            return fact(text, source, None, start, end)
-        case _:
-            assert_never(kind)
 
 
 def _stated(series: UniformSeries, true_events: Collection[str]) -> list[tuple[Annotation, StateKind, Span]]:
@@ -147,11 +143,6 @@ def _stated(series: UniformSeries, true_events: Collection[str]) -> list[tuple[A
             if inside.size:
                 out.append((label, kind, Span(int(inside[0]), int(inside[-1]) + 1)))
     return out
-
-
-def _after_braking(span: Span, kind: StateKind, period_s: float) -> Span:
-    """The stretch without the way in which a stop brakes the arm."""
-    return span if kind != "stopped" else Span(min(span.start + round(_BRAKES_S / period_s), span.stop), span.stop)
 
 
 def _finding(series: UniformSeries, found: DrivesOff) -> Finding:

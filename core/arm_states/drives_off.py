@@ -13,9 +13,11 @@ from math import ceil, log, sqrt
 import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.channel_noise import bend_of, noise_of
 from collaudit.core.numeric.runs import run_bounds, widened
-from collaudit.core.numeric.stats import median_of, quantile_of, varies
+from collaudit.core.numeric.stats import quantile_of, varies
+from collaudit.core.torque_table.thinned_log import thinned
 
 #: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
 _ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0
@@ -29,8 +31,8 @@ _CHANCE, _TIMES = 1e-6, 5.0
 _REST_S, _BRAKING_S = 0.2, 2.0
 #: The speed of a ramp may rise again by this much, rad/s: encoder noise.
 _RIPPLE_RAD_S = 0.01
-#: Fewest samples in motion that tell what share of the load is in the effort.
-_FEWEST_MOVING = 200
+#: Fewest means in motion that tell what share of the load is in the effort.
+_FEWEST_MOVING = 5
 #: Braking is as steep as this share of the steepest of the ramp; its slope is told over this time, s.
 _STEEP, _SLOPE_S = 0.3, 0.02
 
@@ -103,33 +105,23 @@ def _repeats(effort: FloatArray) -> BoolArray:
 
 def _fastest(velocity: FloatArray) -> FloatArray:
     """(n,) speed of the fastest joint; unknown ones count as standing."""
-    out = np.zeros(velocity.shape[0])
-    for column in velocity.T:
-        np.fmax(out, np.abs(column), out=out)
-    return out
+    return np.asarray(np.fmax.reduce(np.abs(velocity), axis=1, initial=0.0))
 
 
 def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> BoolArray:
     """(n,) samples at which no joint has an effort although some joint has a load."""
-    known = [j for j in range(effort.shape[1]) if np.isfinite(effort[:, j]).any()]
-    if rigid_nm is None or not known:
-        return np.zeros(effort.shape[0], dtype=np.bool_)
-    none, limits = np.ones(effort.shape[0], dtype=np.bool_), []
-    for j in known:
-        size = np.abs(effort[:, j])
-        limits.append(_ZERO_SHARE * quantile_of(size[~np.isnan(size)], 0.95))
-        none &= size <= limits[-1]
-    if np.count_nonzero(np.array(limits) > 0) < _MANY_JOINTS:
+    known = np.flatnonzero(np.isfinite(effort).any(axis=0))
+    none = np.zeros(effort.shape[0], dtype=np.bool_)
+    if rigid_nm is None or not known.size:
+        return none
+    limit = _ZERO_SHARE * _usual(effort[:, known])
+    none = np.asarray((np.abs(effort[:, known]) <= limit).all(axis=1))
+    if np.count_nonzero(limit > 0) < _MANY_JOINTS:
         none &= same
-    loaded = np.zeros_like(none)
-    if not none.any():
-        return loaded
-    with np.errstate(invalid="ignore"):
-        for j in known:
-            load = np.abs(rigid_nm[:, j])
-            usual = np.nanquantile(load, 0.95)
-            loaded |= load > np.maximum(_LOAD_TIMES * _ZERO_SHARE * usual, 1.0)
-    return np.asarray(none & loaded)
+    if none.any():
+        load = np.maximum(_LOAD_TIMES * _ZERO_SHARE * _usual(rigid_nm[:, known]), 1.0)
+        none &= (np.abs(rigid_nm[:, known]) > load).any(axis=1)
+    return np.asarray(none)
 
 
 def _repeated(series: UniformSeries, same: BoolArray, speed: FloatArray) -> list[Span]:
@@ -172,8 +164,8 @@ def _braking(speed: FloatArray, off: int, series: UniformSeries) -> int:
     return max(floor, last - top) + int(np.argmax(slope > _STEEP * slope.max()))
 
 
-#: Means are taken over this time, and brakes take so long to grip or let go, s.
-_MEAN_S, _GRIP_S = 0.3, 0.15
+#: Means are taken over this time, s: brakes take about as long to grip or let go.
+_MEAN_S = 0.3
 #: A mean is nothing within so many of its standard errors, or within this share of the arm's largest load: sensors
 #: have offsets. A loaded joint bears no more than this share of its own load.
 _ERRORS, _BIAS, _SHARE = 5.0, 0.05, 0.2
@@ -182,7 +174,6 @@ _MANY = 2
 _MOSTLY = 0.5
 #: A joint is loaded with so many times what counts as nothing, and this much at least, N·m.
 _NOISY_LOAD_TIMES, _LEAST_NM = 5.0, 1.0
-_NOISE_SAMPLES = 50_000
 
 
 def noisy_zero(
@@ -199,73 +190,31 @@ def noisy_zero(
     """
     none = np.zeros(effort.shape[0], dtype=np.bool_)
     width = max(1, round(_MEAN_S / period_s))
-    if rigid_nm is None or effort.shape[0] < 2 * width or not still.any():
-        return none
     known = np.flatnonzero(np.isfinite(effort).any(axis=0))
-    some = _every(effort, _NOISE_SAMPLES)
-    if known.size == 0:
+    if rigid_nm is None or effort.shape[0] < 2 * width or not still.any() or not known.size:
         return none
-    load = np.zeros(effort.shape[1])
-    load[known] = [_usual(column) for column in np.abs(rigid_nm[some][:, known]).T]
-    borne = _borne(effort, rigid_nm, some[~still[some]])
-    limit = np.maximum(_ERRORS * _noise(effort) / sqrt(width), _BIAS * load.max() * borne)
-    out, bears = still.copy(), np.zeros(still.size, dtype=np.int64)
-    for j in known[np.argsort(-load[known])]:
-        size = np.abs(rigid_nm[:, j])
-        with np.errstate(invalid="ignore"):
-            loaded = size > max(_NOISY_LOAD_TIMES * limit[j], _LEAST_NM)
-            if not loaded.any() and not (out & (bears < _MANY)).any():
-                continue
-            small = np.abs(_mean(effort[:, j], width)) <= np.where(
-                loaded, np.maximum(limit[j], _SHARE * borne[j] * size), limit[j]
-            )
-        out &= small | ~(loaded | (bears < _MANY))
-        bears += loaded
-        if not (out & (bears > 0)).any():
-            return none
-    found = np.zeros(out.size, dtype=np.bool_)
-    for a, b in zip(*run_bounds(out & (bears > 0)), strict=True):
-        borne_nm = np.abs(np.nan_to_num(effort[a:b]).mean(axis=0)).max()  # as on an arm that is mounted otherwise
-        found[a:b] = b - a >= width and borne_nm <= _SHARE * load.max()
-        found[a:b] &= exact is None or not np.mean(exact[a:b]) > _MOSTLY
-    return widened(found, width // 2 + ceil(_GRIP_S / period_s)) if found.any() else found
+    rest, zero = (
+        thinned(mask[:, None].astype(np.float64), width)[:, 0] for mask in (still, none if exact is None else exact)
+    )
+    mean, load = thinned(effort[:, known], width), np.abs(thinned(rigid_nm[:, known], width))
+    usual, borne = _usual(load), np.ones(known.size)
+    if np.count_nonzero(rest < 1.0) >= _FEWEST_MOVING:  # amperes that were taken for N·m bear less of the load
+        moving = rest < 1.0
+        borne = np.minimum(_usual(mean[moving]) / np.maximum(_usual(load[moving]), 1e-12), 1.0)
+    columns = (np.ascontiguousarray(effort[:, j]) for j in known)
+    noise = np.array([noise_of(x, bend_of(x), still).sd for x in columns])
+    limit = np.maximum(_ERRORS * noise / sqrt(width), _BIAS * usual.max() * borne)
+    with np.errstate(invalid="ignore"):
+        loaded = load > np.maximum(_NOISY_LOAD_TIMES * limit, _LEAST_NM)
+        small = np.abs(mean) <= np.where(loaded, np.maximum(limit, _SHARE * borne * load), limit)
+    bears = np.count_nonzero(loaded, axis=1)
+    nothing = (small | ~(loaded | (bears < _MANY)[:, None])).all(axis=1) & (bears > 0) & (rest == 1.0)
+    for a, b in zip(*run_bounds(nothing), strict=True):
+        borne_nm = np.abs(mean[a:b].mean(axis=0)).max()  # as on an arm that is mounted otherwise
+        none[a * width : b * width] = borne_nm <= _SHARE * usual.max() and np.mean(zero[a:b]) <= _MOSTLY
+    return widened(none, width) if none.any() else none
 
 
-def _borne(effort: FloatArray, rigid_nm: FloatArray, moving: IntArray) -> FloatArray:
-    """(j,) share of the load that is in the effort in motion, 1 at most: amperes that were taken for N·m bear less."""
-    if moving.size < _FEWEST_MOVING:
-        return np.ones(effort.shape[1])
-    size, load = (np.array([_usual(column) for column in np.abs(x[moving]).T]) for x in (effort, rigid_nm))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.where(size < load, size / load, 1.0))
-
-
-def _mean(x: FloatArray, width: int) -> FloatArray:
-    """(n,) running mean; not a number where a sample is."""
-    before = width // 2
-    summed = np.cumsum(np.pad(np.nan_to_num(x), (before + 1, width - 1 - before), mode="edge"))
-    mean: FloatArray = (summed[width:] - summed[:-width]) / width
-    unknown = np.isnan(x)
-    if unknown.any():
-        mean[widened(unknown, width // 2)] = np.nan
-    return mean
-
-
-def _usual(load: FloatArray) -> float:
-    known = load[~np.isnan(load)]
-    return quantile_of(known, 0.95) if known.size else np.nan
-
-
-def _noise(effort: FloatArray) -> FloatArray:
-    """(j,) standard deviation of white noise, from second differences of some samples."""
-    at = _every(effort[:-2], _NOISE_SAMPLES)
-    bend = np.abs(effort[at] - 2.0 * effort[at + 1] + effort[at + 2])
-    known = np.isfinite(bend).any(axis=0)
-    out = np.zeros(effort.shape[1])
-    out[known] = [median_of(column[~np.isnan(column)]) / (0.6745 * sqrt(6.0)) for column in bend[:, known].T]
-    return out
-
-
-def _every(x: FloatArray, most: int) -> IntArray:
-    """Indices of at most so many rows, evenly spread."""
-    return np.arange(0, x.shape[0], max(1, x.shape[0] // most))
+def _usual(x: FloatArray) -> FloatArray:
+    """(j,) size of columns (n, j) that is seldom exceeded; 0 of one that is not known."""
+    return np.array([quantile_of(known, 0.95) if (known := np.abs(c[~np.isnan(c)])).size else 0.0 for c in x.T])

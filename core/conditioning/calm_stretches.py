@@ -174,32 +174,37 @@ _FACTOR, _FOLD = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)
 _Hashes = NDArray[np.uint64]
 
 
-def repeated_rows(x: FloatArray, noise: Noise, usual: BoolArray, least: int) -> BoolArray | None:
+def repeated_rows(values: FloatArray, usual: BoolArray, least: int) -> BoolArray | None:
     """(n,) rows of runs that occurred before in the same order; None without any.
 
     The first of them counts as measured. If it was the copy, the log holds a stretch without measurement all the same.
 
-    Values that are held count once. How many have to agree follows from how often two values of the channel do.
+    Values that are held count once. How many have to agree follows from how often two values do: where several channels
+    repeat together, fewer samples tell it.
 
     Args:
-        x: (n,) channel.
-        noise: of it; one that was computed repeats where its motion does, a coarse one by chance.
+        values: (n, c) channels that are measured, and not coarse: computed ones repeat where their motion does.
         usual: (n,) rows that are looked at.
         least: samples.
     """
-    return _repeated(_bits(x), usual & np.isfinite(x), least) if noise.varied else None
-
-
-def repeated_rows_of_all(values: FloatArray, usual: BoolArray, least: int) -> BoolArray | None:
-    """As :func:`repeated_rows`, where several channels (n, c) repeat together: fewer samples tell that."""
-    key = np.zeros(values.shape[0], dtype=np.uint64)
+    value = np.zeros(values.shape[0], dtype=np.uint64)
     for column in values.T:
-        _add(key, _bits(column))
-    return _repeated(key, usual & np.isfinite(values.sum(axis=1)), least)
-
-
-def _bits(x: FloatArray) -> _Hashes:
-    return (x + 0.0).view(np.uint64)  # -0.0 is 0.0
+        _add(value, np.ascontiguousarray(column + 0.0).view(np.uint64))  # -0.0 is 0.0
+    usual = usual & np.isfinite(values.sum(axis=1))
+    fresh = np.flatnonzero(np.concatenate(([True], value[1:] != value[:-1])) & usual)
+    if fresh.size < 2:
+        return None
+    drawn = value[fresh]
+    alike = _alike(drawn)
+    if alike > _MOST_ALIKE:
+        return None
+    count = _DEPENDENT * ceil(np.log(0.5 * fresh.size**2 / CHANCE) / -np.log(alike))
+    if fresh.size < 2 * count:
+        return None
+    starts, stops = run_bounds(_again(drawn, count))
+    starts, stops = fresh[starts], fresh[stops + count - 2] + 1
+    long = stops - starts >= least
+    return marked(starts[long], stops[long], value.size) if long.any() else None
 
 
 def _add(key: _Hashes, value: _Hashes) -> None:
@@ -207,23 +212,6 @@ def _add(key: _Hashes, value: _Hashes) -> None:
     key *= _FACTOR
     key ^= key >> _FOLD
     key += value
-
-
-def _repeated(value: _Hashes, usual: BoolArray, least: int) -> BoolArray | None:
-    fresh = np.flatnonzero(np.concatenate(([True], value[1:] != value[:-1])) & usual)
-    if fresh.size < 2:
-        return None
-    values = value[fresh]
-    alike = _alike(values)
-    if alike > _MOST_ALIKE:
-        return None
-    count = _DEPENDENT * ceil(np.log(0.5 * fresh.size**2 / CHANCE) / -np.log(alike))
-    if fresh.size < 2 * count:
-        return None
-    starts, stops = run_bounds(_again(values, count))
-    starts, stops = fresh[starts], fresh[stops + count - 2] + 1
-    long = stops - starts >= least
-    return marked(starts[long], stops[long], value.size) if long.any() else None
 
 
 def _alike(values: _Hashes) -> float:

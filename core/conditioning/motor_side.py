@@ -126,7 +126,13 @@ def _reduced(log: JointLog, matrix: FloatArray, config: RobotConfig) -> JointLog
         velocity = _times(velocity, inverse)
     if effort is not None and "effort" in side:
         effort = _times(effort, matrix.T)
-    findings.append(fact(_words(log.joint_names, matrix, config), where=log.source.name))
+    ratios = ", ".join(f"{ratio:g}" for ratio in np.diag(matrix))
+    text = (
+        f"{', '.join(config.motor_side)} of the motors were brought to the joints by the stated reduction ({ratios})."
+    )
+    for i, j in zip(*np.nonzero(matrix - np.diag(np.diag(matrix))), strict=True):
+        text += f" The motor of '{log.joint_names[i]}' also turns with '{log.joint_names[j]}' ({matrix[i, j]:g})."
+    findings.append(fact(text[0].upper() + text[1:], where=log.source.name))
     return replace(
         log,
         position_rad=position,
@@ -156,15 +162,3 @@ def _times(values: FloatArray, matrix: FloatArray) -> FloatArray:
         for k in parts[1:]:
             out[:, j] += row[k] * values[:, k]
     return frozen(out)
-
-
-def _words(names: Sequence[str], matrix: FloatArray, config: RobotConfig) -> str:
-    ratios = ", ".join(f"{ratio:g}" for ratio in np.diag(matrix))
-    text = f"{_and(config.motor_side)} of the motors were brought to the joints by the stated reduction ({ratios})."
-    for i, j in zip(*np.nonzero(matrix - np.diag(np.diag(matrix))), strict=True):
-        text += f" The motor of '{names[i]}' also turns with '{names[j]}' ({matrix[i, j]:g})."
-    return text[0].upper() + text[1:]
-
-
-def _and(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

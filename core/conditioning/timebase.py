@@ -20,6 +20,7 @@ from collaudit.core.conditioning.stamp_order import (
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.runs import marked
 from collaudit.core.numeric.stats import median_of, robust_sd
 
 MIN_SEGMENT_SAMPLES = 12
@@ -157,18 +158,12 @@ def _bridged(
     """(n,) grid samples inside the steps that were bridged."""
     out = np.zeros(grid[-1].stop, dtype=bool)
     for span, place, snapped in zip(raw, grid, snap, strict=True):
-        after = span.start + 1 + np.flatnonzero(bridged[span.start : span.stop - 1])
-        if not after.size:
-            continue
-        if snapped:
-            recorded = np.zeros(len(place), dtype=bool)
-            recorded[places[span.slice]] = True
-            out[place.slice] = ~recorded
-            continue
-        first = float(stamps[span.start])
-        for a, b in zip(stamps[after - 1], stamps[after], strict=True):
-            low, high = (round((x - first) / period) for x in (float(a), float(b)))
-            out[place.start + low + 1 : min(place.start + high, place.stop)] = True
+        own = stamps[span.slice]
+        at = places[span.slice] if snapped else np.round((own - own[0]) / period).astype(np.int64)
+        after = 1 + np.flatnonzero(bridged[span.start : span.stop - 1])
+        first, last = at[after - 1] + 1, np.minimum(at[after], len(place))
+        some = first < last
+        out[place.slice] = marked(first[some], last[some], len(place))
     return out
 
 

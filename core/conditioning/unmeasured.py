@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from collaudit.core.conditioning.calm_stretches import (
     quiet_rows,
     repeated_rows,
-    repeated_rows_of_all,
     shortest_stretch,
     straight,
     straight_rows,
@@ -118,7 +117,7 @@ def _efforts(position: FloatArray, effort: FloatArray, period: float, least: int
         noise = noise_of(x, bend, own)
         _mark(kinds[:, j], x, _STRAIGHT, straight_rows(x, bend, noise, own, least))
         _mark(kinds[:, j], x, _QUIET, quiet_rows(bend, own, least) if noise.tells else None)
-        _mark(kinds[:, j], x, _COPIED, repeated_rows(x, noise, arm, least))
+        _mark(kinds[:, j], x, _COPIED, repeated_rows(x[:, None], arm, least) if noise.varied else None)
         return np.square(bend / noise.sd) if noise.tells else None, noise.varied
 
     power, channels, varied = np.zeros(arm.size), 0, 0
@@ -128,7 +127,7 @@ def _efforts(position: FloatArray, effort: FloatArray, period: float, least: int
             power += own_power
             channels += 1
     quiet = quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None
-    again = repeated_rows_of_all(effort, arm, least) if varied > 1 else None
+    again = repeated_rows(effort, arm, least) if varied > 1 else None
     for j, x in enumerate(effort.T):
         _mark(kinds[:, j], x, _QUIET, quiet)
         _mark(kinds[:, j], x, _COPIED, again)

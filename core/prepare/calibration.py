@@ -165,6 +165,12 @@ def calibrated_robot(
     """
     findings: list[Finding] = []
     identified = calibration.identified
+    if calibration.sensor_missing and with_wrench:
+        text = (
+            f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "
+            "estimated from this log instead."
+        )
+        findings.append(Finding("log-wrench", "warning", text))
     # a fit that chose what to identify, or found masses, did so without that tool in its model
     fitted_without = identified is not None and (identified.masses or config.fit.estimate == "auto")
     if calibration.tool is not None and with_wrench and robot.has_inertials and not fitted_without:
@@ -204,17 +210,6 @@ def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[R
         mass, first
     )
     return robot.with_inertials(parameters, robot.armature), sensor.mass_kg, mass
-
-
-def missing_sensor_findings(calibration: Calibration, config: Config) -> list[Finding]:
-    """That a calibrated sensor was asked for and the friction file holds none."""
-    if not calibration.sensor_missing:
-        return []
-    text = (
-        f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "
-        "estimated from this log instead."
-    )
-    return [Finding("log-wrench", "warning", text)]
 
 
 def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:

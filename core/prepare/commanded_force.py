@@ -14,7 +14,6 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import widened
-from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask, found_by_force
 from collaudit.core.prepare.usual_force import ExcessForce, commanded_share, excess_findings, found_finding
 from collaudit.core.robot.pinocchio_model import PointMass
@@ -123,7 +122,9 @@ def tool_force(
         ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
     """
     if series.wrench is None:
-        return None, _expected_a_wrench(config)
+        asked = config.phases.contact and config.log.wrench is None and config.log.csv.wrench is None
+        text = "A contact phase is configured but no wrench: the intended tool force stays in the residual."
+        return None, [Finding("log-wrench", "warning", text)] if asked else []
     frame = _frame(robot, config)
     sign = float(config.log.wrench_sign)
     if sensor is not None:
@@ -196,18 +197,6 @@ def _frame(robot: RobotModel, config: Config) -> str:
     return frame
 
 
-def _expected_a_wrench(config: Config) -> list[Finding]:
-    if config.phases.contact and config.log.wrench is None and config.log.csv.wrench is None:
-        return [
-            Finding(
-                "log-wrench",
-                "warning",
-                "A contact phase is configured but no wrench: the intended tool force stays in the residual.",
-            )
-        ]
-    return []
-
-
 def _bias(
     series: UniformSeries, robot: RobotModel, frame: str, phases: NDArray[np.int8], config: Config
 ) -> tuple[FloatArray, list[Finding]]:
@@ -221,25 +210,15 @@ def _bias(
         readings = readings + float(config.log.wrench_sign) * robot.tool_wrench(series.position_rad[free], frame)
     readings = readings[np.isfinite(readings).all(axis=1)]
     if readings.shape[0] < 10:
-        return np.zeros(6), [
-            Finding(
-                "log-wrench",
-                "warning",
-                f"The zero offset of the wrench sensor could not be taken from {where}; it was taken as zero.",
-            )
-        ]
-    bias = np.array([median_of(column) for column in readings.T])
-    scatter = np.std(readings, axis=0)
-    text = ", ".join(f"{b:.3g}" for b in bias)
-    return bias, [
-        Finding(
-            "log-wrench",
-            "info" if "approach" in where else "warning",
-            f"Zero offset of the wrench sensor taken from {where}: [{text}] (N, N·m), scatter up to "
-            f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. It is wrong if the tool touched "
-            "something in that time.",
-        )
-    ]
+        text = f"The zero offset of the wrench sensor could not be taken from {where}; it was taken as zero."
+        return np.zeros(6), [Finding("log-wrench", "warning", text)]
+    bias, scatter = np.median(readings, axis=0), np.std(readings, axis=0)
+    shown = ", ".join(f"{b:.3g}" for b in bias)
+    text = (
+        f"Zero offset of the wrench sensor taken from {where}: [{shown}] (N, N·m), scatter up to "
+        f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. It is wrong if the tool touched something then."
+    )
+    return bias, [Finding("log-wrench", "info" if "approach" in where else "warning", text)]
 
 
 def _free_samples(series: UniformSeries, phases: NDArray[np.int8]) -> tuple[BoolArray, str]:

@@ -9,16 +9,16 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.errors import LogError, NotJudgedError
 from collaudit.core.findings import Finding
+from collaudit.core.numeric.linear_algebra import memory_bytes
 from collaudit.core.prepare.commanded_force import tool_force
 from collaudit.core.prepare.effort.channel_shift import undelayed
 from collaudit.core.prepare.effort.effort_kind import effort_kind
 from collaudit.core.prepare.effort.mounting import mounting, mounting_findings
-from collaudit.core.prepare.joint_selection import in_model_order, judged_joints
-from collaudit.core.prepare.log_size import refuse_larger_than_memory
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
-from collaudit.core.prepare.prepared import ConditionedLog
+from collaudit.core.prepare.prepared import ConditionedLog, in_model_order
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.thinned_log import TorqueTable
 
@@ -63,3 +63,50 @@ def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[N
     if force is None:
         return labels, []
     return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s), []
+
+
+def judged_joints(config: Config, present: tuple[str, ...], name: str) -> tuple[str, ...]:
+    """The joints to judge, of those present in the log of this name.
+
+    Raises:
+        LogError: one that the configuration names is not there.
+    """
+    wanted = config.robot.joints
+    if wanted is None:
+        return present
+    missing = [joint for joint in wanted if joint not in present]
+    if missing:
+        raise LogError(
+            "joints to judge are missing from the log",
+            where=f"{name}, [robot] joints",
+            found="nothing of " + ", ".join(missing),
+            expected=", ".join(wanted),
+            hint="map other names by [log] joint_names, or leave these joints out of [robot] joints",
+        )
+    return tuple(joint for joint in present if joint in wanted)
+
+
+#: So many tables of a log's size must fit in memory: an audit keeps twelve, and the columns that are worked on at the
+#: same time take as much as six.
+_AT_ONCE = 18
+
+
+def refuse_larger_than_memory(rows: int, columns: int, name: str) -> None:
+    """Refuse a log whose tables do not fit.
+
+    Args:
+        rows, columns: samples and joints.
+        name: of the log.
+
+    Raises:
+        NotJudgedError: they do not.
+    """
+    needed, there = 8.0 * rows * columns * _AT_ONCE, memory_bytes()
+    if needed > there:
+        raise NotJudgedError(
+            "the log is larger than memory allows to judge at once",
+            where=name,
+            found=f"{rows} samples of {columns} joints: {needed / 1e9:.3g} GB of tables",
+            expected=f"at most {there / 1e9:.3g} GB",
+            hint="judge it in parts: --set log.to_s=3600, then --set log.from_s=3600 --set log.to_s=7200",
+        )

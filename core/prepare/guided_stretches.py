@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import without_states
-from collaudit.core.arm_states.hand_guiding import Friction, Gravity, HandGuiding, hand_guiding
+from collaudit.core.arm_states.hand_guiding import Friction, HandGuiding, hand_guiding
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import PUSH_S
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import covered
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, smoothing_words
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.torque_table.thinned_log import TorqueTable, thinned
 
-#: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
-_STRETCH_S, _FEWEST, _QUANTILE = 0.25, 12, 0.7
-#: Half of the means lie so close to the line, as a share of it: else errors of the model are taken for friction. On
-#: simulated arms, a third of whose motion is guided, they lie within 0.1; behind joint-side sensors beyond 0.5.
-_CLOSE = 0.3
+#: Of friction's line over speed one coefficient beside the other.
+_EITHER = ("way", "along"), ("along", "way")
 
 
 def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
@@ -41,10 +36,10 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     if not found:
         return prepared
     series = prepared.series
-    mask = covered((one.span for one in found), series.time_s.size)
+    mask = _covered(series, found)
     if series.not_driven is not None:
         mask |= series.not_driven
-    findings = tuple(_finding("arm-guided", series, one, "judged") for one in found)
+    findings = tuple(_finding("arm-guided", one, "judged") for one in found)
     marked = without_states(series, mask)
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
 
@@ -59,13 +54,13 @@ def with_effort_smoothing(
         friction: sliding friction by joint.
         contact: (n,) samples that are not looked at.
     """
-    known = _known(prepared, friction)
-    if known is None:
+    table = _table(prepared)
+    if table is None:
         return prepared
-    series, drive, rigid, _, laws = known
     if contact is not None:
-        drive = np.where(contact[:, None], np.nan, drive)
-    found = {series.joint_names[j]: one for j, one in effort_smoothing(series, drive, rigid, laws).items()}
+        touched = thinned(contact[:, None].astype(np.float64), round(table.period_s / prepared.series.period_s))
+        table = replace(table, effort=np.where(touched > 0.0, np.nan, table.effort))
+    found = effort_smoothing(table, friction)
     shown = {joint: one for joint, one in found.items() if one.shown}
     findings = prepared.findings
     if shown:
@@ -88,51 +83,28 @@ def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared
     found = _found(prepared, rough_friction(prepared), config)
     if not found:
         return prepared, ()
-    findings = tuple(_finding("fit-left-out", prepared.series, one, "fitted") for one in found)
-    left_out = covered((one.span for one in found), prepared.series.time_s.size)
-    return without_effort(prepared, left_out, config), findings
+    findings = tuple(_finding("fit-left-out", one, "fitted") for one in found)
+    return without_effort(prepared, _covered(prepared.series, found), config), findings
 
 
 def rough_friction(prepared: Prepared) -> dict[str, Friction]:
-    """Sliding friction F sgn v + D v by joint, from means over short stretches of motion one way.
+    """Sliding friction F sgn v + D v by joint, of motion one way, as most of its seconds have it.
 
-    The line through |v| below which most of the means lie, through the slowest and the fastest third (resistant line:
-    Tukey, Exploratory Data Analysis, 1977, ch. 5): in up to half of the motion the drives may supply less, as under a
-    hand. Joints that hardly move, or whose effort does not go with their motion, have none.
+    In some of the motion the drives may supply less, as under a hand. Joints that hardly move, or whose effort does not
+    go with their motion, have none.
     """
-    series, rigid = prepared.series, prepared.rigid_nm
-    if rigid is None or series.effort is None:
+    table, found = _table(prepared), dict[str, Friction]()
+    if table is None:
         return {}
-    effort, contact = series.effort, prepared.contact_nm
-    # counted by the stretches that were recorded: a gap may be of years
-    _, stretch = np.unique(np.floor((series.time_s - series.time_s[0]) / _STRETCH_S), return_inverse=True)
-
-    def of_joint(joint: str) -> tuple[float, float] | None:
-        j = series.column(joint)
-        rest = effort[:, j] - rigid[:, j]
-        return _line(stretch, series.velocity_rad_s[:, j], rest if contact is None else rest - contact[:, j])
-
-    lines = by_name(of_joint, prepared.judged)
-    return {joint: partial(_sliding, *line) for joint, line in lines.items() if line is not None}
-
-
-def _line(stretch: IntArray, velocity: FloatArray, rest: FloatArray) -> tuple[float, float] | None:
-    """F in N·m and D in N·m·s/rad, both at least 0; None where there is no friction to be seen."""
-    use = np.isfinite(rest) & (np.abs(velocity) >= MOVING_RAD_S)
-    size, stretch, velocity, rest = int(stretch[-1]) + 1, stretch[use], velocity[use], rest[use]
-    count, one_way = (np.bincount(stretch, weight, size) for weight in (np.ones(stretch.size), np.sign(velocity)))
-    whole = (count > 0.5 * np.median(count[count > 0]) if count.any() else count > 0) & (np.abs(one_way) == count)
-    if np.count_nonzero(whole) < _FEWEST:
-        return None
-    speed = np.bincount(stretch, np.abs(velocity), size)[whole] / count[whole]
-    level = np.bincount(stretch, np.sign(velocity) * rest, size)[whole] / count[whole]
-    slow, fast = speed <= quantile_of(speed, 1.0 / 3.0), speed >= quantile_of(speed, 2.0 / 3.0)
-    ends = [(median_of(speed[third]), quantile_of(level[third], _QUANTILE)) for third in (slow, fast)]
-    apart = np.diff(ends, axis=0)[0]
-    viscous = max(float(apart[1] / apart[0]), 0.0) if apart[0] > 0 else 0.0
-    coulomb = max(quantile_of(level - viscous * speed, _QUANTILE), 0.0)
-    line = coulomb + viscous * speed
-    return (coulomb, viscous) if median_of(np.abs(level - line) - _CLOSE * line) < 0 else None
+    # counted by the rows that were recorded: a gap may be of years
+    recorded = replace(table, time_s=np.arange(table.time_s.size) * np.float64(table.period_s))
+    along = table.way * np.abs(table.motion[1])
+    for joint, sums in recorded.sums(rest=table.effort - table.model, along=along).items():
+        level = sums.slope("rest", "way", "beyond", "one")
+        coulomb, viscous = (sums.slope("rest", *two, "one", least_own=0.0) for two in _EITHER)
+        if joint in prepared.judged and level is not None and level.positive and coulomb and viscous:
+            found[joint] = partial(_sliding, max(coulomb.value, 0.0), max(viscous.value, 0.0))
+    return found
 
 
 def _sliding(coulomb_nm: float, viscous_nm_s_per_rad: float, velocity: FloatArray) -> FloatArray:
@@ -140,31 +112,34 @@ def _sliding(coulomb_nm: float, viscous_nm_s_per_rad: float, velocity: FloatArra
 
 
 def _found(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> list[HandGuiding]:
-    known = None if config.detect.hand_guiding == "off" else _known(prepared, friction)
-    return [] if known is None else hand_guiding(*known)
+    table = None if config.detect.hand_guiding == "off" else _table(prepared)
+    return [] if table is None else hand_guiding(table, prepared.robot.gravity_torque, friction)
 
 
-def _known(
-    prepared: Prepared, friction: Mapping[str, Friction]
-) -> tuple[UniformSeries, FloatArray, FloatArray, Gravity, dict[int, Friction]] | None:
-    """Series, drives' torque, rigid-body torque, gravity and friction by column; None without an effort in N·m."""
-    series, rigid = prepared.series, prepared.rigid_nm
-    if rigid is None or series.effort is None or series.effort_unit != "Nm":
+def _table(prepared: Prepared) -> TorqueTable | None:
+    """What the drives exert beside the tool's commanded force, and the rigid bodies' torque; None where unknown."""
+    series, rigid, start = prepared.series, prepared.rigid_nm, prepared.start.table
+    if rigid is None or start is None or series.effort is None or series.effort_unit != "Nm":
         return None
     contact = prepared.contact_nm
-    drive = series.effort if contact is None else series.effort - contact
-    by_column = {series.column(joint): law for joint, law in friction.items()}
-    return series, drive, rigid, prepared.robot.gravity_torque, by_column
+    driven = series if contact is None else replace(series, effort=series.effort - contact)
+    return start.seen(driven, rigid)
 
 
-def _finding(code: str, series: UniformSeries, found: HandGuiding, what: str) -> Finding:
+def _covered(series: UniformSeries, found: Sequence[HandGuiding]) -> BoolArray:
+    """(n,) samples in one of the stretches."""
+    out = np.zeros(series.time_s.size, dtype=np.bool_)
+    for one in found:
+        out |= (series.time_s >= one.start_s) & (series.time_s < one.end_s)
+    return out
+
+
+def _finding(code: str, found: HandGuiding, what: str) -> Finding:
     """That a hand guided the arm in a stretch, which is not ``what``."""
-    start, end = (float(series.time_s[k]) for k in (found.span.start, found.span.stop - 1))
-    joints = ", ".join(series.joint_names[j] for j in found.joints)
-    supplied = 100 * max(found.share, 0.0)
     text = (
-        f"From {start:.4g} to {end:.4g} s the arm moves and its drives do not move it: on {joints} their efforts hold "
-        f"gravity and supply {supplied:.0f} % of what friction and inertia take; {found.work_j:.3g} J come from "
-        f"outside. It looks guided by hand (freedrive) without a flag that says so; not {what} there."
+        f"From {found.start_s:.4g} to {found.end_s:.4g} s the arm moves and its drives do not move it: on "
+        f"{', '.join(found.joints)} their efforts hold gravity and supply {100 * max(found.share, 0.0):.0f} % of what "
+        f"friction and inertia take; {found.work_j:.3g} J come from outside. It looks guided by hand (freedrive) "
+        f"without a flag that says so; not {what} there."
     )
-    return Finding(code, "warning", text, start_s=start, end_s=end)
+    return Finding(code, "warning", text, start_s=found.start_s, end_s=found.end_s)

@@ -82,10 +82,13 @@ def _too_far(
         speed = _top_speed(series, j)
         far = limited[j] and reach[j] > _MOST_PAST_LIMIT_RAD
         degrees = most or alone or far or speed > _FAST_RAD_S
-        if degrees or limited[j]:
-            bound = f"its limits are within {limit[j]:.4g}" if limited[j] else "it has no limits"
-            seen = f"Joint '{names[j]}' reaches {reach[j]:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
-            findings.append(_beyond(names[j], seen, degrees, stated))
+        bound = f"its limits are within {limit[j]:.4g}" if limited[j] else "it has no limits"
+        seen = f"Joint '{names[j]}' reaches {reach[j]:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
+        if degrees:
+            findings.append(_suspect(names[j], f"{seen}: degrees?", 'position = "deg"', 'position = "rad"', stated))
+        elif limited[j]:
+            text = f"{seen}: it kept turning, at a speed that is possible in radians only, and was taken as radians."
+            findings.append(Finding("log-unit-suspect", "warning", text, joint=names[j]))
     return findings
 
 
@@ -100,17 +103,9 @@ def _too_long(
         speed = _top_speed(series, j)
         if reach <= (_TIMES_LIMIT * limit if limit > 0 else _LONG_M) and speed <= _FAST_M_S:
             continue
-        text = f"Joint '{series.joint_names[j]}' reaches {reach:.4g} m at up to {speed:.3g} m/s: millimetres?"
-        stated = "length" in units.given
-        text += (
-            f' They were taken as {units.length}, as [log.units] length = "{units.length}" states.'
-            if stated
-            else ' Then say so in [log.units]: length = "mm"; if they are metres, length = "m". Nothing was converted, '
-            "and nothing is judged."
-        )
-        findings.append(
-            Finding("log-unit-suspect", "warning" if stated else "error", text, joint=series.joint_names[j])
-        )
+        seen = f"Joint '{series.joint_names[j]}' reaches {reach:.4g} m at up to {speed:.3g} m/s: millimetres?"
+        taken, stated = f'length = "{units.length}"', "length" in units.given
+        findings.append(_suspect(series.joint_names[j], seen, 'length = "mm"', taken, stated))
     return findings
 
 
@@ -142,17 +137,12 @@ def _top_speed(series: UniformSeries, j: int, over_s: float = 0.0) -> float:
     return quantile_of(speed, 0.99) if speed.size else 0.0
 
 
-def _beyond(joint: str, seen: str, degrees: bool, stated: bool) -> Finding:
-    if stated and degrees:
-        text = f'{seen}: degrees? They were taken as radians, as [log.units] position = "rad" states.'
-    elif degrees:
-        text = (
-            f'{seen}: degrees? Then say so in [log.units]: position = "deg"; if they are radians, position = "rad". '
-            "Nothing was converted, and nothing is judged."
-        )
-    else:
-        text = f"{seen}: it kept turning, at a speed that is possible in radians only, and was taken as radians."
-    return Finding("log-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
+def _suspect(joint: str, seen: str, other: str, taken: str, stated: bool) -> Finding:
+    """That another unit is likelier than the one taken, both as keys; no veto where that one is stated."""
+    text = f"{seen} They were taken as [log.units] states: {taken}."
+    if not stated:
+        text = f"{seen} Then say so in [log.units]: {other}; if not, {taken}. Nothing was converted, nothing is judged."
+    return Finding("log-unit-suspect", "warning" if stated else "error", text, joint=joint)
 
 
 def _too_small(position: FloatArray) -> list[Finding]:

@@ -20,25 +20,21 @@ from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
     calibrated_series,
-    missing_sensor_findings,
     spring_findings,
     weightless_findings,
 )
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque
 from collaudit.core.prepare.conditioned_log import conditioned
-from collaudit.core.prepare.effort.computed_effort import computed_findings, smooth_joints
 from collaudit.core.prepare.effort.delay_estimate import Delay
-from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains
-from collaudit.core.prepare.effort.effort_kind import (
-    friction_sign_findings,
-    friction_signs,
-    magnitude_findings,
-)
+from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains, friction_signs
+from collaudit.core.prepare.effort.effort_kind import computed_findings, magnitude_findings, smooth_joints
 from collaudit.core.prepare.effort.gain_findings import (
-    effort_findings,
+    delay_finding,
     identified_scale_findings,
+    late_signs,
     raw_effort_findings,
     scale_findings,
+    sign_findings,
 )
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared
@@ -136,8 +132,6 @@ def modelled(
     series = calibrated_series(start.series, calibration)
     commanded, rigid, quiet = _torques(start, series, robot, calibration, config, known)
     findings = [*start.findings, *commanded.findings, *bandwidth_findings(quiet, series.bandwidth_hz)]
-    if series.wrench is not None:
-        findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
     table = None if start.table is None or rigid is None else start.table.seen(series, rigid, contact)
     switched = switched_efforts(series, table, start.judged)
@@ -236,20 +230,15 @@ def _effort_checks(
     upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
     gains = _gains_with_free_tool(gains, table, robot, upright, config)
     signed = _signed(config)
-    findings, delay = effort_findings(
-        series,
-        robot,
-        table,
-        contact,
-        gains,
-        start.judged,
-        config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None,
-        signed,
-        upright,
-    )
-    findings += computed_findings(smooth, friction, start.judged)
-    if delay is not None:  # of a late effort no scale is known
+    findings = computed_findings(smooth, friction, start.judged)
+    late = late_signs(series, robot, table, contact, gains)
+    if late is not None:  # of a late effort no scale is known, and of signs that friction tells none that is inverted
+        delay, undone = late
+        stated_ms = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
+        told = {joint: signs[joint] for joint in upright}
+        findings += [delay_finding(delay, undone, stated_ms), *sign_findings(gains, start.judged, signed, told, undone)]
         return _EffortChecks(gains, delay, upright, tuple(findings))
+    findings += sign_findings(gains, start.judged, signed, signs)
     described = gains
     if robot is not start.robot:  # against the arm as described, what was identified of it left open
         lacking = () if calibration.identified is None else calibration.identified.estimate
@@ -257,7 +246,6 @@ def _effort_checks(
         described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
     loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
     scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit, loaded)
-    findings += friction_sign_findings(signs, gains, start.judged, signed, series.effort_unit)
     return _EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data import shown
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
 from collaudit.core.numeric.arrays import FloatArray, Span
@@ -19,7 +20,6 @@ from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.effort_kind import EffortKind, EffortSource
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing
-from collaudit.core.prepare.joint_selection import of_joints
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.thinned_log import TorqueTable
@@ -197,3 +197,31 @@ def _segments_in(spans: Sequence[Span], segments: Sequence[Span]) -> list[Span]:
                 found.append(Span(before + start - span.start, before + stop - span.start))
         before += len(span)
     return found
+
+
+#: Of a log or a series: what has a column for each joint.
+_BY_JOINT = (
+    "position_rad", "velocity_rad_s", "acceleration_rad_s2", "effort", "saturated", "raw_velocity_rad_s",
+    "temperature_c", "joint_torque_nm",
+)  # fmt: skip
+
+
+def in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
+    """The log with the model's joints only, in the model's order."""
+    pick = [log.joint_names.index(name) for name in robot.joint_names]
+    if pick == list(range(len(log.joint_names))):
+        return log
+    return replace(log, joint_names=robot.joint_names, **_picked(log, pick))
+
+
+def of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
+    """The series with these of its joints only."""
+    if len(joints) == len(series.joint_names):
+        return series
+    return replace(series, joint_names=joints, **_picked(series, [series.column(joint) for joint in joints]))
+
+
+def _picked(signals: JointLog | UniformSeries, columns: Sequence[int]) -> dict[str, Any]:
+    """Those of the signals that have a column for each joint, with some of the columns."""
+    tables = ((name, getattr(signals, name, None)) for name in _BY_JOINT)
+    return {name: np.asfortranarray(values[:, columns]) for name, values in tables if values is not None}

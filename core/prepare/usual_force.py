@@ -11,7 +11,7 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data import shown
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import closed, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.phases import CONTACT_FORCE_N
 
@@ -93,13 +93,9 @@ def _found_limit(force_n: FloatArray, contact: BoolArray) -> FloatArray:
 
 
 def _stretches(time_s: FloatArray, excess_n: FloatArray, limit_n: FloatArray) -> list[ExcessForce]:
-    starts, stops = run_bounds(excess_n > 0.0)
-    if starts.size == 0:
-        return []
-    fresh = np.flatnonzero(np.concatenate(([True], time_s[starts[1:]] - time_s[stops[:-1] - 1] > _TOGETHER_S)))
+    period_s = float(time_s[1] - time_s[0])
     out = []
-    for group in np.split(np.arange(starts.size), fresh[1:]):
-        a, b = int(starts[group[0]]), int(stops[group[-1]])
+    for a, b in zip(*run_bounds(closed(excess_n > 0.0, round(_TOGETHER_S / period_s))), strict=True):
         first, last = float(time_s[a]), float(time_s[b - 1])
         if last - first >= _IMPACT_S:
             out.append(ExcessForce(first, last, float(excess_n[a:b].max()), float(limit_n[a])))
@@ -107,19 +103,20 @@ def _stretches(time_s: FloatArray, excess_n: FloatArray, limit_n: FloatArray) ->
 
 
 def excess_findings(excess: Sequence[ExcessForce], config: PhasesConfig) -> list[Finding]:
-    """A finding for each of the first stretches."""
-    usual = config.force_limit_n is None
-    what = "the limit of what is usual in its contact" if usual else "[phases] force_limit_n"
+    """A fact for each of the first stretches."""
+    what = "[phases] force_limit_n" if config.force_limit_n is not None else "the limit of what is usual in its contact"
     out = []
     for one in excess[:_LISTED]:
-        text = f"The tool's force rose to {one.peak_n:.3g} N between {one.start_s:.4g} and {one.end_s:.4g} s, "
-        if one.limit_n > 0:
-            text += (
-                f"above {one.limit_n:.3g} N, {what}. Force up to this limit was taken as intended; the rest was judged."
-            )
-        else:
-            text += "more than other contact that was found shows to be usual. All of it was judged."
-        out.append(fact(f"{text} [phases] force_limit_n states what is allowed.", start_s=one.start_s, end_s=one.end_s))
+        judged = (
+            f"above {one.limit_n:.3g} N, {what}. Force up to this limit was taken as intended; the rest was judged."
+        )
+        if not one.limit_n > 0:
+            judged = "more than other contact that was found shows to be usual. All of it was judged."
+        text = (
+            f"The tool's force rose to {one.peak_n:.3g} N between {one.start_s:.4g} and {one.end_s:.4g} s, {judged} "
+            "[phases] force_limit_n states what is allowed."
+        )
+        out.append(fact(text, start_s=one.start_s, end_s=one.end_s))
     return out
 
 

@@ -9,8 +9,9 @@ from three_joints import arm, log_of, settings
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.prepare.effort.effort_gain import EffortGain
-from collaudit.core.prepare.effort.effort_kind import friction_sign_findings, friction_signs
+from collaudit.core.findings import Finding
+from collaudit.core.prepare.effort.effort_gain import EffortGain, friction_signs
+from collaudit.core.prepare.effort.gain_findings import sign_findings
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import TorqueTable
@@ -54,19 +55,22 @@ def test_a_hand_that_leads_the_arm_inverts_no_sign() -> None:
 
 
 def test_what_is_stated_wins_and_gravity_is_heard() -> None:
-    sign = run(-1.0)
-    joint = "joint1"
-    (error,) = friction_sign_findings({joint: sign}, (), (joint,), (), "Nm")
+    joint, sign = "joint1", run(-1.0)
+
+    def said(*gains: EffortGain, stated: tuple[str, ...] = ()) -> Finding:
+        (finding,) = (f for f in sign_findings(gains, (joint,), stated, {joint: sign}) if not f.is_fact)
+        return finding
+
+    error = said()
     assert (error.code, error.severity, error.joint) == ("effort-sign-inverted", "error", joint)
     assert f'effort_sign = {{ "{joint}" = -1 }}' in error.text
     assert error.effect == "not-judged-joint"
-    (stated,) = friction_sign_findings({joint: sign}, (), (joint,), (joint,), "Nm")
+    stated = said(stated=(joint,))
     assert (stated.code, stated.severity, stated.effect) == ("effort-sign-inverted", "warning", "none")
-    against = EffortGain(joint, 1.0, (0.9, 1.1), 0.9)
-    (other,) = friction_sign_findings({joint: sign}, (against,), (joint,), (), "Nm")
+    other = said(EffortGain(joint, 1.0, (0.9, 1.1), 0.9))
     assert (other.code, other.severity) == ("friction-not-physical", "warning")
-    said = EffortGain(joint, -1.0, (-1.1, -0.9), 0.9)
-    assert friction_sign_findings({joint: sign}, (said,), (joint,), (), "Nm") == []
+    once = said(EffortGain(joint, -1.0, (-1.1, -0.9), 0.9))
+    assert "against the model's gravity" in once.text
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -74,7 +74,7 @@ def test_a_stated_unit_is_never_a_veto(tmp_path) -> None:  # type: ignore[no-unt
     found = said(degrees, tmp_path, stated=True)
     assert found
     assert {f.severity for f in found} == {"warning"}
-    assert all("as [log.units]" in f.text and not f.forbids_pass for f in found)
+    assert all("as [log.units] states" in f.text and not f.forbids_pass for f in found)
     tiny = np.deg2rad(arm(0.4 * np.sin(T)))
     assert severities(said(tiny, tmp_path, unit="deg")) == [("warning", None)]
 

@@ -146,7 +146,7 @@ def test_a_push_that_the_channel_smooths_shows_above_what_is_said(
     """A push of 0.2 s behind a window of 0.15 s keeps half of its height, and the torque that is noticed doubles."""
     q, window_s = one_standing(20.0), 0.15
     plain = torque_at(audit(log_of(q), friction), "joint1", 0.5)
-    known = dict.fromkeys((0, 1), Smoothing(window_s, window_s, window_s))
+    known = dict.fromkeys(("joint1", "joint2"), Smoothing(window_s, window_s, window_s))
     monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: known)
     said = torque_at(audit(log_of(q), friction), "joint1", 0.5)
     assert plain is not None and said is not None
@@ -162,7 +162,7 @@ def test_a_push_that_the_channel_smooths_shows_above_what_is_said(
 def test_where_slow_motion_does_not_bound_the_smoothing_no_push_counts_as_noticed_and_it_is_said(
     friction: FrictionFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: {0: Smoothing(1.0, 0.0, np.inf)})
+    monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: {"joint1": Smoothing(1.0, 0.0, np.inf)})
     found = audit(log_of(one_standing(20.0)), friction)
     assert torque_at(found, "joint1", 0.5) is None
     assert found.verdict == "not_judged"

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import parabola_minimum
 
 _REACH_S = (-0.2, 0.7)
@@ -73,12 +74,13 @@ def best_shift(count: int, costs: Costs, period_s: float) -> Delay | Undetermine
     table = np.array([cost(coarse) for cost in blocks])  # (blocks, shifts, targets)
     weight = np.maximum(table.sum(axis=0).min(axis=0), 1e-30)
     curve = (table / weight).sum(axis=2)
-    near = int(np.argmin(curve.sum(axis=0)))
-    alike = _alike(curve, near)
-    why = _ambiguity(curve, near, alike, np.asarray(coarse * period_s, dtype=np.float64))
+    near, alike = int(np.argmin(curve.sum(axis=0))), _alike(curve, _WORSE)
+    starts, stops = run_bounds(alike)
+    around = int(np.searchsorted(starts, near, side="right")) - 1
+    first, last = int(starts[around]), int(stops[around]) - 1
+    why = _ambiguity(curve, near, (first, last), alike, np.asarray(coarse * period_s, dtype=np.float64))
     if why:
         return Undetermined(why)
-    first, last = _around(alike, near)
     # wide enough for what leaving out a block can do: a minimum at the window's end would pass for a certain one
     low, high = int(coarse[first]) - 2 * step - 2, int(coarse[last]) + 2 * step + 2
     shifts = np.arange(max(back, low), min(ahead, high) + 1, max(1, (high - low) // _POINTS))
@@ -92,47 +94,39 @@ def reach(period_s: float) -> tuple[int, int]:
     return min(back, -3), max(ahead, 3)
 
 
-def _alike(curve: FloatArray, near: int) -> BoolArray:
-    """(shifts,) where the blocks' costs (blocks, shifts) are not clearly above those of the best shift."""
-    worse = curve - curve[:, near, None]
+def _alike(curve: FloatArray, errors: float) -> BoolArray:
+    """(shifts,) where the blocks' costs (blocks, shifts) are not so many standard errors above those of the best shift.
+
+    Where costs are quadratic, an estimate off by k standard errors makes the true shift worse by k / 2 of its own.
+    """
+    worse = curve - curve[:, [int(np.argmin(curve.sum(axis=0)))]]
     error = np.std(worse, axis=0, ddof=1) / np.sqrt(curve.shape[0])
-    return np.asarray(worse.mean(axis=0) <= _WORSE * error)
+    return np.asarray(worse.mean(axis=0) <= errors * error)
 
 
-def _around(alike: BoolArray, near: int) -> tuple[int, int]:
-    """First and last of the shifts that are alike without a break around the best one."""
-    first = last = near
-    while first > 0 and alike[first - 1]:
-        first -= 1
-    while last + 1 < alike.size and alike[last + 1]:
-        last += 1
-    return first, last
-
-
-def _ambiguity(curve: FloatArray, near: int, alike: BoolArray, shifts_s: FloatArray) -> str:
+def _ambiguity(curve: FloatArray, near: int, around: tuple[int, int], alike: BoolArray, shifts_s: FloatArray) -> str:
     """Why the best of the shifts is not the only one; empty where it is.
 
     Args:
         curve: (blocks, shifts) costs.
-        near: number of the smallest.
+        near: number of the smallest; ``around`` first and last without a break that are as good.
         alike: (shifts,) which are as good.
         shifts_s: (shifts,) s.
     """
-    first, last = _around(alike, near)
+    first, last = around
+    low_ms, high_ms = 1e3 * shifts_s[first], 1e3 * shifts_s[last]
     if near in (0, alike.size - 1):
         return f"no shift between {1e3 * shifts_s[0]:.0f} and {1e3 * shifts_s[-1]:.0f} ms is the best"
-    if shifts_s[last] - shifts_s[first] > _WIDEST_S:
+    if high_ms - low_ms > 1e3 * _WIDEST_S:
         return (
-            f"shifts from {1e3 * shifts_s[first]:.0f} to {1e3 * shifts_s[last]:.0f} ms explain it equally well: it "
-            "carries too little of the motion"
+            f"shifts from {low_ms:.0f} to {high_ms:.0f} ms explain it equally well: it carries too little of the motion"
         )
-    others = np.flatnonzero(alike)
-    others = others[(others < first) | (others > last)]
-    if others.size:
-        also = float(shifts_s[others[int(np.argmin(curve[:, others].sum(axis=0)))]])
+    cost = np.where(alike, curve.sum(axis=0), np.inf)
+    cost[first : last + 1] = np.inf
+    if np.isfinite(cost).any():
         return (
-            f"a shift of {1e3 * also:.0f} ms explains it as well as one of {1e3 * shifts_s[near]:.0f} ms: the motion "
-            "repeats itself, or the channel carries too little of it"
+            f"a shift of {1e3 * shifts_s[np.argmin(cost)]:.0f} ms explains it as well as one of "
+            f"{1e3 * shifts_s[near]:.0f} ms: the motion repeats itself, or the channel carries too little of it"
         )
     return ""
 
@@ -153,22 +147,9 @@ def _jackknifed(fine: FloatArray, shifts: IntArray, period_s: float) -> Delay | 
     count = fine.shape[0]
     error = float(np.sqrt((count - 1) / count * np.sum((without - best) ** 2)))
     half = max(float(student_quantile(carry - 1.0, 0.975)) * error, _FINEST) * period_s
-    first, last = _not_refuted(fine, shifts)
-    return Delay(
-        best * period_s, (min(best * period_s - half, first * period_s), max(best * period_s + half, last * period_s))
-    )
-
-
-def _not_refuted(fine: FloatArray, shifts: IntArray) -> tuple[float, float]:
-    """First and last shift whose costs (blocks, shifts) are not clearly above the smallest.
-
-    Where costs are quadratic, an estimate off by k standard errors makes the true shift worse by k / 2 of its own.
-    """
-    near = int(np.argmin(fine.sum(axis=0)))
-    worse = fine - fine[:, near, None]
-    error = np.std(worse, axis=0, ddof=1) / np.sqrt(fine.shape[0])
-    open_to = np.flatnonzero(worse.mean(axis=0) <= _OPEN * float(student_quantile(fine.shape[0] - 1, 0.975)) * error)
-    return float(shifts[open_to[0]]), float(shifts[open_to[-1]])
+    quantile = float(student_quantile(count - 1, 0.975))
+    first, last = period_s * shifts[np.flatnonzero(_alike(fine, _OPEN * quantile))[[0, -1]]]
+    return Delay(best * period_s, (min(best * period_s - half, float(first)), max(best * period_s + half, float(last))))
 
 
 def _minimum(curve: FloatArray, shifts: IntArray) -> float:

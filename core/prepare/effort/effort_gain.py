@@ -1,4 +1,8 @@
-"""Does the effort behave like a joint torque? Its gain and sign against the model's torque."""
+"""Does the effort behave like a joint torque? Its gain and sign against the model's torque, and its sign by friction.
+
+Gravity tells the sign of joints that carry load. Friction tells it of every joint that moves: it opposes the motion,
+so the part of the effort that goes with the direction of motion is positive. Wrists have nothing else.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.torque_table.block_sums import LEAST_OWN, MIN_EXPLAINED
+from collaudit.core.torque_table.block_sums import LEAST_OWN, MIN_EXPLAINED, Slope
 from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
 
 #: Torque by a motor's current is good to about a tenth (its constant, warm magnets), by a sensor behind it to less.
@@ -119,3 +123,24 @@ def described_gains(
 def overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:
     """Whether two intervals have a value in common."""
     return a[0] <= b[1] and b[0] <= a[1]
+
+
+#: Half width of the interval in standard errors: a sign is called inverted with 99.9 % confidence.
+_SIGMAS = 3.3
+#: Each direction has this share of the motion: else friction cannot be told from an offset.
+_EACH_WAY = 0.1
+
+
+def friction_signs(table: TorqueTable) -> dict[str, Slope]:
+    """Mean torque along the motion by joint, in the effort's unit: positive where friction takes power.
+
+    Least squares of effort = offset + gain·tau + late·dtau/dt + c·sgn(v) + d·v; the level is c + d·mean|v|, which is
+    the coefficient of sgn(v) beside v - sgn(v)·mean|v|. The rate of the model torque takes up a delay of the effort,
+    which would otherwise look like friction of either sign.
+    """
+    both_ways = {joint: one for joint, one in table.sums().items() if abs(one.mean("way")) < 1.0 - 2.0 * _EACH_WAY}
+    slopes = {
+        joint: one.slope("effort", "way", "beyond", "one", "model", "rate", sigmas=_SIGMAS)
+        for joint, one in both_ways.items()
+    }
+    return {joint: slope for joint, slope in slopes.items() if slope is not None}

@@ -4,8 +4,7 @@ A controller may publish the torque of its drives less that of gravity, by its o
 on the model's gravity and on its inertial torque, with friction and an offset beside them, such an effort holds the
 second and nothing of the first. A current holds both by the same factor.
 
-Gravity tells the sign of joints that carry load. Friction tells it of every joint that moves: it opposes the motion,
-so the part of the effort that goes with the direction of motion is positive. Wrists have nothing else.
+An effort without a sensor's noise, and without the friction that every drive has, is computed by a controller.
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
+from collaudit.core.numeric.channel_noise import bend_of, noise_of
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
@@ -124,74 +123,6 @@ def _mean(slopes: Sequence[Slope]) -> _Share:
     return mean, float(np.sqrt(max(1.0, apart) / np.sum(weight)))
 
 
-#: Half width of the interval in standard errors: a sign is called inverted with 99.9 % confidence.
-_SIGMAS = 3.3
-#: Each direction has this share of the motion: else friction cannot be told from an offset.
-_EACH_WAY = 0.1
-
-
-def friction_signs(table: TorqueTable) -> dict[str, Slope]:
-    """Mean torque along the motion by joint, in the effort's unit: positive where friction takes power.
-
-    Least squares of effort = offset + gain·tau + late·dtau/dt + c·sgn(v) + d·v; the level is c + d·mean|v|, which is
-    the coefficient of sgn(v) beside v - sgn(v)·mean|v|. The rate of the model torque takes up a delay of the effort,
-    which would otherwise look like friction of either sign.
-    """
-    both_ways = {joint: one for joint, one in table.sums().items() if abs(one.mean("way")) < 1.0 - 2.0 * _EACH_WAY}
-    slopes = {
-        joint: one.slope("effort", "way", "beyond", "one", "model", "rate", sigmas=_SIGMAS)
-        for joint, one in both_ways.items()
-    }
-    return {joint: slope for joint, slope in slopes.items() if slope is not None}
-
-
-def friction_sign_findings(
-    signs: Mapping[str, Slope],
-    gains: tuple[EffortGain, ...],
-    judged: Collection[str],
-    stated: Collection[str],
-    unit: str,
-) -> list[Finding]:
-    """Joints whose friction gives power: the effort is inverted where gravity does not say otherwise.
-
-    Args:
-        signs: by joint.
-        gains: the sign by gravity; where it is inverted too, that has been said.
-        judged: joints to speak of.
-        stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
-        unit: of the effort.
-    """
-    by_gravity = {g.joint: g for g in gains}
-    shown_unit = " N·m" if unit == "Nm" else ""
-    out = []
-    for joint, sign in signs.items():
-        gain = by_gravity.get(joint)
-        if not sign.negative or joint not in judged or (gain is not None and gain.inverted):
-            continue
-        evidence = (
-            f"The effort of joint '{joint}' goes with the motion instead of against friction: "
-            f"{sign.value:.3g}{shown_unit} on average over its motion, without gravity (99.9 %: "
-            f"{sign.value - sign.half:.3g} to {sign.value + sign.half:.3g})"
-        )
-        if gain is not None and gain.known:
-            text = (
-                f"{evidence}, while its gravity torque has the right sign: sign and mounting ([robot] base_rpy_deg) "
-                "are both wrong, or delay, inertia or a person guiding the arm."
-            )
-            out.append(Finding("friction-not-physical", "warning", text, joint=joint))
-        elif joint in stated:
-            text = f"{evidence}. Its sign was taken as [log.units] effort_sign states it."
-            out.append(Finding("effort-sign-inverted", "warning", text, joint=joint))
-        else:
-            text = (
-                f"{evidence}. Friction takes power from the joint, so the sign of the effort looks inverted. If "
-                "it is, state "
-                f'[log.units]: effort_sign = {{ "{joint}" = -1 }}. Nothing was changed.'
-            )
-            out.append(Finding("effort-sign-inverted", "error", text, joint=joint))
-    return out
-
-
 #: A magnitude comes down to this share of its largest value where the torque changes its sign.
 _SHARE_NEAR_ZERO = 0.05
 #: Samples in which a joint moves each way, and joints that do.
@@ -223,3 +154,47 @@ def magnitude_findings(series: UniformSeries) -> tuple[Finding, ...]:
         "effort with its sign."
     )
     return (Finding("effort-no-torque", "error", text),)
+
+
+def smooth_joints(series: UniformSeries) -> frozenset[str]:
+    """Moving joints whose effort has less than a sensor's noise: it was computed, or filtered very much.
+
+    Args:
+        series: the log, its effort as logged.
+    """
+    return (
+        frozenset()
+        if series.effort is None
+        else frozenset(filter(lambda joint: _smooth(series, joint), series.joint_names))
+    )
+
+
+def _smooth(series: UniformSeries, joint: str) -> bool:
+    j = series.column(joint)
+    assert series.effort is not None, "asked for joints with efforts"
+    x = np.ascontiguousarray(series.effort[:, j])
+    moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
+    if not moving.any() or not np.isfinite(x[moving]).any():
+        return False
+    noise = noise_of(x, bend_of(x), moving)
+    return noise.range > 0.0 and not noise.measured
+
+
+def computed_findings(smooth: Collection[str], friction: Mapping[str, Slope], judged: Collection[str]) -> list[Finding]:
+    """That the efforts are a model's, where all joints that would show friction have none, and no noise.
+
+    Args:
+        smooth: joints of :func:`smooth_joints`.
+        friction: mean torque along the motion, of the joints that tell it.
+        judged: joints to speak of.
+    """
+    telling = {joint: slope for joint, slope in friction.items() if joint in judged}
+    if not telling or not set(telling) <= set(smooth) or any(slope.positive for slope in telling.values()):
+        return []
+    most = max(abs(slope.value) + slope.half for slope in telling.values())
+    text = (
+        f"The efforts of {', '.join(telling)} have no noise (a millionth of their range or less) and no friction "
+        f"(at most {most:.2g} along the motion): they look computed from a model, and no contact shows in these. If "
+        'they were measured, state [log] effort_kind = "motor-torque" (or "joint-torque" or "motor-current").'
+    )
+    return [Finding("effort-no-torque", "error", text)]

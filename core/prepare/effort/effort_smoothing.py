@@ -11,25 +11,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import ceil, isfinite
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.arm_states.hand_guiding import Friction
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import gaussian_smoothed
-from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.prepare.effort.channel_shift import all_known
+from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.torque_table.block_sums import explained, products_of
+from collaudit.core.torque_table.thinned_log import TorqueTable
 
 #: Standard deviations of the windows, s. Shorter than 20 ms is what the filters of this program do themselves.
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])
-#: Delays of the effort that are tried, s, and samples looked at in a second.
-_EARLIEST_S, _LATEST_S, _RATE_HZ = -0.04, 0.9, 50.0
+#: Delays of the effort that are tried, s.
+_EARLIEST_S, _LATEST_S = -0.04, 0.9
 #: What both sides are smoothed by before smoothing that seems to be there is said, s: acceleration is noisy, and a
 #: window that calms it looks like one that the effort has passed.
 _CALM_S = 0.1
@@ -38,7 +38,7 @@ _REVERSAL_S = 0.15
 #: Least time in such motion, s; most samples of it.
 _LEAST_S, _MOST = 5.0, 6_000
 #: Of a log that moves for longer, pieces of it are looked at, s: so much in all tells as much as an hour does.
-_PIECE_S, _IN_ALL_S = 30.0, 240.0
+_PIECE_S, _IN_ALL_S = 60.0, 240.0
 _BLOCKS = 20
 #: Share of the effort's power below which a difference of sums of squares is rounding.
 _ROUNDING = 1e-12
@@ -74,42 +74,38 @@ class Smoothing:
         return Smoothing(*(min(value, high_s) for value in (self.best_s, self.low_s, self.high_s)))
 
 
-def effort_smoothing(
-    series: UniformSeries, drive_nm: FloatArray, rigid_nm: FloatArray, friction: Mapping[int, Friction]
-) -> dict[int, Smoothing]:
+def effort_smoothing(table: TorqueTable, friction: Mapping[str, Friction]) -> dict[str, Smoothing]:
     """How far the effort of each joint is smoothed: as all joints together tell, but for those that clearly differ.
 
     Args:
-        series: all joints of the log.
-        drive_nm: (n, j) effort less the torque of the commanded tool force; NaN where unknown.
-        rigid_nm: (n, j) rigid-body torque.
-        friction: sliding friction at (k,) speeds, by column.
+        table: the log, its effort without the torque of the commanded tool force, its model that of the rigid bodies.
+        friction: sliding friction at (k,) speeds, by joint.
 
     Returns:
-        By column; empty where no joint moves for long enough.
+        By joint; empty where none moves for long enough.
     """
-    grid = _Grid.of(series)
+    log = _Stretches.of(table)
 
-    def of_joints(calm_s: float, *margins_s: float) -> list[dict[int, Smoothing]]:
-        def of_joint(j: int) -> list[_Explained | None]:
-            return grid.explained(series, j, drive_nm[:, j], rigid_nm[:, j], friction[j], margins_s, calm_s)
-
-        found = dict(zip(friction, ordered_map(of_joint, friction), strict=True))
+    def of_joints(calm_s: float, *margins_s: float) -> list[dict[str, Smoothing]]:
+        found = by_name(lambda joint: log.explained(joint, friction[joint], margins_s, calm_s), friction)
         by_margin = [
-            {j: one for j, each in found.items() if (one := each[k]) is not None} for k in range(len(margins_s))
+            {joint: one for joint, each in found.items() if (one := each[k]) is not None} for k in range(len(margins_s))
         ]
         return [_of_each(one, friction) if one else {} for one in by_margin]
 
     one_way, about_reversals = of_joints(0.0, _REVERSAL_S, 0.0)
     if not one_way:  # friction that turns gradually looks smoothed: that bounds, and shows nothing
-        return {j: replace(one, low_s=0.0) for j, one in about_reversals.items()}
+        return {joint: replace(one, low_s=0.0) for joint, one in about_reversals.items()}
     seems = any(one.best_s >= _SHOWN_S for one in one_way.values())
     calmed = of_joints(_CALM_S, _REVERSAL_S)[0] if seems else {}
-    shown_s = {j: calmed[j].low_s if j in calmed else 0.0 for j in one_way}
-    return {j: replace(one, low_s=shown_s[j]).at_most(about_reversals[j].high_s) for j, one in one_way.items()}
+    shown_s = {joint: calmed[joint].low_s if joint in calmed else 0.0 for joint in one_way}
+    return {
+        joint: replace(one, low_s=shown_s[joint]).at_most(about_reversals[joint].high_s)
+        for joint, one in one_way.items()
+    }
 
 
-def _of_each(found: Mapping[int, _Explained], joints: Iterable[int]) -> dict[int, Smoothing]:
+def _of_each(found: Mapping[str, _Explained], joints: Iterable[str]) -> dict[str, Smoothing]:
     """What all joints together tell, of each joint that does not clearly differ."""
     own = {j: _interval([one]) for j, one in found.items()}
     best_s = _interval(list(found.values())).best_s
@@ -161,98 +157,80 @@ _COLUMNS = [np.array([0, 2 * window + 1, 2 * window + 2]) for window in range(_W
 _EFFORTS = 2 * _WINDOWS_S.size + 1
 
 
-def _looked_at(series: UniformSeries) -> list[Span]:
-    """Stretches that are long enough: all of them, or pieces in which something moves, evenly over a long log."""
-    least, size = (round(t / series.period_s) for t in (_LEAST_S, _PIECE_S))
-    whole = [span for span in series.segments if len(span) >= least]
-    pieces = [Span(a, min(a + size, span.stop)) for span in whole for a in range(span.start, span.stop, size)]
-    speeds = (series.velocity_rad_s[piece.slice] for piece in pieces)
-    moving = [piece for piece, v in zip(pieces, speeds, strict=True) if (np.abs(v) > MOVING_RAD_S).any()]
-    share = sum(map(len, moving)) * series.period_s / _IN_ALL_S
-    return whole if share <= 1.0 else [piece for piece in moving[:: ceil(share)] if len(piece) >= least]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class _Grid:
-    """About fifty samples a second of the stretches that are long enough.
+class _Stretches:
+    """Pieces of a table that are long enough and in which something moves, evenly over a long log.
 
     Attributes:
-        rows: (k,) samples of the log.
-        stretches: slices of ``rows``.
-        part: (k,) number of the stretch.
-        step_s: between two of them.
+        table: the log.
+        pieces: ranges of its rows.
+        shifts: (s,) delays that are tried, in rows.
     """
 
-    rows: IntArray
-    stretches: tuple[slice, ...]
-    part: IntArray
-    step_s: float
+    table: TorqueTable
+    pieces: list[Span]
+    shifts: IntArray
 
     @classmethod
-    def of(cls, series: UniformSeries) -> _Grid:
-        every = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
-        parts = [np.arange(span.start, span.stop, every) for span in _looked_at(series)]
-        ends = np.cumsum([0, *(part.size for part in parts)])
-        number = np.repeat(np.arange(len(parts)), np.diff(ends))
-        rows = np.concatenate([*parts, np.zeros(0, dtype=np.int64)]).astype(np.int64)
-        return cls(rows, tuple(slice(int(a), int(b)) for a, b in pairwise(ends)), number, every * series.period_s)
-
-    @property
-    def shifts(self) -> IntArray:
-        """(s,) delays that are tried, in steps."""
-        return np.arange(round(_EARLIEST_S / self.step_s), round(_LATEST_S / self.step_s) + 1)
+    def of(cls, table: TorqueTable) -> _Stretches:
+        least, size = (round(t / table.period_s) for t in (_LEAST_S, _PIECE_S))
+        known = zip(*run_bounds(np.asarray(np.isfinite(table.model).all(axis=1))), strict=True)
+        pieces = [Span(a, min(a + size, stop)) for start, stop in known for a in range(start, stop, size)]
+        moves = np.asarray((np.abs(table.motion[1]) > MOVING_RAD_S).any(axis=1))
+        pieces = [piece for piece in pieces if len(piece) >= least and moves[piece.slice].any()]
+        some = max(1, ceil(sum(map(len, pieces)) * table.period_s / _IN_ALL_S))
+        shifts = np.arange(round(_EARLIEST_S / table.period_s), round(_LATEST_S / table.period_s) + 1)
+        return cls(table, pieces[::some], shifts)
 
     def explained(
-        self,
-        series: UniformSeries,
-        j: int,
-        drive: FloatArray,
-        rigid: FloatArray,
-        law: Friction,
-        margins_s: Sequence[float],
-        calm_s: float,
+        self, joint: str, law: Friction, margins_s: Sequence[float], calm_s: float
     ) -> list[_Explained | None]:
         """One joint's effort in motion, for each time kept from reversals; None without such motion or effort.
 
         ``margins_s``: time about a reversal that does not count, s, as friction is not yet sliding. ``calm_s``: by what
         effort, torque and friction are smoothed alike before they are compared, s.
         """
-        effort, torque, speed = drive[self.rows], rigid[self.rows], series.velocity_rad_s[self.rows, j]
-        parts = np.column_stack([torque, law(np.nan_to_num(speed))])
-        known, speed = all_known([parts, speed[:, None]]), np.nan_to_num(speed)
-        slides = (one_way(speed, MOVING_RAD_S, round(margin_s / self.step_s)) for margin_s in margins_s)
-        uses = [self._reached(known & mask, effort, calm_s) for mask in slides]
-        if max(use.size for use in uses) * self.step_s < _LEAST_S:
+        j, step_s = self.table.joints.index(joint), self.table.period_s
+        effort, speed = self.table.effort[:, j], np.nan_to_num(self.table.motion[1][:, j])
+        slides = [one_way(speed, MOVING_RAD_S, round(margin_s / step_s)) for margin_s in margins_s]
+        uses = [self._reached(mask, effort, calm_s) for mask in slides]
+        if max(use.size for use in uses) * step_s < _LEAST_S:
             return [None] * len(uses)
-        calm = self._smoothed(np.column_stack([np.nan_to_num(effort), np.nan_to_num(parts)]), calm_s / self.step_s)
-        windows = [self._smoothed(calm[:, 1:], window / self.step_s) for window in _WINDOWS_S]
+        parts = np.nan_to_num(np.column_stack([effort, self.table.model[:, j], law(speed)]))
+        calm = self._smoothed(parts, calm_s / step_s)
+        windows = [self._smoothed(calm[:, 1:], window / step_s) for window in _WINDOWS_S]
         return [self._explained_at(use, calm[:, 0], windows) for use in uses]
 
     def _explained_at(self, use: IntArray, effort: FloatArray, windows: Sequence[FloatArray]) -> _Explained | None:
-        """An effort (m,) at some samples, and what is explained there by model torque and friction (m, 2), smoothed."""
-        if use.size * self.step_s < _LEAST_S:
+        """An effort (m,) at some rows, and what is explained there by model torque and friction (m, 2), smoothed."""
+        if use.size * self.table.period_s < _LEAST_S:
             return None
         use = use[:: -(-use.size // _MOST)]
         measured = effort[use[:, None] + self.shifts]
         if np.ptp(measured) == 0.0:
             return None
-        block = np.searchsorted(np.linspace(0, self.rows.size, _BLOCKS + 1)[1:-1], use, side="right")
+        block = np.searchsorted(np.linspace(0, effort.size, _BLOCKS + 1)[1:-1], use, side="right")
         return _Explained.of(measured, [smoothed[use] for smoothed in windows], block)
 
     def _reached(self, mask: BoolArray, effort: FloatArray, calm_s: float) -> IntArray:
-        """Marked samples about which the effort is known at all delays, within one stretch."""
-        reach = int(3.0 * calm_s / self.step_s)
+        """Marked rows about which the effort is known at all delays, within one piece."""
+        reach = int(3.0 * calm_s / self.table.period_s)
         first, last = int(self.shifts[0]) - reach, int(self.shifts[-1]) + reach
-        rows = np.flatnonzero(mask)
-        rows = rows[(rows + first >= 0) & (rows + last < mask.size)]
         holes = np.concatenate([[0], np.cumsum(~np.isfinite(effort))])
-        whole = holes[rows + last + 1] == holes[rows + first]
-        return np.asarray(rows[whole & (self.part[rows + first] == self.part[rows + last])])
+        rows = [np.arange(piece.start - first, piece.stop - last) for piece in self.pieces]
+        near = np.concatenate([*rows, np.zeros(0)]).astype(np.int64)
+        near = near[mask[near]]
+        return np.asarray(near[holes[near + last + 1] == holes[near + first]])
 
     def _smoothed(self, parts: FloatArray, window: float) -> FloatArray:
-        """(m, c) columns smoothed by a window, in steps, each stretch by itself."""
-        pieces = [[gaussian_smoothed(column, window) for column in parts[s].T] for s in self.stretches]
-        return np.concatenate([np.column_stack(piece) for piece in pieces])
+        """(m, c) columns smoothed by a window, in rows, each piece by itself."""
+        if window == 0.0:
+            return parts
+        out = np.zeros_like(parts)
+        for piece in self.pieces:
+            for column, smoothed in zip(parts[piece.slice].T, out[piece.slice].T, strict=True):
+                smoothed[:] = gaussian_smoothed(column, window)
+        return out
 
 
 def _interval(joints: Sequence[_Explained]) -> Smoothing:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +10,12 @@ import numpy as np
 from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
-from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.effort.channel_shift import effort_shift, moved
 from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.effort.effort_gain import ACCURATE_GAIN, PLAUSIBLE_GAIN, EffortGain, effort_gains, overlaps
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import TorqueTable
 
 #: A delay below this explains no sign, s.
@@ -33,18 +33,14 @@ _STATE = (
 _SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 
 
-def effort_findings(
+def late_signs(
     series: UniformSeries,
     robot: RobotModel,
     table: TorqueTable,
     contact: FloatArray | None,
-    gains: tuple[EffortGain, ...],
-    judged: tuple[str, ...],
-    taken_off_ms: float | None,
-    stated: Collection[str] = (),
-    upright: Collection[str] = (),
-) -> tuple[list[Finding], Delay | None]:
-    """What the gains say of the effort; a delay in place of signs that it explains.
+    gains: Sequence[EffortGain],
+) -> tuple[Delay, set[str]] | None:
+    """A delay of the effort by which signs only seem inverted, and of which joints; None where none explains any.
 
     Args:
         series: the log.
@@ -52,36 +48,32 @@ def effort_findings(
         table: of it, with its model torque.
         contact: (n, j) torque of the commanded tool force, or None.
         gains: effort against both together.
-        judged: joints to speak of.
-        taken_off_ms: delay that the configuration states, and that is taken off already; None where it states none.
-        stated: joints whose sign the configuration states.
-        upright: joints whose friction takes power with the sign as it is.
-
-    Returns:
-        The findings, and the delay where it explains signs.
     """
-    findings = sign_findings(gains, judged, stated, upright)
     inverted = {g.joint for g in gains if g.inverted}
-    if not inverted:
-        return findings, None
-    delay = effort_shift(series, robot, [g.joint for g in gains], contact)
+    delay = effort_shift(series, robot, [g.joint for g in gains], contact) if inverted else None
     if not isinstance(delay, Delay) or delay.ci95[0] < _LATE_S:
-        return findings, None
+        return None
     undone = {g.joint for g in gains_at(table, series, delay) if not g.inverted} & inverted
-    if not undone:
-        return findings, None
+    return (delay, undone) if undone else None
+
+
+def delay_finding(delay: Delay, joints: Collection[str], taken_off_ms: float | None) -> Finding:
+    """That these joints' signs are those of a late effort.
+
+    Args:
+        delay: of :func:`late_signs`, with its joints.
+        joints: their names.
+        taken_off_ms: delay that the configuration states, and that is taken off already; None where it states none.
+    """
     low, high = (1e3 * x for x in delay.ci95)
     text = (
         f"The effort is {1e3 * delay.seconds:.0f} ms behind the motion (95 %: {low:.0f} to {high:.0f} ms). As stamped "
-        f"it seems to run against the model's torque on {', '.join(sorted(undone))}; with the delay taken off it does "
+        f"it seems to run against the model's torque on {', '.join(sorted(joints))}; with the delay taken off it does "
         f"not: no sign is inverted there. To correct it: [log] effort_delay_ms = "
         f"{(taken_off_ms or 0.0) + 1e3 * delay.seconds:.0f}. Nothing was changed."
     )
-    still = tuple(g for g in gains if g.inverted and g.joint not in undone)
-    findings = sign_findings(still, (), stated, upright)
-    findings += unknown_sign_findings(gains, judged)
-    severity: Severity = "error" if taken_off_ms is None else "warning"  # what is stated is no veto against itself
-    return [Finding("effort-delay", severity, text), *findings], delay
+    # what is stated is no veto against itself
+    return Finding("effort-delay", "error" if taken_off_ms is None else "warning", text)
 
 
 def gains_at(table: TorqueTable, series: UniformSeries, delay: Delay) -> tuple[EffortGain, ...]:
@@ -91,37 +83,64 @@ def gains_at(table: TorqueTable, series: UniformSeries, delay: Delay) -> tuple[E
 
 
 def sign_findings(
-    gains: tuple[EffortGain, ...],
-    joints: tuple[str, ...],
+    gains: Sequence[EffortGain],
+    judged: Sequence[str],
     stated: Collection[str] = (),
-    upright: Collection[str] = (),
+    friction: Mapping[str, Slope] | None = None,
+    late: Collection[str] = (),
 ) -> list[Finding]:
-    """What the gains say of signs: inverted, or not to be told. Nothing is ever changed by it.
+    """What gravity and friction say of signs: inverted, or not to be told. Nothing is ever changed by it.
 
     Args:
-        gains: by joint.
-        joints: those to speak of where nothing is known.
+        gains: by gravity and inertia.
+        judged: joints to speak of.
         stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
-        upright: joints whose friction takes power with the sign as it is: there the mounting is the likelier cause.
+        friction: of :func:`friction_signs`; where it takes power with the sign as it is, the mounting is the likelier
+            cause.
+        late: joints whose sign a delay explains.
     """
+    by_gravity, by_friction = {gain.joint: gain for gain in gains}, friction or {}
     findings = []
-    for gain in gains:
-        numbers = _numbers(gain)
-        if gain.inverted and gain.joint in stated:
-            text = (
-                f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: {numbers}. "
-                "Its sign was taken as [log.units] effort_sign states it; look at model, mounting and joint names."
+    for joint in dict.fromkeys((*by_gravity, *by_friction)):
+        gain, slope = by_gravity.get(joint), by_friction.get(joint)
+        then = ". If it"
+        if joint in late:
+            continue
+        if gain is not None and gain.inverted:
+            seen = f"runs against the model's gravity and inertia torque: {_numbers(gain)}"
+            if slope is not None and slope.positive:
+                then = f". {MOUNTING_FIRST}. If that is right and the effort"
+        elif slope is not None and slope.negative and joint in judged:
+            seen = (
+                f"goes with the motion instead of against friction, which takes power: {slope.value:.3g} on average "
+                f"over its motion, without gravity (99.9 %: {slope.value - slope.half:.3g} to "
+                f"{slope.value + slope.half:.3g})"
             )
-            findings.append(Finding("effort-sign-inverted", "warning", text, joint=gain.joint))
-        elif gain.inverted:
-            mounting = f". {MOUNTING_FIRST}. If that is right and the effort" if gain.joint in upright else ". If it"
-            text = (
-                f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: {numbers}"
-                f'{mounting} is inverted, state [log.units] effort_sign = {{ "{gain.joint}" = -1 }}. '
-                "Nothing was changed."
+        else:
+            continue
+        text = f"The effort of joint '{joint}' {seen}"
+        if gain is not None and gain.known and not gain.inverted:
+            text += (
+                ", while its gravity torque has the right sign: sign and mounting ([robot] base_rpy_deg) are both "
+                "wrong, or delay, inertia or a person guiding the arm."
             )
-            findings.append(Finding("effort-sign-inverted", "error", text, joint=gain.joint))
-    return findings + unknown_sign_findings(gains, joints)
+            findings.append(Finding("friction-not-physical", "warning", text, joint=joint))
+        elif joint in stated:
+            text += (
+                ". Its sign was taken as [log.units] effort_sign states it; look at model, mounting and joint names."
+            )
+            findings.append(Finding("effort-sign-inverted", "warning", text, joint=joint))
+        else:
+            text += f'{then} is inverted, state [log.units] effort_sign = {{ "{joint}" = -1 }}. Nothing was changed.'
+            findings.append(Finding("effort-sign-inverted", "error", text, joint=joint))
+    unknown = [joint for joint in judged if joint not in by_gravity or not by_gravity[joint].known]
+    if unknown:
+        text = (
+            f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
+            "the model's torque varies too little against friction and noise."
+        )
+        findings.append(fact(text))
+    return findings
 
 
 def scale_findings(
@@ -183,19 +202,6 @@ def identified_scale_findings(identified: Identified | None, joints: Collection[
         )
         findings.append(Finding("effort-gain", "warning", text, joint=joint))
     return findings
-
-
-def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]) -> list[Finding]:
-    """Joints whose motion does not show the sign of their effort."""
-    by_joint = {g.joint: g for g in gains}
-    unknown = [j for j in joints if j not in by_joint or not by_joint[j].known]
-    if not unknown:
-        return []
-    text = (
-        f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
-        "the model's torque varies too little against friction and noise."
-    )
-    return [fact(text)]
 
 
 def raw_effort_findings(series: UniformSeries) -> list[Finding]:

@@ -65,7 +65,7 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
         return []
     effort, rigid_nm = _alive(series.effort, rigid_nm)
     speed = _fastest(series.velocity_rad_s)
-    same = _repeats(effort)
+    same = np.append(False, (effort[1:] == effort[:-1]).all(axis=1))  # every effort is that of the sample before
     exact = same & (effort == 0.0).all(axis=1)
     zero = np.asarray(_zero(effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
     zero |= noisy_zero(effort, rigid_nm, speed < MOVING_RAD_S, series.period_s, zero)
@@ -96,11 +96,6 @@ def _alive(effort: FloatArray, rigid_nm: FloatArray | None) -> tuple[FloatArray,
     if alive.size in (0, effort.shape[1]):
         return effort, rigid_nm
     return np.asfortranarray(effort[:, alive]), None if rigid_nm is None else np.asfortranarray(rigid_nm[:, alive])
-
-
-def _repeats(effort: FloatArray) -> BoolArray:
-    """(n,) samples at which every joint's effort is that of the sample before."""
-    return np.append(False, (effort[1:] == effort[:-1]).all(axis=1))
 
 
 def _fastest(velocity: FloatArray) -> FloatArray:

@@ -64,21 +64,17 @@ def clock_step_findings(time_s: FloatArray, position: FloatArray) -> list[Findin
         off = np.abs(position[k + 1] - position[k] - usual)
         size = float(np.nanmax(np.abs(usual), initial=0.0))
         if size > _MOVES_RAD and float(np.nanmax(off, initial=0.0)) <= _ALIKE * size:
-            findings.append(_finding(float(time_s[k]), float(steps[k])))
+            at_s, by_s = float(time_s[k]), float(steps[k])
+            hours = round(by_s / _HOUR_S)
+            shifted = 0 < abs(hours) < 24 and abs(by_s - hours * _HOUR_S) < 1.0
+            cause = "as daylight saving or another time zone does" if shifted else "as NTP does"
+            text = (
+                f"The clock was set {'forward' if by_s > 0 else 'back'} by {abs(by_s):.7g} s at {at_s:.4g} s, {cause}: "
+                "the arm goes on from sample to sample as if no time had passed. That time stands as a gap; no samples "
+                "were lost in it."
+            )
+            findings.append(Finding("time-gap" if by_s > 0 else "log-clock", "warning", text, start_s=at_s))
     return findings
-
-
-def _finding(at_s: float, by_s: float) -> Finding:
-    hours = round(by_s / _HOUR_S)
-    cause = "as NTP does"
-    if 0 < abs(hours) < 24 and abs(by_s - hours * _HOUR_S) < 1.0:
-        cause = "as daylight saving or another time zone does"
-    text = (
-        f"The clock was set {'forward' if by_s > 0 else 'back'} by {abs(by_s):.7g} s at {at_s:.4g} s, {cause}: the arm "
-        "goes on from sample to sample as if no time had passed. That time stands as a gap; no samples were lost in it."
-    )
-    code = "time-gap" if by_s > 0 else "log-clock"
-    return Finding(code, "warning", text, start_s=at_s)
 
 
 _RULE = DetectConfig()

@@ -44,15 +44,11 @@ class MotionClock:
         stamps_s: (n,) a whole number of periods apart; aligned with the recorded stamps in the median.
         period_s: the period, in the recorded clock's seconds.
         jitter_s: robust standard deviation of the recorded stamps about the rebuilt ones, s.
-        spread: robust standard deviation of dq / v about whole periods, in periods.
-        determined: share of the steps that the motion itself tells.
     """
 
     stamps_s: FloatArray
     period_s: float
     jitter_s: float
-    spread: float
-    determined: float
 
 
 def motion_clock(
@@ -94,7 +90,7 @@ def motion_clock(
     if _typical(ratio - whole) > _BETTER * _typical(steps[clear] / period - whole):  # the stamps fit as well
         return None
     counts, determined = _counts(passed, steps, period, usable)
-    return _rebuilt(stamps, counts, determined, spread)
+    return _rebuilt(stamps, counts, determined)
 
 
 def _off_comb(ratio: FloatArray) -> float:
@@ -155,7 +151,7 @@ def _counts(passed: FloatArray, steps: FloatArray, period: float, usable: BoolAr
     return whole.astype(np.int64), determined
 
 
-def _rebuilt(stamps: FloatArray, counts: IntArray, determined: BoolArray, spread: float) -> MotionClock | None:
+def _rebuilt(stamps: FloatArray, counts: IntArray, determined: BoolArray) -> MotionClock | None:
     """Stamps from the counts; stretches that the motion does not tell are placed by the recorded stamps."""
     places = np.concatenate(([0.0], np.cumsum(counts, dtype=np.float64)))
     starts, stops = run_bounds(determined)
@@ -166,9 +162,12 @@ def _rebuilt(stamps: FloatArray, counts: IntArray, determined: BoolArray, spread
     off -= np.median(off)
     jitter = robust_sd(off)
     # an even clock may not be off for seconds; where nothing moves, where a sample was lost makes no difference
-    if _wander(off[1:][determined]) > 3.0 * max(period, robust_sd(np.diff(off))):
+    told = off[1:][determined]
+    # jitter averages out over two hundred samples, a wrong count does not
+    parts = np.array_split(told, max(1, told.size // _LEAST_STEPS))
+    if max(abs(float(np.median(part))) for part in parts) > 3.0 * max(period, robust_sd(np.diff(off))):
         return None
-    return MotionClock(stamps - off, period, jitter, spread, float(np.mean(determined)))
+    return MotionClock(stamps - off, period, jitter)
 
 
 def _lost_unseen(stamps: FloatArray, places: FloatArray, determined: BoolArray, period: float) -> FloatArray:
@@ -202,20 +201,13 @@ def pooled_period(stamps: FloatArray, places: FloatArray | IntArray, spans: Iter
     return top / bottom
 
 
-def _wander(off: FloatArray) -> float:
-    """Largest median deviation of any two hundred samples, s: jitter averages out, a wrong count does not."""
-    blocks = max(1, off.size // _LEAST_STEPS)
-    return max(abs(float(np.median(part))) for part in np.array_split(off, blocks))
-
-
 def clock_findings(clock: MotionClock, fresh: BoolArray) -> list[Finding]:
     """What was rebuilt and from what; (n,) samples that are no copy of the one before."""
     lost = int(np.sum(np.round(np.diff(clock.stamps_s[fresh]) / clock.period_s) - 1.0))
     text = (
         f"Stamps scatter by {1e3 * clock.jitter_s:.2g} ms (robust standard deviation), but positions advance by "
-        f"velocity times whole multiples of {1e3 * clock.period_s:.6g} ms (spread {clock.spread:.2g} periods; "
-        f"{100 * clock.determined:.0f} % of the steps show it): the times were rebuilt from that clock, with {lost} "
-        "samples lost."
+        f"velocity times whole multiples of {1e3 * clock.period_s:.6g} ms: the times were rebuilt from that "
+        f"clock, with {lost} samples lost."
     )
     findings = [fact(text)]
     repeated = int(fresh.size - np.count_nonzero(fresh))

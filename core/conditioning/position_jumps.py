@@ -78,9 +78,19 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
             turned = np.zeros(log.time_s.size)
             turned[wraps] = turns[turns != 0]
             out[order, j] -= _TURN_RAD * np.cumsum(turned[order])
-            findings.append(_wrapped(joint, log.time_s[wraps]))
+            first = float(log.time_s[wraps[0]])
+            text = (
+                f"The position of joint '{joint}' starts again after a turn of 360 degrees, {wraps.size} times, first "
+                f"at {first:.4g} s; it was continued."
+            )
+            findings.append(fact(text, joint=joint, start_s=first))
         if cuts.size > max(3.0, _MOST * order.size):
-            findings.append(_restless(joint, cuts.size, order.size))
+            text = (
+                f"The position of joint '{joint}' jumps in {cuts.size} of {order.size} steps as no joint moves: values "
+                "that are held or disturbed. Too many to be cut out: the joint is not judged, and the model's torque "
+                "of joints before it is computed from them."
+            )
+            findings.append(Finding("not-measured", "error", text, joint=joint))
         elif cuts.size:
             breaks[j] = cuts
     return Continued(out, breaks, tuple(findings))
@@ -125,23 +135,6 @@ def _expected(step: FloatArray, dt: FloatArray, turning: bool) -> FloatArray:
     count = step.size
     neighbours = np.stack([rate[k : k + count] for k in (0, 1, 3, 4)])
     return np.asarray(np.median(neighbours, axis=0) * dt)
-
-
-def _wrapped(joint: str, times: FloatArray) -> Finding:
-    text = (
-        f"The position of joint '{joint}' starts again after a turn of 360 degrees, {times.size} times, first at "
-        f"{times[0]:.4g} s; it was continued."
-    )
-    return fact(text, joint=joint, start_s=float(times[0]))
-
-
-def _restless(joint: str, jumps: int, steps: int) -> Finding:
-    text = (
-        f"The position of joint '{joint}' jumps in {jumps} of {steps} steps as no joint moves: values that are held or "
-        "disturbed. Too many to be cut out: the joint is not judged, and the model's torque of joints before it "
-        "is computed from them."
-    )
-    return Finding("not-measured", "error", text, joint=joint)
 
 
 #: A position goes too far where it bends on both sides of a step by so many times what it does in 99 of 100 steps.

@@ -103,7 +103,8 @@ def make_timebase(
         )
     steps = np.diff(stamps)
     period = median_of(steps)
-    limit = _gap_limit(steps, period)
+    # a step longer than this is a gap; wider where stamps scatter, up to three periods
+    limit = min(max(_GAP_PERIODS * period, period + 8.0 * robust_sd(steps - period)), 3.0 * period)
     none = np.zeros(steps.size, dtype=bool)
     bridged = none if bandwidth_of is None else bridged_steps(steps, period, limit, bandwidth_of(period))
     gaps = np.flatnonzero((steps > limit) & ~bridged) + 1
@@ -165,12 +166,6 @@ def _bridged(
         some = first < last
         out[place.slice] = marked(first[some], last[some], len(place))
     return out
-
-
-def _gap_limit(steps: FloatArray, period: float) -> float:
-    """A step longer than this is a gap; wider where stamps scatter, up to three periods."""
-    scatter = robust_sd(steps - period)
-    return min(max(_GAP_PERIODS * period, period + 8.0 * scatter), 3.0 * period)
 
 
 def _stretches(gaps: IntArray, order: IntArray, breaks: IntArray | None) -> list[Span]:

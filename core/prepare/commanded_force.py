@@ -14,8 +14,15 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import widened
-from collaudit.core.prepare.phases import PHASES, contact_mask, found_by_force
-from collaudit.core.prepare.usual_force import ExcessForce, commanded_share, excess_findings, found_finding
+from collaudit.core.prepare.phases import (
+    PHASES,
+    ExcessForce,
+    commanded_share,
+    contact_mask,
+    excess_findings,
+    found_by_force,
+    found_finding,
+)
 from collaudit.core.robot.pinocchio_model import PointMass
 from collaudit.core.robot.robot_model import RobotModel
 

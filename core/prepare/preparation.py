@@ -229,7 +229,8 @@ def _effort_checks(
     signs = {} if sensed else friction
     upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
     gains = _gains_with_free_tool(gains, table, robot, upright, config)
-    signed = _signed(config)
+    renamed, stated = config.log.joint_names, config.log.units.effort_sign
+    signed = {name for key in stated for name in (key, renamed.get(key, key))}  # by the model's names and the log's
     findings = computed_findings(smooth, friction, start.judged)
     late = late_signs(series, robot, table, contact, gains)
     if late is not None:  # of a late effort no scale is known, and of signs that friction tells none that is inverted
@@ -291,12 +292,6 @@ def _gains_with_free_tool(
     return tuple(
         described[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in described
     )
-
-
-def _signed(config: Config) -> frozenset[str]:
-    """Joints, by the model's names and the log's, whose effort's sign the configuration states."""
-    renamed = config.log.joint_names
-    return frozenset(name for key in config.log.units.effort_sign for name in (key, renamed.get(key, key)))
 
 
 def _rigid(start: ConditionedLog, series: UniformSeries, robot: RobotModel) -> FloatArray:

@@ -18,9 +18,8 @@ from collaudit.core.data.joint_log import Annotation
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare import phases
 from collaudit.core.prepare.commanded_force import contact_torque
-from collaudit.core.prepare.phases import contact_mask, find_phases
+from collaudit.core.prepare.phases import commanded_share, contact_mask, excess_findings, find_phases, found_finding
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.usual_force import commanded_share, excess_findings, found_finding
 
 T = 0.008
 FIND = PhasesConfig(find="wrench")

@@ -13,7 +13,7 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, RobotConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError
-from collaudit.core.prepare.usual_force import commanded_share, excess_findings
+from collaudit.core.prepare.phases import commanded_share, excess_findings
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.fixtures.robots.robot_registry import robot_named
 

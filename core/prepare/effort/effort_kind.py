@@ -70,9 +70,11 @@ def effort_kind(
         return EffortKind(source, "stated" if stated == "gravity-compensated" else "no"), ()
     kind, findings = _by_name(robot.joint_names)
     shares = _shares(table, robot)
-    if shares is None or not _without_gravity(*shares):
+    if shares is None:
         return kind, findings
     (gravity, off), (inertia, spread) = shares
+    if inertia - spread <= _SOME or abs(gravity) + off >= _NONE * min(1.0, inertia - spread):
+        return kind, findings
     text = (
         f"The effort holds the arm's inertia in motion ({inertia:.2g} ± {spread:.2g} of the model's, 95 %) and "
         f"none of its gravity ({gravity:.2g} ± {off:.2g}), at rest or in motion: the controller seems to have taken it "
@@ -95,11 +97,6 @@ def _by_name(joints: Sequence[str]) -> tuple[EffortKind, tuple[Finding, ...]]:
 
 
 _Share = tuple[float, float]  # value and half of its 95 % interval
-
-
-def _without_gravity(gravity: _Share, inertia: _Share) -> bool:
-    least = inertia[0] - inertia[1]
-    return least > _SOME and abs(gravity[0]) + gravity[1] < _NONE * min(1.0, least)
 
 
 def _shares(table: TorqueTable | None, robot: RobotModel) -> tuple[_Share, _Share] | None:

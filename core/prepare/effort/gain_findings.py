@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.data.identification_result import Bounds, Identified
+from collaudit.core.data.identification_result import Identified
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray
@@ -193,8 +193,9 @@ def identified_scale_findings(identified: Identified | None, joints: Collection[
         return []
     findings = []
     for joint, found in identified.joints.items():
-        interval = None if found.gain_ci95 is None else _closed(found.gain_ci95)
-        if joint not in joints or found.gain is None or interval is None or overlaps(interval, ACCURATE_GAIN):
+        low, high = found.gain_ci95 or (None, None)
+        interval = -np.inf if low is None else low, np.inf if high is None else high
+        if joint not in joints or found.gain is None or overlaps(interval, ACCURATE_GAIN):
             continue
         text = (
             f"The effort of joint '{joint}' was found to be {found.gain:.3g} per N·m (95 %: {interval[0]:.3g} to "
@@ -238,8 +239,3 @@ def _elsewhere(gain: EffortGain) -> bool:
 
 def _numbers(gain: EffortGain) -> str:
     return f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
-
-
-def _closed(bounds: Bounds) -> tuple[float, float]:
-    low, high = bounds
-    return -np.inf if low is None else low, np.inf if high is None else high

@@ -14,7 +14,7 @@ from collaudit.cli.settings import config_option, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
-    from collaudit.core.config.schema_accepted import Acceptance
+    from collaudit.core.config.accepted import Acceptance
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.core.data.detection_result import Contact
 
@@ -96,7 +96,7 @@ def _entry(
     today: date,
 ) -> Acceptance:
     """The entry for a contact of an audit."""
-    from collaudit.core.config.schema_accepted import Acceptance
+    from collaudit.core.config.accepted import Acceptance
     from collaudit.core.contacts.contact_states import day_refusal, program_of, tool_place
 
     stated = {"CONTACT": contact, "--reason": reason, "--owner": owner, "--until": until}

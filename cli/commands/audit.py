@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from datetime import date
 
     from collaudit.cli.batch.log_jobs import LogJob, Outcome
-    from collaudit.core.config.schema_accepted import Acceptance
+    from collaudit.core.config.accepted import Acceptance
     from collaudit.core.data.audit_result import AuditResult, Verdict
     from collaudit.core.data.left_out import LeftOut
     from collaudit.reports.values.entries import IndexEntry

@@ -10,8 +10,7 @@ from pathlib import Path
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.core.api import LogFiles, log_name
 from collaudit.core.config import LoadedConfig
-from collaudit.core.config.accepted import ACCEPTED_NAME, load_accepted
-from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.config.accepted import ACCEPTED_NAME, Acceptance, load_accepted
 from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, Precedents, program_of, tool_place
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import cast
 
 from collaudit.cli.fleet.precedents import SUMMARY_NAME, audited_results, robots_in
-from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.config.accepted import Acceptance
 from collaudit.core.contacts.contact_states import Precedents, concerns, day_refusal, program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult, Verdict
 from collaudit.core.history.retention import KeptRun

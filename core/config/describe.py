@@ -260,7 +260,7 @@ def schema_problem(
     error: msgspec.ValidationError,
     data: Mapping[str, object],
     places: Places,
-    model: type[msgspec.Struct] = Config,
+    model: type[msgspec.Struct],
 ) -> ConfigError:
     """The first value that does not fit the schema, with its line.
 

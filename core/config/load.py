@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,13 +76,7 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     Raises:
         ConfigError: it is not TOML or does not fit the schema.
     """
-    name = str(path) if path else None
-    try:
-        data = parse_toml(text)
-    except tomllib.TOMLDecodeError as error:
-        from collaudit.core.config.describe import syntax_problem
-
-        raise syntax_problem(error, name or "") from error
+    data = parsed(text, path)
     changes: dict[str, object] = toml_values(overrides or {})
     for rival in [name for dotted in changes for name in _REPLACES.get(dotted, ())]:
         _remove(data, rival)
@@ -92,12 +86,43 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     try:
         config = Config.of(data, base_dir)
     except msgspec.ValidationError as error:
-        from collaudit.core.config.describe import Places, schema_problem
-        from collaudit.core.config.toml_text import key_lines
-
-        places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
-        raise schema_problem(error, data, places) from None
+        raise problem_of(error, text, data, path, changes, Config) from None
     return LoadedConfig(config, base_dir, config_sha256(config), path)
+
+
+def parsed(text: str, path: Path | None) -> dict[str, object]:
+    """The values of a TOML text; ConfigError with its line where it is none."""
+    try:
+        return parse_toml(text)
+    except tomllib.TOMLDecodeError as error:
+        from collaudit.core.config.describe import syntax_problem
+
+        raise syntax_problem(error, str(path or "")) from error
+
+
+def problem_of(
+    error: msgspec.ValidationError,
+    text: str,
+    data: Mapping[str, object],
+    path: Path | None,
+    changes: Iterable[str],
+    model: type[msgspec.Struct],
+) -> ConfigError:
+    """What does not fit a schema, with its place.
+
+    Args:
+        error: what msgspec says.
+        text: of the file.
+        data: its values, with those of the command line.
+        path: the file; None without one.
+        changes: dotted keys that the command line states.
+        model: the schema.
+    """
+    from collaudit.core.config.describe import Places, schema_problem
+    from collaudit.core.config.toml_text import key_lines
+
+    places = Places(str(path) if path else None, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
+    return schema_problem(error, data, places, model)
 
 
 def config_sha256(config: Config) -> str:
@@ -144,18 +169,17 @@ def read_text(path: Path, hint: str) -> str:
 
 def _override(data: dict[str, object], dotted: str, value: object) -> None:
     """Set a key in nested tables; a mapping is merged into a table that is there."""
-    *tables, last = dotted.split(".")
-    table: dict[str, object] = data
-    for name in tables:
+    front, _, last = dotted.rpartition(".")
+    table = data
+    for name in front.split(".") if front else ():
         inner = table.get(name)
         if not isinstance(inner, dict):
             inner = table[name] = {}
         table = inner
     before = table.get(last)
     if isinstance(before, dict) and isinstance(value, Mapping):
-        table[last] = {**before, **value}
-    else:
-        table[last] = value
+        value = {**before, **value}
+    table[last] = value
 
 
 def _remove(data: dict[str, object], dotted: str) -> None:

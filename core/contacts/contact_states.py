@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from fnmatch import fnmatchcase
 
-from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.config.accepted import Acceptance
 from collaudit.core.data.detection_result import Contact
 
 #: A date or a time in a name: four digits or more, and digits joined to them.

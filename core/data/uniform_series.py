@@ -115,21 +115,13 @@ class UniformSeries:
         """Index of a joint's column."""
         return self.joint_names.index(joint)
 
-    def mean_temperature_c(self, joint: str) -> float | None:
-        """Mean temperature of a joint, °C; None where the log has none."""
+    def temperatures_c(self, joint: str) -> tuple[float, float, float] | None:
+        """Lowest, mean and highest temperature of a joint, °C; None where the log has none."""
         if self.temperature_c is None:
             return None
         own = self.temperature_c[:, self.column(joint)]
         known = own[np.isfinite(own)]
-        return float(known.mean()) if known.size else None
-
-    def temperature_range_c(self, joint: str) -> tuple[float, float] | None:
-        """Lowest and highest temperature of a joint, °C; None where the log has none."""
-        if self.temperature_c is None:
-            return None
-        own = self.temperature_c[:, self.column(joint)]
-        known = own[np.isfinite(own)]
-        return (float(known.min()), float(known.max())) if known.size else None
+        return (float(known.min()), float(known.mean()), float(known.max())) if known.size else None
 
 
 def log_facts(series: UniformSeries) -> LogFacts:

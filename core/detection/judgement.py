@@ -213,7 +213,8 @@ def _residual_stats(
     clean = judged & ~signals.inside([(a - _AROUND_EVENT_S, b + _AROUND_EVENT_S) for a, b in events])
     seconds = float(np.count_nonzero(judged)) * series.period_s
     residual = signals.residual_nm[:, k]
-    mean_c, range_c = series.mean_temperature_c(joint), series.temperature_range_c(joint)
+    low_c, mean_c, high_c = series.temperatures_c(joint) or (None, None, None)
+    range_c = None if low_c is None or high_c is None else (low_c, high_c)
     x = residual[judged]
     if x.size == 0:
         return ResidualStats(None, None, None, None, seconds, temperature_c=mean_c, temperature_range_c=range_c)

@@ -38,9 +38,7 @@ def median_of(x: FloatArray) -> float:
 
 def weighted_median(x: FloatArray, weight: FloatArray) -> float:
     """The number of (n,) at which the weights (n,), none negative, of those below reach half of all; n > 0."""
-    order = np.argsort(x)
-    total = np.cumsum(weight[order])
-    return float(x[order[np.searchsorted(total, 0.5 * total[-1])]])
+    return float(np.quantile(x, 0.5, method="inverted_cdf", weights=weight))
 
 
 def quantile_of(x: FloatArray, share: float) -> float:

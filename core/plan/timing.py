@@ -67,17 +67,10 @@ class Motion:
 
     def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Times (n,), and positions, velocities and accelerations (n, j) there, by cubic Hermite interpolation."""
-        k = np.clip(np.searchsorted(self.time_s, t, side="right") - 1, 0, self.time_s.size - 2)
-        h = (self.time_s[k + 1] - self.time_s[k])[:, None]
-        s = (t - self.time_s[k])[:, None] / h
-        q0, q1, v0, v1 = self.q[k], self.q[k + 1], h * self.v[k], h * self.v[k + 1]
-        b, c = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
-        return (
-            t,
-            q0 + s * (v0 + s * (b + s * c)),
-            (v0 + s * (2.0 * b + 3.0 * s * c)) / h,
-            (2.0 * b + 6.0 * s * c) / h**2,
-        )
+        from scipy.interpolate import CubicHermiteSpline  # takes a while to import
+
+        motion = CubicHermiteSpline(self.time_s, self.q, self.v)
+        return t, motion(t), motion(t, 1), motion(t, 2)
 
 
 def move(limits: ArmLimits, start: FloatArray, goal: FloatArray, speed: float | None = None) -> Motion:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Literal
 
-from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.config.accepted import Acceptance
 from collaudit.core.contacts.contact_states import Precedents, concerns, day_refusal, means, refusal
 from collaudit.core.data.audit_result import AuditResult
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -184,13 +184,13 @@ def read_urdf(data: bytes, where: str) -> tuple[tuple[JointFacts, ...], str]:
         raise RobotError("the URDF has no links", where=where)
     for element in root.findall("link"):
         check_link(element, f"{where}: link {element.get('name', '')!r}")
-    _check_tree(joints, set(links), where)
+    base = _base(joints, set(links), where)
     for element in root.findall("joint"):
         _normalise_joint(element)
     for link in root.findall("link"):
         for drawing in [*link.findall("visual"), *link.findall("collision")]:
             link.remove(drawing)
-    moving = tuple(joint for joint in _depth_first(joints, links) if joint.name not in fixed)
+    moving = tuple(joint for joint in _depth_first(joints, base) if joint.name not in fixed)
     return moving, ET.tostring(root, encoding="unicode")
 
 
@@ -247,7 +247,8 @@ def _number(element: ET.Element | None, key: str, default: float) -> float:
     return default if element is None else float(element.get(key, default))
 
 
-def _check_tree(joints: list[JointFacts], links: set[str], where: str) -> None:
+def _base(joints: list[JointFacts], links: set[str], where: str) -> str:
+    """The link that all others hang on; RobotError where they do not form one tree."""
     names = Counter(joint.name for joint in joints)
     children = Counter(joint.link for joint in joints)
     for joint in joints:
@@ -265,19 +266,15 @@ def _check_tree(joints: list[JointFacts], links: set[str], where: str) -> None:
     if len(roots) != 1:
         found = ", ".join(sorted(roots)) or "none (the joints form a loop)"
         raise RobotError("the links do not form one tree", where=where, found=f"root links: {found}")
+    return roots.pop()
 
 
-def _depth_first(joints: list[JointFacts], links: list[str]) -> tuple[JointFacts, ...]:
-    below: dict[str, list[JointFacts]] = {link: [] for link in links}
+def _depth_first(joints: Sequence[JointFacts], link: str) -> Iterator[JointFacts]:
+    """The joints from a link outwards, those of one branch together."""
     for joint in joints:
-        below[joint.parent].append(joint)
-    (root,) = set(links) - {joint.link for joint in joints}
-    stack, out = list(reversed(below[root])), []
-    while stack:
-        joint = stack.pop()
-        out.append(joint)
-        stack.extend(reversed(below[joint.link]))
-    return tuple(out)
+        if joint.parent == link:
+            yield joint
+            yield from _depth_first(joints, joint.link)
 
 
 def _normalise_joint(element: ET.Element) -> None:

@@ -262,7 +262,7 @@ def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
     from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.cli.fleet.precedents import with_precedents
     from collaudit.core.config import load_config
-    from collaudit.core.config.schema_accepted import Acceptance
+    from collaudit.core.config.accepted import Acceptance
 
     log, friction, out = tmp_path / "log.csv", tmp_path / "friction.json", tmp_path / "out"
     shutil.copyfile(arm.clean, log)

@@ -10,7 +10,7 @@ import pytest
 from histories import HIT, night_row
 
 from collaudit.cli.fleet.stored_runs import needs_of, prune_store, runs_of_store
-from collaudit.core.config.schema_accepted import Acceptance
+from collaudit.core.config.accepted import Acceptance
 from collaudit.core.history.night_row import NightRow
 from collaudit.core.history.retention import KeptRun, Retention, runs_to_prune
 from collaudit.reports.store.result_store import ResultStore

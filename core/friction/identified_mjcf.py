@@ -15,7 +15,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import RobotError
 from collaudit.core.friction.identified_urdf import check_torque, drive_dynamics, fitted_robot, fitted_words
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.pinocchio_model import mjcf_model
+from collaudit.core.robot.pinocchio_model import about_centre, mjcf_model
 from collaudit.core.robot.urdf_inertials import JointDynamics
 
 
@@ -66,14 +66,11 @@ def _joint(name: str, kind: str, drive: JointDynamics) -> ET.Element:
 
 def _inertial(name: str, ten: FloatArray) -> ET.Element:
     """Of ten parameters about the joint's origin; MJCF states the inertia about the centre of mass."""
-    mass, first = float(ten[0]), ten[1:4]
-    if mass <= 0.0:
-        raise RobotError("MJCF states no body without mass", where=name, found=f"{mass:g} kg")
-    xx, xy, yy, xz, yz, zz = ten[4:]
-    about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    about = about - (float(first @ first) * np.eye(3) - np.outer(first, first)) / mass
+    if ten[0] <= 0.0:
+        raise RobotError("MJCF states no body without mass", where=name, found=f"{ten[0]:g} kg")
+    mass, centre, about = about_centre(ten)
     full = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-    return ET.Element("inertial", mass=repr(mass), pos=_numbers(first / mass), fullinertia=_numbers(full))
+    return ET.Element("inertial", mass=repr(mass), pos=_numbers(centre), fullinertia=_numbers(full))
 
 
 def _quaternion(rotation: Sequence[float]) -> FloatArray:

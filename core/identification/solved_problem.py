@@ -16,7 +16,8 @@ from collaudit.core.identification.motion_sums import MotionSums
 from collaudit.core.identification.sums_solution import Problem, Solution, Unknowns, own_armature
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+from collaudit.core.robot.pinocchio_model import point_mass_parameters
+from collaudit.core.robot.robot_model import RobotModel
 
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it

@@ -10,7 +10,7 @@ import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
@@ -53,17 +53,13 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
         yield from map(function, items)
         return
     asked = deque[Future[R]]()
-    try:
+    with _helpers(_threads) as pool:
         for item in items:
-            asked.append(_helpers(_threads).submit(_helping, function, item))
+            asked.append(pool.submit(function, item))
             if len(asked) > _threads:
                 yield asked.popleft().result()
         while asked:
             yield asked.popleft().result()
-    finally:
-        for one in asked:
-            one.cancel()
-        wait(asked)
 
 
 def each(function: Callable[[T], object], items: Iterable[T]) -> None:
@@ -74,7 +70,12 @@ def each(function: Callable[[T], object], items: Iterable[T]) -> None:
 
 def begun(function: Callable[[], R]) -> Callable[[], R]:
     """What waits for the result of ``function``, which a thread begins now; without others it is begun when asked."""
-    return cache(function) if _alone() else _helpers(_threads).submit(_helping, lambda _: function(), None).result
+    if _alone():
+        return cache(function)
+    pool = _helpers(1)
+    result = pool.submit(function).result
+    pool.shutdown(wait=False)
+    return result
 
 
 def by_name(
@@ -126,16 +127,6 @@ def _alone() -> bool:
     return _threads == 1 or getattr(_thread, "helps", False)
 
 
-def _helping(function: Callable[[T], R], item: T) -> R:
-    _thread.helps = True
-    return function(item)
-
-
-@cache
 def _helpers(count: int) -> ThreadPoolExecutor:
-    """So many threads, begun when first needed."""
-    return ThreadPoolExecutor(count)
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_helpers.cache_clear)  # threads are not forked
+    """So many threads that work for another."""
+    return ThreadPoolExecutor(count, initializer=setattr, initargs=(_thread, "helps", True))

@@ -16,8 +16,6 @@ SD_PER_MAD = 1.4826
 NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: Standard error of a median over that of a mean, of normal values: √(π / 2).
 MEDIAN_SE = 1.2533
-#: Huber's bound in standard deviations: 95 % of the efficiency of least squares on normal errors.
-HUBER_BOUND = 1.345
 _FIRST = 4096
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from collaudit.core.config.schema import PlanConfig, RobotConfig
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.robot.robot_description import Description, unknown_name
+from collaudit.core.robot.robot_description import unknown_name
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Where no acceleration is stated, the highest speed takes a second; where no jerk is, the highest acceleration 0.2 s.
@@ -50,13 +50,12 @@ class ArmLimits:
         return np.asarray(np.all((q >= self.low - 1e-9) & (q <= self.high + 1e-9), axis=1))
 
 
-def arm_limits(robot: RobotModel, description: Description, settings: RobotConfig, plan: PlanConfig,
+def arm_limits(robot: RobotModel, settings: RobotConfig, plan: PlanConfig,
                speed_scale: float = 1.0) -> ArmLimits:  # fmt: skip
     """Limits of an arm.
 
     Args:
         robot: the arm.
-        description: its limits of speed.
         settings, plan: the configuration's tables.
         speed_scale: the motion takes 1 / speed_scale of its time: speeds shrink by it, accelerations by its square,
             jerks by its cube.
@@ -75,20 +74,19 @@ def arm_limits(robot: RobotModel, description: Description, settings: RobotConfi
         for name in getattr(plan, key):
             if name not in names:
                 raise unknown_name("the robot has no such joint", f"[plan] {key}", name, names)
-    facts = {joint.name: joint for joint in description.joints}
-    described = {name: tuple(map(float, row)) for name, row in zip(names, robot.position_limits, strict=True)}
-    ranges = np.array([plan.position_rad.get(name, described[name]) for name in names])
-    speed = _stated(plan.speed_rad_s, names, {name: facts[name].speed_limit for name in names})
-    torque = _stated(plan.torque_nm, names, dict(zip(names, map(float, robot.effort_limit_nm), strict=True)))
+    described = zip(names, robot.position_limits, strict=True)
+    ranges = np.array([plan.position_rad.get(name, tuple(row)) for name, row in described])
+    speed = _stated(plan.speed_rad_s, names, robot.speed_limits)
+    torque = _stated(plan.torque_nm, names, robot.effort_limit_nm)
     _refuse_missing(names, {"position_rad": ranges.sum(axis=1), "speed_rad_s": speed, "torque_nm": torque})
     low, high = ranges[:, 0] + POSITION_MARGIN_RAD, ranges[:, 1] - POSITION_MARGIN_RAD
     for name, a, b in zip(names, low, high, strict=True):
         if not a < b:
             raise ConfigError("the range of a joint leaves no room", where=f"[plan] position_rad: {name}",
                               found=f"{a:.3g} to {b:.3g}, margin taken off", expected="room")  # fmt: skip
-    acceleration = _stated(plan.acceleration_rad_s2, names, dict(zip(names, speed / TO_SPEED_S, strict=True)))
+    acceleration = _stated(plan.acceleration_rad_s2, names, speed / TO_SPEED_S)
     jerk = acceleration / TO_ACCELERATION_S
-    start = _stated(plan.start_rad, names, dict(zip(names, 0.5 * (low + high), strict=True)))
+    start = _stated(plan.start_rad, names, 0.5 * (low + high))
     found = ArmLimits(
         names, low, high, speed * speed_scale, acceleration * speed_scale**2, jerk * speed_scale**3,
         TORQUE_SHARE * torque, start, _assumed(plan, names),
@@ -97,8 +95,8 @@ def arm_limits(robot: RobotModel, description: Description, settings: RobotConfi
     return found
 
 
-def _stated(stated: Mapping[str, float], names: tuple[str, ...], otherwise: Mapping[str, float]) -> FloatArray:
-    return np.array([float(stated.get(name, otherwise[name])) for name in names])
+def _stated(stated: Mapping[str, float], names: tuple[str, ...], otherwise: FloatArray) -> FloatArray:
+    return np.array([stated.get(name, float(value)) for name, value in zip(names, otherwise, strict=True)])
 
 
 def _refuse_missing(names: tuple[str, ...], known: Mapping[str, FloatArray]) -> None:

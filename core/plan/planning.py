@@ -163,7 +163,7 @@ def move_check(
             "no robot is configured", where="[robot]", hint="give --urdf arm.urdf, or [robot] in the configuration"
         )
     robot = build_robot(config.robot, settings.base_dir, config.robot.joints or _arm_joints(description, friction))
-    limits = arm_limits(robot, description, config.robot, config.plan, speed_scale)
+    limits = arm_limits(robot, config.robot, config.plan, speed_scale)
     around = _around(settings)
     urdf = settings.base_dir / config.robot.urdf if config.robot.urdf is not None else None
     shapes = ArmShapes(robot, padded(around), urdf)

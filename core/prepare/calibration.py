@@ -24,7 +24,8 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.reversal_travel import settled
-from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+from collaudit.core.robot.pinocchio_model import point_mass_parameters
+from collaudit.core.robot.robot_model import RobotModel
 
 #: Below this speed of the axis, rad/s, its direction is not told.
 STILL_RAD_S = 0.02

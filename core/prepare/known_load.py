@@ -12,7 +12,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+from collaudit.core.robot.pinocchio_model import point_mass_parameters
+from collaudit.core.robot.robot_model import RobotModel
 
 
 @dataclass(frozen=True, slots=True)

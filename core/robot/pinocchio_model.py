@@ -77,6 +77,24 @@ def dh_model(rows: Sequence[DhRow], names: Sequence[str], convention: str) -> Pi
     return PinocchioModel(model)
 
 
+def point_mass_parameters(mass_kg: float, first_kg_m: FloatArray) -> FloatArray:
+    """(10,) inertial parameters of a point mass, in the order of :meth:`PinocchioModel.torque_regressor`.
+
+    Args:
+        mass_kg: zero or less stands for no mass, all parameters zero.
+        first_kg_m: (3,) mass times position.
+    """
+    if mass_kg <= 0:
+        return np.zeros(10)
+    return np.array(pin.Inertia(mass_kg, first_kg_m / mass_kg, np.zeros((3, 3))).toDynamicParameters())
+
+
+def about_centre(parameters: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Mass, centre (3,), and inertia (3, 3) about it, of a body with ten parameters about another origin."""
+    body = pin.Inertia.FromDynamicParameters(parameters)
+    return float(body.mass), np.array(body.lever), np.array(body.inertia)
+
+
 def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
     """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll), angles in degrees: base axes in the world."""
     roll, pitch, yaw = np.radians(rpy_deg)

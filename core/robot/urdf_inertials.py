@@ -10,6 +10,7 @@ import numpy as np
 
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.pinocchio_model import about_centre
 
 #: Namespace of what Drake reads in a transmission.
 DRAKE = "http://drake.mit.edu"
@@ -111,11 +112,8 @@ def document(root: ET.Element, comment: str) -> bytes:
 
 
 def _inertial(ten: FloatArray) -> ET.Element:
-    """``<inertial>`` of a body: its inertia about the centre is that about the origin less m (|c|² - c cᵀ)."""
-    mass, centre = float(ten[0]), ten[1:4] / ten[0]
-    xx, xy, yy, xz, yz, zz = ten[4:]
-    about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    inertia = about - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    """``<inertial>`` of a body."""
+    mass, centre, inertia = about_centre(ten)
     element = ET.Element("inertial")
     ET.SubElement(element, "origin", xyz=" ".join(repr(float(x)) for x in centre), rpy="0 0 0")
     ET.SubElement(element, "mass", value=repr(mass))

@@ -23,8 +23,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.provenance import make_provenance
-from collaudit.core.robot.pinocchio_model import rotation_rpy
-from collaudit.core.robot.robot_model import point_mass_parameters
+from collaudit.core.robot.pinocchio_model import point_mass_parameters, rotation_rpy
 
 FITTED_S, JUDGED_S = 180.0, 120.0
 Made = tuple[JointLog, str, str]

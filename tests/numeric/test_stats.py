@@ -20,14 +20,6 @@ def test_constants_are_those_of_the_normal_distribution() -> None:
     assert pytest.approx(1.0 / norm.ppf(0.75), abs=5e-5) == stats.SD_PER_MAD
 
 
-def test_hubers_bound_has_95_percent_of_the_efficiency_of_least_squares() -> None:
-    """Efficiency (E psi')² / E psi² of psi(x) = max(-k, min(k, x)) on normal x (Huber 1964)."""
-    k = stats.HUBER_BOUND
-    inside = 2.0 * norm.cdf(k) - 1.0
-    square = inside - 2.0 * k * norm.pdf(k) + 2.0 * k**2 * norm.sf(k)
-    assert inside**2 / square == pytest.approx(0.95, abs=5e-4)
-
-
 def test_robust_sd_of_normal_values() -> None:
     x = np.random.default_rng(1).normal(0.0, 3.0, 200_000)
     assert stats.robust_sd(x) == pytest.approx(3.0, rel=0.01)

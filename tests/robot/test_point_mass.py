@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from collaudit.core.robot.robot_model import point_mass_parameters
+from collaudit.core.robot.pinocchio_model import point_mass_parameters
 
 
 @pytest.mark.parametrize("seed", range(5))

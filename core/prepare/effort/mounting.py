@@ -14,7 +14,8 @@ from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.robot.robot_model import RobotModel, point_mass_parameters
+from collaudit.core.robot.pinocchio_model import point_mass_parameters
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Estimate, estimate, products_of
 from collaudit.core.torque_table.thinned_log import TorqueTable
 

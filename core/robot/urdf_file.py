@@ -37,12 +37,15 @@ _OF_LINK = (
 _OF_ROW = (("d", _LONGEST), ("a", _LONGEST), ("com_m", _LONGEST), ("mass_kg", _HEAVIEST), ("inertia_kg_m2", _LARGEST))
 
 
-def check_joint(element: ET.Element, place: str) -> None:
-    """Refuse a joint whose numbers are none, whose axis has no direction, or whose limits are swapped.
+def checked_joint(element: ET.Element, place: str) -> dict[str, list[float]]:
+    """The numbers of a joint; refused where they are none, its axis has no direction, or its limits are swapped.
 
     Args:
         element: ``<joint>``.
         place: what messages call it.
+
+    Returns:
+        Those that are stated, by element and attribute: ``limit lower``.
 
     Raises:
         RobotError: naming the attribute.
@@ -60,6 +63,7 @@ def check_joint(element: ET.Element, place: str) -> None:
             found=f"lower {lower:g}, upper {upper:g}",
             expected="lower no larger than upper",
         )
+    return stated
 
 
 def check_link(element: ET.Element, place: str) -> None:
@@ -176,8 +180,6 @@ def read_urdf(data: bytes, where: str) -> tuple[tuple[JointFacts, ...], str]:
     """
     root = _parse(data, where)
     links = [element.get("name", "") for element in root.findall("link")]
-    for element in root.findall("joint"):
-        check_joint(element, f"{where}: joint {element.get('name', '')!r}")
     joints = [_joint(element, where) for element in root.findall("joint")]
     fixed = {element.get("name") for element in root.findall("joint") if element.get("type") == "fixed"}
     if not links:
@@ -225,26 +227,23 @@ def _joint(element: ET.Element, where: str) -> JointFacts:
     parent, child = (end.get("link") if end is not None else None for end in ends)
     if not name or parent is None or child is None:
         raise RobotError("a joint needs a name, a parent link and a child link", where=place)
-    limit, mimic = element.find("limit"), element.find("mimic")
-    bounded = kind in ("revolute", "prismatic")
-    effort, speed = (_number(limit, key, math.nan) for key in ("effort", "velocity"))
+    stated, mimic = checked_joint(element, place), element.find("mimic")
+    (effort,), (speed,) = (stated.get(f"limit {key}", [math.nan]) for key in ("effort", "velocity"))
+    bounds = [stated.get(f"limit {key}", [math.nan])[0] for key in ("lower", "upper")]
+    lower, upper = bounds if kind in ("revolute", "prismatic") else (math.nan, math.nan)
     return JointFacts(
         name=name,
         kind="prismatic" if kind == "prismatic" else "revolute",
         parent=parent,
         link=child,
-        lower=_number(limit, "lower", math.nan) if bounded else math.nan,
-        upper=_number(limit, "upper", math.nan) if bounded else math.nan,
+        lower=lower,
+        upper=upper,
         effort_limit=effort if effort > 0 else math.nan,
         speed_limit=speed if speed > 0 else math.nan,
         leader=None if mimic is None else mimic.get("joint"),
-        multiplier=_number(mimic, "multiplier", 1.0),
-        offset=_number(mimic, "offset", 0.0),
+        multiplier=stated.get("mimic multiplier", [1.0])[0],
+        offset=stated.get("mimic offset", [0.0])[0],
     )
-
-
-def _number(element: ET.Element | None, key: str, default: float) -> float:
-    return default if element is None else float(element.get(key, default))
 
 
 def _base(joints: list[JointFacts], links: set[str], where: str) -> str:

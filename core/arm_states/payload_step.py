@@ -15,6 +15,7 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of, robust_sd, varies
+from collaudit.core.robot.pinocchio_model import PointMass
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import estimate, products_of
 from collaudit.core.torque_table.thinned_log import TorqueTable
@@ -74,9 +75,7 @@ def _found(table: TorqueTable, robot: RobotModel, joints: Collection[str]) -> _S
     if frame is None or not robot.has_inertials:
         return None
     position, speed, rest = table.motion[0], table.motion[1], table.effort - table.model
-    force = np.zeros((len(position), 6))
-    force[:, :3] = -robot.gravity_in(position, frame)
-    per_kg = robot.wrench_torque(position, force, frame)
+    per_kg = robot.holding_torque(position, PointMass(frame, 1.0, (0.0, 0.0, 0.0)))
     changes = varies(table.effort)  # beside an effort that never does stands the whole model's torque
     telling = np.flatnonzero(changes & [joint in joints for joint in table.joints])
     recorded = np.isfinite(per_kg).all(axis=1)

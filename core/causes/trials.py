@@ -121,13 +121,8 @@ def _zero(table: Excess, j: int) -> FloatArray:
 
 
 def _of(table: Excess, torque_of: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """(n, j, k) of the judged joints, by a function of positions (n, k) without NaN."""
-    q = table.motion[0]
-    moving = np.isfinite(q).all(axis=1)
-    some = torque_of(np.ascontiguousarray(q[moving]))[:, table.columns]
-    out = np.zeros((q.shape[0], *some.shape[1:]))
-    out[moving] = some
-    return out * table.known[:, :, None]
+    """(n, j, k) of the judged joints, by a function of positions (n, k); 0 where one is NaN."""
+    return np.nan_to_num(torque_of(table.motion[0])[:, table.columns]) * table.known[:, :, None]
 
 
 def _load(table: Excess, robot: RobotModel) -> FloatArray:

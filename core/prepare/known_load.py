@@ -12,7 +12,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot.pinocchio_model import point_mass_parameters
+from collaudit.core.robot.pinocchio_model import PointMass, point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 
 
@@ -44,29 +44,27 @@ def loaded(prepared: Prepared, load: KnownLoad, config: Config) -> Prepared:
             found=config.detect.detector,
             expected="direct",
         )
-    start = replace(prepared.start, load_nm=frozen(_load_torque(prepared, load, config)))
+    start = replace(prepared.start, load_nm=frozen(_load_torque(prepared, load)))
     return modelled(start, config, prepared.calibration)
 
 
 def carrying(prepared: Prepared, load: KnownLoad, finding: Finding, config: Config) -> Prepared:
     """The log of an arm that carries the load, whatever the detector; the finding says so."""
     start = prepared.start
-    robot = _carrying(start.robot, load, config)
+    robot = _carrying(start.robot, load)
     return modelled(replace(start, robot=robot, findings=(*start.findings, finding)), config, prepared.calibration)
 
 
-def _load_torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatArray:
+def _load_torque(prepared: Prepared, load: KnownLoad) -> FloatArray:
     """(n, j) N·m that the load adds."""
-    series, robot = prepared.series, prepared.robot
-    if load.mass_kg == 0.0:
-        return np.zeros_like(series.position_rad)
-    laden = _carrying(robot, load, config)
-    return np.asarray(laden.inverse_dynamics(*series.motion) - robot.inverse_dynamics(*series.motion))
+    robot = prepared.robot
+    body = PointMass(robot.tool_frame, load.mass_kg, load.com_m)
+    return robot.load_torque(*prepared.series.motion, body)
 
 
-def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
+def _carrying(robot: RobotModel, load: KnownLoad) -> RobotModel:
     """The arm with the load at its tool."""
-    turn, place, body = robot.in_joint(config.robot.tool.frame)
+    turn, place, body = robot.in_joint(None)
     parameters, size = robot.inertial_parameters, abs(load.mass_kg)
     added = point_mass_parameters(size, size * (turn @ np.array(load.com_m) + place))
     parameters[10 * body : 10 * body + 10] += np.copysign(1.0, load.mass_kg) * added

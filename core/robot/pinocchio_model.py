@@ -266,9 +266,9 @@ class PinocchioModel:
     def body_forces(
         self,
         body: PointMass,
-        gravity_m_s2: Sequence[float] | FloatArray,
         motion: Sequence[FloatArray],
         own: FloatArray | None = None,
+        gravity_m_s2: Sequence[float] | FloatArray | None = None,
     ) -> FloatArray:
         """(j + 6, m) what moves a body on an arm without any other mass: joint torques, and its own force and moment.
 
@@ -277,13 +277,14 @@ class PinocchioModel:
 
         Args:
             body: on a frame.
-            gravity_m_s2: (3,) in base axes.
             motion: positions (j, m), and velocities and accelerations where these are not zero.
             own: (6, m) instead of a point mass, of a kilogram and a kg·m² at the frame's origin: its acceleration
                 against the arm, which is then the force and the moment on it.
+            gravity_m_s2: (3,) in base axes; None: the arm's.
         """
         at, model = self._frame(body.frame), self.library_model()
-        model.gravity.linear = np.array(gravity_m_s2, dtype=float)
+        if gravity_m_s2 is not None:
+            model.gravity.linear = np.array(gravity_m_s2, dtype=float)
         model.armature = np.zeros(model.nv)
         for k in range(model.njoints):
             model.inertias[k] = pin.Inertia.Zero()

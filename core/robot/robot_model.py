@@ -120,15 +120,16 @@ class RobotModel:
     def _body_forces(
         self,
         body: PointMass,
-        gravity_m_s2: Sequence[float] | FloatArray,
         motion: Sequence[FloatArray],
         own: FloatArray | None = None,
+        gravity_m_s2: Sequence[float] | FloatArray | None = None,
     ) -> FloatArray:
         """(n, j + 6) as of ``PinocchioModel.body_forces``, of motion (n, j) and ``own`` (n, 6)."""
         bodies, count = self._with_frame(body.frame), len(motion)
 
         def of_rows(*rows: FloatArray) -> FloatArray:
-            out = bodies.body_forces(body, gravity_m_s2, self._moving(rows[:count]), *rows[count:])
+            pushed = rows[count] if own is not None else None
+            out = bodies.body_forces(body, self._moving(rows[:count]), pushed, gravity_m_s2)
             return np.concatenate([self.expansion.T @ out[:-6], out[-6:]])
 
         signals = [*self._checked(motion), *([] if own is None else self._checked([own], 6))]
@@ -196,7 +197,7 @@ class RobotModel:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
         unit = PointMass(frame, 1.0, _ORIGIN)
-        return self._body_forces(unit, _NO_GRAVITY, (q,), wrench)[:, :-6]
+        return self._body_forces(unit, (q,), wrench, _NO_GRAVITY)[:, :-6]
 
     def torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame at (n, j): J_v^T."""
@@ -207,7 +208,7 @@ class RobotModel:
     def base_torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) as :meth:`torque_per_newton`, for a newton along each axis of the base."""
         unit = PointMass(frame, 1.0, _ORIGIN)
-        return np.stack([self._body_forces(unit, -axis, (q,))[:, :-6] for axis in np.eye(3)], axis=2)
+        return np.stack([self._body_forces(unit, (q,), gravity_m_s2=-axis)[:, :-6] for axis in np.eye(3)], axis=2)
 
     def contact_torque(
         self, q: FloatArray, v: FloatArray, a: FloatArray, wrench: FloatArray, frame: str, carried: PointMass
@@ -221,7 +222,8 @@ class RobotModel:
             wrench, frame: as for :meth:`wrench_torque`, the body's weight taken out.
             carried: the body.
         """
-        return self.wrench_torque(q, wrench, frame) - self._body_forces(carried, _NO_GRAVITY, (q, v, a))[:, :-6]
+        accelerated = self._body_forces(carried, (q, v, a), gravity_m_s2=_NO_GRAVITY)[:, :-6]
+        return self.wrench_torque(q, wrench, frame) - accelerated
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -257,11 +259,19 @@ class RobotModel:
 
     def weight_in(self, q: FloatArray, body: PointMass) -> FloatArray:
         """(n, 6) N and N·m: weight of a point mass at its frame's origin, in its axes, at positions (n, j)."""
-        return -self._body_forces(body, self.gravity_base_m_s2, (q,))[:, -6:]
+        return -self._body_forces(body, (q,), gravity_m_s2=self.gravity_base_m_s2)[:, -6:]
+
+    def holding_torque(self, q: FloatArray, body: PointMass) -> FloatArray:
+        """(n, j) torque that holds a point mass against gravity, N·m (N), at positions (n, j)."""
+        return self._body_forces(body, (q,), gravity_m_s2=self.gravity_base_m_s2)[:, :-6]
+
+    def load_torque(self, q: FloatArray, v: FloatArray, a: FloatArray, body: PointMass) -> FloatArray:
+        """(n, j) what :meth:`inverse_dynamics` gives more where the arm carries a point mass, of any sign."""
+        return self._body_forces(body, (q, v, a))[:, :-6]
 
     def moving_force(self, q: FloatArray, v: FloatArray, a: FloatArray, body: PointMass) -> FloatArray:
         """(n, 6) N and N·m: what accelerates and holds a point mass, at its frame's origin, in its axes."""
-        return self._body_forces(body, self.gravity_base_m_s2, (q, v, a))[:, -6:]
+        return self._body_forces(body, (q, v, a), gravity_m_s2=self.gravity_base_m_s2)[:, -6:]
 
     def _frames_of(self, joint: str) -> list[str]:
         """Frames that a joint moves and no joint after it; none without a description."""
@@ -302,23 +312,22 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        for frame in frames:
-            self._with_frame(frame)
-        poses = self.bodies.frame_poses(self._expand(q), frames) if self.bodies and frames else []
+        poses = self._with_frame(*frames).frame_poses(self._expand(q), frames)
         return np.array([origin for _, origin in poses]).reshape(-1, 3)
 
     def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""
         return np.ascontiguousarray(self.weight_in(q, PointMass(frame, 1.0, _ORIGIN))[:, :3])
 
-    def _with_frame(self, frame: str) -> PinocchioModel:
+    def _with_frame(self, *frames: str) -> PinocchioModel:
         if self.bodies is None:
             raise NotJudgedError(
                 "forces at the tool cannot be turned into joint torques without a robot description",
                 hint="give [robot] urdf or dh rows",
             )
-        if frame not in self.bodies.frame_names:
-            raise unknown_name("the robot has no such frame", "log.wrench_frame", frame, self.bodies.frame_names)
+        known = self.bodies.frame_names
+        if unknown := [frame for frame in frames if frame not in known]:
+            raise unknown_name("the robot has no such frame", "log.wrench_frame", unknown[0], known)
         return self.bodies
 
     def inertial_bodies(self) -> PinocchioModel:

@@ -60,12 +60,12 @@ def test_any_tree(seed: int, joints: int) -> None:
     for frame in (f"f{joints - 1}", "f0", "base"):
         unit, mass = PointMass(frame, 1.0, (0.0, 0.0, 0.0)), PointMass(frame, 0.8, (0.1, 0.0, -0.2))
         compared(
-            lambda q, wrench, unit=unit: model.body_forces(unit, np.zeros(3), [q], wrench)[:-6],
+            lambda q, wrench, unit=unit: model.body_forces(unit, [q], wrench, np.zeros(3))[:-6],
             (j, 6),
             reference_dynamics.force(model, frame),
         )
         compared(
-            lambda q, mass=mass: -model.body_forces(mass, G, [q])[-6:],
+            lambda q, mass=mass: -model.body_forces(mass, [q], None, G)[-6:],
             (j,),
             reference_dynamics.weight(model, frame, mass.mass_kg, np.array(mass.com_m), G),
         )

@@ -133,9 +133,9 @@ def weightless_findings(robot: RobotModel, identified: Identified | None, judged
     """Joints that carry a link whose mass the description does not state; warnings where a fit has found the masses."""
     severity: Severity = "warning" if identified is not None and identified.masses else "error"
     lacking: dict[str, list[str]] = {}
-    for link in robot.weightless:
-        for joint in link.carried_by:
-            lacking.setdefault(joint, []).append(f"'{link.joint}'")
+    for moved_by, carried_by in robot.weightless.items():
+        for joint in carried_by:
+            lacking.setdefault(joint, []).append(f"'{moved_by}'")
     known = "; a fit has found it." if severity == "warning" else ", so its model torque is not known."
     return [
         Finding(

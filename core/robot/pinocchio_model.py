@@ -97,8 +97,7 @@ def about_centre(parameters: FloatArray) -> tuple[float, FloatArray, FloatArray]
 
 def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
     """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll), angles in degrees: base axes in the world."""
-    roll, pitch, yaw = np.radians(rpy_deg)
-    return np.asarray(pin.utils.rotate("z", yaw) @ pin.utils.rotate("y", pitch) @ pin.utils.rotate("x", roll))
+    return np.asarray(pin.rpy.rpyToMatrix(*np.radians(rpy_deg)))
 
 
 @dataclass(frozen=True, slots=True)

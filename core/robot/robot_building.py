@@ -21,7 +21,7 @@ from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass, dh_model, rotation_rpy, urdf_model
 from collaudit.core.robot.robot_description import Description, describe_robot, dh_names, joint_values, unknown_name
-from collaudit.core.robot.robot_model import RobotModel, Weightless
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.robot.urdf_file import JointFacts
 from collaudit.core.vendors.column_words import GRIPPER
 
@@ -108,15 +108,15 @@ def _model(
         bodies=model,
         expansion=frozen(expansion),
         offset=frozen(offset),
-        weightless=_weightless(model, names) if has_inertials else (),
+        weightless=_weightless(model, names) if has_inertials else {},
         tool_frame=config.tool.frame or kept[-1].link,
     )
 
 
-def _weightless(model: PinocchioModel, names: Sequence[str]) -> tuple[Weightless, ...]:
+def _weightless(model: PinocchioModel, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Links of the log's joints that have no mass, after the tool was added, with the joints that carry them."""
     empty = [name for name, mass, _ in model.bodies() if mass <= 0.0 and name in names]
-    return tuple(Weightless(name, tuple(joint for joint in model.path(name) if joint in names)) for name in empty)
+    return {name: tuple(joint for joint in model.path(name) if joint in names) for name in empty}
 
 
 def _check_parked(config: RobotConfig, description: Description, moving: Set[str]) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,14 +16,6 @@ from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass
 from collaudit.core.robot.robot_description import unknown_name
 
 _NO_GRAVITY, _ORIGIN = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Weightless:
-    """A link that the description gives no mass: the joint that moves it, and all that carry it, itself included."""
-
-    joint: str
-    carried_by: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +36,7 @@ class RobotModel:
         bodies: the rigid bodies, None without a description.
         expansion: (k, j) model joint positions = expansion @ positions + offset (order, mimicking joints).
         offset: (k,) rad or m.
-        weightless: links without a mass.
+        weightless: of links without a mass, by the joint that moves one: all that carry it, itself included.
         tool_frame: where a tool is mounted: as stated, else the last link; empty without a description.
     """
 
@@ -61,7 +53,7 @@ class RobotModel:
     bodies: PinocchioModel | None
     expansion: FloatArray
     offset: FloatArray
-    weightless: tuple[Weightless, ...] = ()
+    weightless: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     tool_frame: str = ""
 
     @property

@@ -12,7 +12,6 @@ from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import ConfigError, NotJudgedError, RobotError
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_description import describe_robot
-from collaudit.core.robot.robot_model import Weightless
 
 LINK = (
     "<link name='{0}'><inertial><mass value='{1}'/>"
@@ -77,7 +76,7 @@ def test_unknown_names_are_answered_with_the_known_ones(tmp_path: Path) -> None:
 def test_links_without_mass_are_named(tmp_path: Path) -> None:
     robot = load(tmp_path, arm((1.0, 0.0)))
     assert robot.has_inertials
-    assert robot.weightless == (Weightless("j2", ("j1", "j2")),)
+    assert robot.weightless == {"j2": ("j1", "j2")}
     assert not load(tmp_path, arm((1.0, 0.0)), tool={"mass_kg": 0.5}).weightless, "the tool is its mass"
 
 

@@ -40,7 +40,8 @@ class Growing:
         start, self._used = self._used, self._used + values.shape[0]
         if self._used > self._array.shape[0]:
             rows = min(self._claimed, _MOST_TIMES * self._used)
-            longer = _empty(self._array, rows if rows >= self._used else 2 * self._used + _LEAST_ROWS)
+            rows = rows if rows >= self._used else 2 * self._used + _LEAST_ROWS
+            longer = np.empty((rows, *self._array.shape[1:]), self._array.dtype, order="F")
             longer[:start] = self._array[:start]
             self._array = longer
         self._array[start : self._used] = values
@@ -51,10 +52,6 @@ class Growing:
 
     def __len__(self) -> int:
         return int(self._used)
-
-
-def _empty(like: Column, rows: int) -> Column:
-    return np.empty_like(like, shape=rows) if like.ndim == 1 else np.empty((rows, like.shape[1]), order="F")
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,19 +99,15 @@ class Db3File:
             computed = [_str(row[1]) for row in self._db.execute(f"PRAGMA table_xinfo({table})") if row[6]]
             if computed:
                 raise ValueError(f"columns of {table} that are computed, not recorded: {', '.join(computed)}")
-        definitions: dict[str, tuple[str, bytes]] = {}
-        if "message_definitions" in tables:
-            for kind, encoding, text in self._db.execute(
-                "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
-            ):
-                definitions[ros_type(_str(kind))] = (_str(encoding), _str(text).encode("utf-8"))
-        out = []
-        for number, name, kind, encoding in self._db.execute(
-            "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
-        ):
-            schema_encoding, schema = definitions.get(ros_type(_str(kind)), ("", b""))
-            out.append(Channel(int(number), _str(name), ros_type(_str(kind)), _str(encoding), schema_encoding, schema))
-        return tuple(out)
+        stated = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+        rows = self._db.execute(stated) if "message_definitions" in tables else ()
+        schemas = {ros_type(_str(kind)): (_str(encoding), _str(text).encode("utf-8")) for kind, encoding, text in rows}
+        topics = self._db.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
+        kinds = [ros_type(_str(kind)) for _, _, kind, _ in topics]
+        return tuple(
+            Channel(int(number), _str(name), kind, _str(encoding), *schemas.get(kind, ("", b"")))
+            for (number, name, _, encoding), kind in zip(topics, kinds, strict=True)
+        )
 
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""

@@ -33,8 +33,8 @@ _COMPRESSED = (
 )  # fmt: skip
 #: What compressed files append to the name of the file within.
 _COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".lz4", ".xz", ".bz2", ".zip")
-#: What else lies in archives of one log.
-_METADATA = ("__MACOSX/", ".DS_Store", "._")
+#: What else lies in archives of one log: folders, and what macOS adds.
+_NO_LOG = re.compile(r"__MACOSX/|(.*/)?(\.DS_Store|\._[^/]*|)$", re.DOTALL)
 
 Reader = TypeVar("Reader")
 
@@ -105,7 +105,7 @@ def _only_member(path: Path) -> BufferedIOBase:
 
     try:
         archive = zipfile.ZipFile(path)
-        names = [name for name in archive.namelist() if not name.endswith("/") and not _is_metadata(name)]
+        names = [name for name in archive.namelist() if not _NO_LOG.match(name)]
         if len(names) == 1:
             return cast(BufferedIOBase, archive.open(names[0]))
     except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError, RuntimeError) as error:
@@ -117,10 +117,6 @@ def _only_member(path: Path) -> BufferedIOBase:
         found=f"{len(names)} files: {shown}" if names else "no files",
         hint="unpack it and name the files or the folder",
     )
-
-
-def _is_metadata(name: str) -> bool:
-    return name.startswith(_METADATA[0]) or name.rpartition("/")[2].startswith(_METADATA[1:])
 
 
 def inner_head(path: Path, method: str) -> bytes:

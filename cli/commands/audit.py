@@ -258,8 +258,8 @@ def _night_facts(
     today: date,
 ) -> NightFacts:
     """What is said of the night beside its logs; ``others`` are files that were left out."""
-    from collaudit.core.policy.acceptance_use import acceptance_uses
-    from collaudit.core.policy.night_budget import budget_breaches
+    from collaudit.core.contacts.acceptance_use import acceptance_uses
+    from collaudit.core.verdict.verdict import budget_breaches
     from collaudit.reports.values.night import NightFacts
 
     judged = [(job, one.result) for job, one in zip(jobs, outcomes, strict=True) if one.result is not None]

@@ -1,5 +1,5 @@
 """From alarms of single joints to contacts: link, external force, commanded or not, and the controller's own alarms.
 
-In: the alarms and residuals of one log. Out: Contacts.
-Elsewhere: the alarms themselves (detection).
+In: the alarms and residuals of one log; contacts of earlier nights; accepted.toml. Out: Contacts, each with its state.
+Elsewhere: the alarms themselves (detection), the verdict (verdict), reading stores and files (cli, reports).
 """

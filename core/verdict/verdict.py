@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.config.schema import Config, PolicyConfig
-from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
+from collaudit.core.data.audit_result import AuditResult, Coverage, NearMiss, Verdict
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import reason_text
@@ -56,7 +56,10 @@ def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str
     Returns:
         The verdict, and its reasons in words.
     """
-    broken = _broken(policy, evidence)
+    broken = [
+        *contact_breach(counting(evidence.contacts, policy), policy.max_collisions, evidence.findings),
+        *near_miss_breach(len(evidence.near_misses), evidence.coverage.recorded_s, policy.max_near_misses_per_hour),
+    ]
     undecided = unjudged(policy, evidence)
     if broken:
         return "fail", tuple(broken + undecided)
@@ -95,14 +98,6 @@ def _found(policy: PolicyConfig, evidence: Evidence) -> str:
     parts += [f'{allowed} known, which [policy] known = "allow" lets pass'] if allowed else []
     text += f" ({'; '.join(parts)})." if parts else "."
     return text if said is None else f"{text} {said}"
-
-
-def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
-    near_misses, recorded_s = len(evidence.near_misses), evidence.coverage.recorded_s
-    return [
-        *contact_breach(counting(evidence.contacts, policy), policy.max_collisions, evidence.findings),
-        *near_miss_breach(near_misses, recorded_s, policy.max_near_misses_per_hour),
-    ]
 
 
 def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
@@ -202,18 +197,32 @@ def near_miss_breach(count: int, recorded_s: float, most_per_hour: float | None,
         most_per_hour: so many an hour are allowed; None for any number.
         where: words for the logs they are counted in, if not one alone.
     """
-    if most_per_hour is None or not count or least_per_hour(count, recorded_s) <= most_per_hour:
+    least = least_per_hour(count, recorded_s)
+    if most_per_hour is None or not count or least <= most_per_hour:
         return []
-    return [near_miss_rate(count, recorded_s, most_per_hour, where)]
+    hourly = f"{count / (recorded_s / 3600.0):.3g} an hour, at least {least:.3g}"
+    return [
+        f"{counted(count, 'near miss', 'near misses')} in {seconds_text(recorded_s)}{where}: {hourly} "
+        f"(95 %; policy: at most {most_per_hour:g})."
+    ]
 
 
-def near_miss_rate(count: int, recorded_s: float, most_per_hour: float, where: str = "") -> str:
-    """The rate of near misses with its lower bound, beside the limit, in words; arguments as above."""
-    hourly = f"{count / (recorded_s / 3600.0):.3g} an hour"
-    return (
-        f"{counted(count, 'near miss', 'near misses')} in {seconds_text(recorded_s)}{where}: {hourly}, "
-        f"at least {least_per_hour(count, recorded_s):.3g} (95 %; policy: at most {most_per_hour:g})."
-    )
+def budget_breaches(logs: Sequence[tuple[str | None, AuditResult]]) -> list[str]:
+    """Why the near misses of a night break the policy, a sentence a robot: single logs are too short to tell a rate.
+
+    Args:
+        logs: audited ones, each with its robot; None without a fleet.
+    """
+    breaches = []
+    for robot in dict.fromkeys(robot for robot, _ in logs):
+        own = [result for name, result in logs if name == robot]
+        limits = [one.limits.max_near_misses_per_hour for one in own if one.limits is not None]
+        limit = next((limit for limit in limits if limit is not None), None)
+        if len(own) > 1:
+            count, recorded_s = sum(len(one.near_misses) for one in own), sum(one.coverage.recorded_s for one in own)
+            where = f", {len(own)} logs" + (f" of robot {robot}" if robot else "")
+            breaches += near_miss_breach(count, recorded_s, limit, where)
+    return breaches
 
 
 def least_per_hour(count: int, recorded_s: float) -> float:

@@ -9,11 +9,11 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
+from collaudit.core.contacts.acceptance_use import AcceptanceUse
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.cycles_result import ProgramComparison
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.history.night_groups import NightGroup
-from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.page.environment import environment, own_script

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from urllib.parse import quote
 
+from collaudit.core.contacts.acceptance_use import AcceptanceUse
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.cycles_result import LEAST_CHANGE, ProgramComparison
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.night_groups import Moment, NightGroup
-from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.entries import IndexEntry, entry_of_error, verdict_counts, worst_verdict
 from collaudit.reports.values.words import NONE, clock_text, plural

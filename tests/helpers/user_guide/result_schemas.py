@@ -13,6 +13,7 @@ import msgspec
 from docstring_parser import DocstringStyle, parse
 
 from collaudit.core.config.describe import choices_of_laws
+from collaudit.core.contacts.acceptance_use import AcceptanceUse
 from collaudit.core.data import (
     arm_geometry,
     cycles_result,
@@ -29,7 +30,6 @@ from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.findings import Finding
 from collaudit.core.history.night_groups import Moment, NightGroup
-from collaudit.core.policy.acceptance_use import AcceptanceUse
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 from collaudit.reports.values.entries import IndexEntry

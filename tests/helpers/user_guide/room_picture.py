@@ -34,7 +34,6 @@ ROOMS = (
     "verdict",
     "causes",
     "history",
-    "policy",
     "provenance",
     "fitting",
     "plan",

@@ -41,27 +41,19 @@ def acceptance_uses(
         logs: audited ones, each with what was known of it.
         today: day on which they are looked at.
     """
-    return [_use(number, entry, logs, today) for number, entry in enumerate(entries, 1)]
-
-
-def _use(
-    number: int,
-    entry: Acceptance,
-    logs: Sequence[tuple[Precedents, AuditResult]],
-    today: date,
-) -> AcceptanceUse:
-    asked = [(known, result) for known, result in logs if concerns(entry, known, result.log.sha256)]
-    meant = [c for known, result in asked for c in result.contacts if means(entry, c, known, result.log.sha256)]
-    why = [refusal(entry, contact, today) for contact in meant]
-    day = day_refusal(entry, today)
-    state: UseState
-    if day is not None:
-        state = "expired" if entry.until < today else "too long"
-    elif None in why:
-        state = "counted"
-    elif meant:
-        state = "no longer matches"
-    else:
-        state = "unused" if asked else "not asked"
-    because = day or (why[0] if state == "no longer matches" else None)
-    return AcceptanceUse(number, state, entry.words + (f" ({because})" if because else ""))
+    uses = []
+    for number, entry in enumerate(entries, 1):
+        asked = [(known, result) for known, result in logs if concerns(entry, known, result.log.sha256)]
+        meant = [c for known, result in asked for c in result.contacts if means(entry, c, known, result.log.sha256)]
+        why = [refusal(entry, contact, today) for contact in meant]
+        day = day_refusal(entry, today)
+        state: UseState = "unused" if asked else "not asked"
+        if day is not None:
+            state = "expired" if entry.until < today else "too long"
+        elif None in why:
+            state = "counted"
+        elif meant:
+            state = "no longer matches"
+        because = day or (why[0] if state == "no longer matches" else None)
+        uses.append(AcceptanceUse(number, state, entry.words + (f" ({because})" if because else "")))
+    return uses

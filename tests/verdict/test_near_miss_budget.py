@@ -11,8 +11,7 @@ import samples
 from scipy.stats import poisson
 
 from collaudit.core.data.audit_result import PolicyLimits
-from collaudit.core.policy.night_budget import budget_breaches
-from collaudit.core.verdict.verdict import least_per_hour, near_miss_breach
+from collaudit.core.verdict.verdict import budget_breaches, least_per_hour, near_miss_breach
 from collaudit.reports.formats.registry import formats_of_many, summary_text
 from collaudit.reports.page.index import summarise, write_index
 from collaudit.reports.values.entries import entry_of

@@ -18,8 +18,9 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, F
 from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
+from collaudit.core.detection.detector_run import Settled
 from collaudit.core.detection.judgement import judge
-from collaudit.core.detection.settled_rule import HeldOutPart
+from collaudit.core.detection.settled_rule import settled
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -99,7 +100,7 @@ def _judged(
 ) -> Audit:
     """One log, with the model that it was prepared with; arguments as of :func:`audit_log`."""
     step = stage(progress, 0.0, 1.0)
-    parts: list[HeldOutPart] = []
+    parts: list[Settled] = []
     if config.policy.same_log == "folds" and (friction is None or fitted_alone(friction, prepared)):
         friction, parts = _by_parts(prepared, friction, config, provenance, stage(progress, 0.0, 0.15))
     prepared, about_axes = _calibrated(prepared, friction, config)
@@ -212,7 +213,7 @@ def _version(prepared: Prepared, provenance: Provenance, config: Config) -> str:
 
 def _by_parts(
     prepared: Prepared, friction: FrictionFile | None, config: Config, provenance: Provenance, progress: Progress
-) -> tuple[FrictionFile | None, list[HeldOutPart]]:
+) -> tuple[FrictionFile | None, list[Settled]]:
     """The fit of the whole log, which is shown, and for each part of the log the fit of the others, which judges it.
 
     No parts where the log shows no friction: what is judged then needs no fit, and no earlier one is taken for it.
@@ -229,7 +230,7 @@ def _by_parts(
     parts = []
     for rows, fitted in fits:
         own, _ = _calibrated(logged, fitted, config)
-        parts.append(HeldOutPart(rows, own, applied_friction(own, fitted, config), fitted.thresholds))
+        parts.append(settled(own, applied_friction(own, fitted, config), config, fitted.thresholds, rows))
     return whole, parts
 
 

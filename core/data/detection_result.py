@@ -10,17 +10,6 @@ LoadKind = Literal["quasi-static", "transient", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
-class ShortestPush:
-    """How far a detector's rule is exact: a steady push ``ratio`` times gamma alarms from ``duration_s`` on.
-
-    The rule itself asks for n samples at any height: a kernel stretches what is high, and shortens what is low.
-    """
-
-    ratio: float
-    duration_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class DelayFacts:
     """From the moment a torque exceeds gamma to the moment the rule fires, in its three parts.
 
@@ -29,14 +18,12 @@ class DelayFacts:
         persistence_s: n times the sample period.
         jitter_s: up to one sample period, for the moment falls anywhere between two samples.
         noise_gain: how much of white sensor noise passes the filter (standard deviations).
-        shortest_push: what a push must last to alarm, by its height; the kernel makes it differ from ``persistence_s``.
     """
 
     filter_s: float
     persistence_s: float
     jitter_s: float
     noise_gain: float
-    shortest_push: tuple[ShortestPush, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,13 @@ def detection_findings(
     findings = _slow_kernel(run, inputs.rule, series.period_s)
     findings += _friction_levels(levels)
     findings += _zeros_off(run.residual, inputs.rule)
-    findings += _ripple_not_shown(run.residual)
+    ripple = ", ".join(f"'{joint}' {nm:.2g} N·m" for joint, nm in run.residual.ripple_not_shown_nm.items())
+    if ripple:
+        text = (
+            f"The log does not show the friction file's gear ripple at its place, so it is not subtracted: {ripple}. "
+            "Constant thresholds are raised by it; automatic ones hold it."
+        )
+        findings.append(Finding("friction-level", "info", text))
 
     def of_joint(joint: str) -> list[Finding]:
         return _cut_events(series, run, series.column(joint), joint, inputs.rule.n)
@@ -107,18 +113,6 @@ def _zeros_off(residual: Residual, rule: RuleFacts) -> list[Finding]:
             )
             findings.append(Finding("friction-level", "info", text, joint=joint))
     return findings
-
-
-def _ripple_not_shown(residual: Residual) -> list[Finding]:
-    """Joints of which the ripple is not where the friction file has it."""
-    if not residual.ripple_not_shown_nm:
-        return []
-    listed = ", ".join(f"'{joint}' {nm:.2g} N·m" for joint, nm in residual.ripple_not_shown_nm.items())
-    text = (
-        f"The log does not show the friction file's gear ripple at its place, so it is not subtracted: {listed}. "
-        "Constant thresholds are raised by it; automatic ones hold it."
-    )
-    return [Finding("friction-level", "info", text)]
 
 
 def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:

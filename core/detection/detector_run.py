@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,24 +12,20 @@ from collaudit.core.config.schema import Config
 from collaudit.core.cycles.cycle_reference import CycleResidual, cycle_residual
 from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, RuleFacts, Spoke
 from collaudit.core.data.cycles_result import CycleReference
-from collaudit.core.data.detection_result import (
-    DelayFacts,
-    LevelFacts,
-    ShortestPush,
-    ZeroFacts,
-)
+from collaudit.core.data.detection_result import DelayFacts, DetectionFacts, LevelFacts, ZeroFacts
 from collaudit.core.data.signals import CycleSignals, Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import MERGE_S, Event, both_events
 from collaudit.core.detection.rule_settings import Watch
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.parallel import each, ordered_map
+from collaudit.core.numeric.parallel import by_name, each
 from collaudit.core.numeric.runs import lasting, lowest_in_row
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
+from collaudit.core.residual.friction_level import FrictionLevel
 from collaudit.core.residual.parts import joined_residual
 from collaudit.core.residual.residual import Residual, ResidualInputs
 
@@ -46,78 +39,60 @@ class DetectedEvents:
     state: NDArray[np.int8]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JudgedLog:
-    """What the rule is applied to.
-
-    Attributes:
-        series: the judged joints.
-        residual: of them.
-        gamma_nm: (n, j) threshold in force.
-        rule: as applied.
-        phases: (n,) labels.
-        cycles: the second residual, by cycles; None where nothing repeats.
-    """
-
-    series: UniformSeries
-    residual: Residual
-    gamma_nm: NDArray[np.float32]
-    rule: RuleFacts
-    phases: NDArray[np.int8]
-    cycles: CycleSignals | None = None
-
-
-def detect_events(log: JudgedLog, watch: Mapping[str, Watch]) -> DetectedEvents:
+def detect_events(
+    prepared: Prepared,
+    residual: Residual,
+    gamma_nm: NDArray[np.float32],
+    cycles: CycleSignals | None,
+    inputs: DetectionInputs,
+) -> DetectedEvents:
     """Rule (6) on every watched joint where its residual is evidence.
 
     Args:
-        log: residual and thresholds.
-        watch: which joints count.
+        prepared: the log.
+        residual: of its judged joints.
+        gamma_nm: (n, j) threshold in force.
+        cycles: the second residual, by cycles; None where nothing repeats.
+        inputs: the rule, and which joints count.
     """
-    series, rule = log.series, log.rule
-    state = _with_unwatched(log.residual.state, series.joint_names, watch, log.phases, rule.n)
-    watched = [series.column(joint) for joint in rule.watch]
-    hits: list[Collision] = []
-    near: list[NearMiss] = []
-    for its_hits, its_near in ordered_map(lambda j: _events(log, j, state[:, j]), watched):
-        hits += its_hits
-        near += its_near
+    series, rule = prepared.judged_series, inputs.rule
+    state = _with_unwatched(residual.state, series.joint_names, inputs.watch, prepared.phases, rule.n)
+    merge = round(MERGE_S / series.period_s)
+
+    def of_joint(joint: str) -> tuple[list[Collision], list[NearMiss]]:
+        j = series.column(joint)
+        evidence = np.asarray(state[:, j] <= State.FRICTION_INTERVAL)
+        x, gamma = np.ascontiguousarray(residual.torque_nm[:, j]), np.ascontiguousarray(gamma_nm[:, j])
+        near = gamma - np.float32(rule.below_gamma_nm(joint))
+        cycle = None if cycles is None else (cycles.torque_nm[:, j], cycles.gamma_nm[:, j])
+        levels = {"model": (x, gamma), "both": (x, gamma), "cycle": cycle or (x, gamma)}
+        fired, low, brief = both_events((x, gamma, near), cycle, evidence, rule.n, rule.near_miss_persistence, merge)
+
+        def hit(event: Event, spoke: Spoke) -> Collision:
+            return Collision(
+                joint=joint,
+                onset_s=float(series.time_s[event.span.start]),
+                detected_s=float(series.time_s[event.detected]),
+                duration_s=len(event.span) * series.period_s,
+                peak_nm=event.peak,
+                gamma_nm=float(levels[spoke][1][event.peak_at]),
+                phase=PHASES[int(prepared.phases[event.span.start])],
+                spoke=spoke,
+            )
+
+        near_misses = [
+            _near_miss(hit(e, spoke), "amplitude", _kept_share(levels[spoke][0], evidence, levels[spoke][1], e, rule.n))
+            for e, spoke in low
+        ]
+        near_misses += [_near_miss(hit(e, spoke), "persistence", e.longest / rule.n) for e, spoke in brief]
+        return [hit(*told) for told in fired], near_misses
+
+    found = by_name(of_joint, rule.watch).values()
     return DetectedEvents(
-        tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
-        tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
+        tuple(sorted((one for hits, _ in found for one in hits), key=lambda c: (c.onset_s, c.joint))),
+        tuple(sorted((one for _, near in found for one in near), key=lambda c: (c.onset_s, c.joint))),
         state,
     )
-
-
-def _events(log: JudgedLog, j: int, state: NDArray[np.int8]) -> tuple[list[Collision], list[NearMiss]]:
-    """Collisions and near misses of one column; ``state`` (n,) of its samples."""
-    series, rule = log.series, log.rule
-    joint = series.joint_names[j]
-    evidence = np.asarray(state <= State.FRICTION_INTERVAL)
-    x, gamma = np.ascontiguousarray(log.residual.torque_nm[:, j]), np.ascontiguousarray(log.gamma_nm[:, j])
-    near = gamma - np.float32(rule.below_gamma_nm(joint))
-    merge, n = round(MERGE_S / series.period_s), rule.n
-    cycle = None if log.cycles is None else (log.cycles.torque_nm[:, j], log.cycles.gamma_nm[:, j])
-    levels = {"model": (x, gamma), "both": (x, gamma), "cycle": cycle or (x, gamma)}
-    fired, low, brief = both_events((x, gamma, near), cycle, evidence, n, rule.near_miss_persistence, merge)
-
-    def hit(event: Event, spoke: Spoke) -> Collision:
-        return Collision(
-            joint=joint,
-            onset_s=float(series.time_s[event.span.start]),
-            detected_s=float(series.time_s[event.detected]),
-            duration_s=len(event.span) * series.period_s,
-            peak_nm=event.peak,
-            gamma_nm=float(levels[spoke][1][event.peak_at]),
-            phase=PHASES[int(log.phases[event.span.start])],
-            spoke=spoke,
-        )
-
-    nearly: list[tuple[NearMissKind, Event, Spoke, float]] = [
-        ("amplitude", e, spoke, _kept_share(levels[spoke][0], evidence, levels[spoke][1], e, n)) for e, spoke in low
-    ]
-    nearly += [("persistence", e, spoke, e.longest / n) for e, spoke in brief]
-    return [hit(*told) for told in fired], [_near_miss(hit(e, spoke), kind, ratio) for kind, e, spoke, ratio in nearly]
 
 
 def _kept_share(x: FloatArray, evidence: BoolArray, gamma: NDArray[np.float32], event: Event, n: int) -> float:
@@ -187,17 +162,13 @@ def gamma_in_force(series: UniformSeries, residual: Residual, rule: RuleFacts) -
         raised = residual.uncertainty_nm[:, j]
         if extra > 0.0:
             raised = np.where(residual.state[:, j] == State.FRICTION_INTERVAL, raised + extra, raised)
-        automatic = joint in rule.motion_nm or joint in residual.still
-        out[:, j] = gamma + _whole_steps(raised, gamma) if automatic else gamma
+        if joint in rule.motion_nm or joint in residual.still:  # automatic: raised in multiples of a power of two
+            step = 2.0 ** np.floor(np.log2(_STEP * gamma))
+            gamma = gamma + step * np.ceil(raised / step)
+        out[:, j] = gamma
 
     each(fill, range(joints))
     return out
-
-
-def _whole_steps(raised_nm: FloatArray, gamma_nm: float) -> FloatArray:
-    """(n,) rounded up to multiples of a power of two."""
-    step = 2.0 ** np.floor(np.log2(_STEP * gamma_nm))
-    return np.asarray(step * np.ceil(raised_nm / step))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -238,22 +209,26 @@ class DetectionInputs(ResidualInputs):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JudgedPart:
-    """A part of a log, judged by a fit that has not seen it.
+class Settled:
+    """What a log, or a part of one, is judged with.
 
     Attributes:
-        rows: (n,) samples of the part.
-        prepared: the whole log, as that fit has it.
-        inputs: laws, and the rule, as that fit gives them.
+        prepared: the whole log, as its fit has it; hand guiding and smoothing marked that its friction shows.
+        config: with numbers in place of "auto".
+        choices: findings on how thresholds were chosen.
+        inputs: rule and laws.
+        rows: (n,) samples of a part that is judged by a fit which has not seen it; None for all.
     """
 
-    rows: BoolArray
     prepared: Prepared
+    config: Config
+    choices: tuple[Finding, ...]
     inputs: DetectionInputs
+    rows: BoolArray | None = None
 
 
 def run_detector(
-    prepared: Prepared, inputs: DetectionInputs, config: Config, parts: Sequence[JudgedPart] = ()
+    prepared: Prepared, inputs: DetectionInputs, config: Config, parts: Sequence[Settled] = ()
 ) -> DetectorRun:
     """Apply the configured detector.
 
@@ -268,14 +243,14 @@ def run_detector(
     """
     detector = detector_named(config.detect.detector)
 
-    def of_part(part: JudgedPart) -> Residual:
+    def of_part(part: Settled) -> Residual:
         own = replace(part.inputs, not_judged=inputs.not_judged)
         found = detector.residual(part.prepared, own, config.detect)
         _raise_thresholds(found, own.rule, inputs.rule, part.prepared.judged)
         return found
 
     if parts:
-        residual = joined_residual((part.rows, of_part(part)) for part in parts)
+        residual = joined_residual((part.rows, of_part(part)) for part in parts if part.rows is not None)
     else:
         residual = detector.residual(prepared, inputs, config.detect)
     series, rule = prepared.judged_series, inputs.rule
@@ -283,8 +258,7 @@ def run_detector(
     cycles = None
     if not config.detect.causal:
         cycles = cycle_residual(series, residual, rule, config, inputs, inputs.earlier)
-    signals = None if cycles is None else cycles.signals
-    detected = detect_events(JudgedLog(series, residual, gamma, rule, prepared.phases, signals), inputs.watch)
+    detected = detect_events(prepared, residual, gamma, None if cycles is None else cycles.signals, inputs)
     return DetectorRun(detector, residual, gamma, detected, cycles)
 
 
@@ -297,30 +271,29 @@ def _raise_thresholds(residual: Residual, own: RuleFacts, common: RuleFacts, joi
             residual.uncertainty_nm[residual.state[:, j] == State.FRICTION_INTERVAL, j] += more
 
 
-def delay_facts(kernel: Kernel, rule: RuleFacts, period_s: float) -> DelayFacts:
-    """Delay of a detector with this kernel, in its parts."""
-    exactly = shortest_pushes(kernel, rule.n, period_s)
-    return DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s), exactly)
+def detection_facts(run: DetectorRun, rule: RuleFacts, causal: bool, period_s: float) -> DetectionFacts:
+    """Equation, delay in its parts, friction level and torque zero of a run; alarms of others and scores come later."""
+    kernel, residual = run.residual.balance.kernel, run.residual
+    return DetectionFacts(
+        causal=causal,
+        equation=run.detector.equation,
+        delay=DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s)),
+        friction_level={joint: _level_facts(level) for joint, level in residual.levels.items()},
+        flags=(),
+        torque_zero={joint: ZeroFacts(z.lowest_nm, z.highest_nm, z.bound_nm) for joint, z in residual.zeros.items()},
+    )
 
 
-def friction_levels(residual: Residual) -> dict[str, LevelFacts]:
-    """Range and standard error of each joint's friction level."""
-    facts = {}
-    for joint, level in residual.levels.items():
-        share = 1.0 + level.deviation
-        facts[joint] = LevelFacts(
-            lowest=float(share.min()),
-            median=median_of(share),
-            highest=float(share.max()),
-            sd=median_of(level.sd),
-            mean=1.0 + level.mean,
-        )
-    return facts
-
-
-def torque_zeros(residual: Residual) -> dict[str, ZeroFacts]:
-    """What was found of each joint's zero, and its bound."""
-    return {joint: ZeroFacts(z.lowest_nm, z.highest_nm, z.bound_nm) for joint, z in residual.zeros.items()}
+def _level_facts(level: FrictionLevel) -> LevelFacts:
+    """Range and standard error of a joint's friction level."""
+    share = 1.0 + level.deviation
+    return LevelFacts(
+        lowest=float(share.min()),
+        median=median_of(share),
+        highest=float(share.max()),
+        sd=median_of(level.sd),
+        mean=1.0 + level.mean,
+    )
 
 
 def judged_signals(series: UniformSeries, run: DetectorRun, rule: RuleFacts) -> Signals:
@@ -360,26 +333,3 @@ def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] 
 
     each(fill, range(state.shape[1]))
     return least, most
-
-
-#: Heights of the pushes, in thresholds.
-RATIOS = (1.3, 2.0, 4.0)
-
-
-def shortest_pushes(kernel: Kernel, n: int, period_s: float) -> tuple[ShortestPush, ...]:
-    """Shortest rectangular push of each height whose smoothed torque lies above gamma for ``n`` samples in a row.
-
-    Args:
-        kernel: of the detector; the torque of the motion passes the filters of the signals besides.
-        n: persistence, samples.
-        period_s: sample period, s.
-    """
-    longest = n + max(16, math.ceil(4.0 * kernel.settle_s / period_s))
-
-    def alarms(samples: int, ratio: float) -> bool:
-        response, _ = kernel.push_response(samples, period_s)
-        return bool(lasting(response > 1.0 / ratio, n).any())
-
-    # A longer push alarms where a shorter one does.
-    found = {r: bisect_left(range(longest + 1), True, key=partial(alarms, ratio=r)) for r in RATIOS}
-    return tuple(ShortestPush(ratio, count * period_s) for ratio, count in found.items() if count <= longest)

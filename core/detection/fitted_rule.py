@@ -83,7 +83,14 @@ def with_fitted_thresholds(
         if joint not in gamma:
             known = stated.get(joint)
             reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
-            findings.append(_missing(joint, config.detect.gamma_nm, reason, _travel(series, joint), bool(used)))
+            position = series.position_rad[:, series.column(joint)]
+            travel_rad = float(np.ptp(position[np.isfinite(position)])) if np.isfinite(position).any() else 0.0
+            if used and travel_rad < _HARDLY:
+                text = f"Joint '{joint}' is not judged: it hardly moves ({travel_rad:.2g} rad in all), and {reason}."
+                findings.append(Finding("rule-unfit", "warning", text, joint=joint))
+            else:
+                text = f"Joint '{joint}' is not judged: gamma_nm = \"{config.detect.gamma_nm}\", and {reason}."
+                findings.append(Finding("rule-unfit", "error", text, joint=joint))
     if usable is not None and used:
         findings.append(_source(usable, used, gamma, times))
         # where γ stands above all that the fitted motion reached, that raises no alarm
@@ -128,22 +135,6 @@ def typed(torque_nm: float) -> float:
     return float(f"{torque_nm:.{_DIGITS}g}")
 
 
-def _missing(joint: str, setting: str, reason: str, travel_rad: float, others: bool) -> Finding:
-    """That a joint has no threshold; an error unless it hardly moves and others have one."""
-    if others and travel_rad < _HARDLY:
-        text = f"Joint '{joint}' is not judged: it hardly moves ({travel_rad:.2g} rad in all), and {reason}."
-        return Finding("rule-unfit", "warning", text, joint=joint)
-    text = f"Joint '{joint}' is not judged: gamma_nm = \"{setting}\", and {reason}."
-    return Finding("rule-unfit", "error", text, joint=joint)
-
-
-def _travel(series: UniformSeries, joint: str) -> float:
-    """How far a joint goes in all, rad (m)."""
-    position = series.position_rad[:, series.column(joint)]
-    known = position[np.isfinite(position)]
-    return float(np.ptp(known)) if known.size else 0.0
-
-
 def usable_thresholds(
     thresholds: FittedThresholds | None, config: Config
 ) -> tuple[FittedThresholds | None, str | None]:
@@ -179,6 +170,9 @@ def _source(
     listed = ", ".join(f"{joint} {gamma_nm[joint]:.3g} ({used[joint].gamma_nm:.3g})" for joint in used)
     rate = sum(level.false_alarms_per_hour for level in used.values())
     low, high = (sum(level.false_alarms_ci95[k] for level in used.values()) for k in range(2))
+    hours = min(one.hours for one in known)
+    minutes = f"{60.0 * hours:.3g} min" if _HOUR_S * hours >= 120.0 else f"{_HOUR_S * hours:.3g} s"
+    told_from = f"{hours:.3g} h" if hours >= 2.0 else minutes
     stand = (
         "at what the fitted motion reaches, without the margin for other days (with it in brackets)"
         if times is None
@@ -186,17 +180,10 @@ def _source(
     )
     text = (
         f"Thresholds, {stand}, N·m: {listed}. It was told from "
-        f"{_duration(min(one.hours for one in known))} of motion that the fit had not seen, and is passed "
+        f"{told_from} of motion that the fit had not seen, and is passed "
         f"{rate:.2g} times an hour there ({low:.2g} to {high:.2g}, 95 %), its margin not counted.{in_sample}"
     )
     return fact(text)
-
-
-def _duration(hours: float) -> str:
-    if hours >= 2.0:
-        return f"{hours:.3g} h"
-    seconds = hours * _HOUR_S
-    return f"{seconds / 60.0:.3g} min" if seconds >= 120.0 else f"{seconds:.3g} s"
 
 
 def exceeded_findings(thresholds: FittedThresholds, joints: Collection[str]) -> list[Finding]:

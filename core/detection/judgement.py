@@ -24,12 +24,10 @@ from collaudit.core.detection.detection_findings import (
 from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
-    JudgedPart,
-    delay_facts,
-    friction_levels,
+    Settled,
+    detection_facts,
     judged_signals,
     run_detector,
-    torque_zeros,
 )
 from collaudit.core.detection.fitted_rule import (
     change_findings,
@@ -38,9 +36,9 @@ from collaudit.core.detection.fitted_rule import (
 )
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
-from collaudit.core.detection.rule_reach import coarse_findings, persistence_findings, reach_findings
+from collaudit.core.detection.rule_reach import reach_findings
 from collaudit.core.detection.rule_settings import watch_findings
-from collaudit.core.detection.settled_rule import HeldOutPart, settled, with_common_rule
+from collaudit.core.detection.settled_rule import settled, with_common_rule
 from collaudit.core.detection.unjudged_time import unjudged_effort_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
@@ -95,9 +93,7 @@ CHECKS: tuple[Callable[[Judged], Iterable[Finding]], ...] = (
     ),
     lambda log: watch_findings(log.inputs.watch),
     lambda log: change_findings(log.prepared, log.applied.quiet, log.applied.laws, log.inputs.rule.gamma_nm),
-    lambda log: persistence_findings(log.inputs.rule),
-    lambda log: reach_findings(log.series, log.prepared.robot, log.inputs.rule),
-    lambda log: coarse_findings(log.series, log.inputs.rule),
+    lambda log: reach_findings(log.prepared, log.inputs.rule),
     lambda log: pattern_findings(log.signals, log.inputs.rule.gamma_nm),
     lambda log: residual_level_findings(log.signals, log.stats, log.inputs.rule.gamma_nm, _fitted_nm(log)),
     lambda log: scatter_findings(log.applied.fits, log.inputs.rule.gamma_nm),
@@ -123,7 +119,7 @@ def judge(
     config: Config,
     thresholds: FittedThresholds | None,
     step: Progress,
-    parts: Sequence[HeldOutPart] = (),
+    parts: Sequence[Settled] = (),
     earlier: tuple[CycleReference, ...] = (),
 ) -> Judged:
     """Rule, residual and alarms of one log, and what the checks say of it.
@@ -144,15 +140,13 @@ def judge(
         NotJudgedError: the persistence is longer than the log.
     """
     automatic = with_rest_thresholds(config, applied.quiet, prepared.judged).detect.automatic
-    apart = [settled(part.prepared, part.applied, config, part.thresholds) for part in parts]
-    common = with_common_rule(settled(prepared, applied, config, thresholds), apart)
+    common = with_common_rule(settled(prepared, applied, config, thresholds), parts)
     prepared, config, choices, inputs = common.prepared, common.config, common.choices, common.inputs
     inputs = replace(inputs, earlier=earlier)
     series, rule, forbidden = prepared.judged_series, inputs.rule, inputs.not_judged
-    held_out = [JudgedPart(part.rows, own.prepared, own.inputs) for part, own in zip(parts, apart, strict=True)]
 
     def run_with(inputs: DetectionInputs) -> Judged:
-        run = run_detector(prepared, inputs, config, held_out)
+        run = run_detector(prepared, inputs, config, parts)
         signals = judged_signals(series, run, rule)
         judged = Judged(
             prepared=prepared,
@@ -169,7 +163,7 @@ def judge(
                 lambda joint: _residual_stats(series, signals, run.detected.collisions, joint),
                 series.joint_names,
             ),
-            facts=_facts(prepared, run, inputs, config),
+            facts=detection_facts(run, rule, config.detect.causal, series.period_s),
             rest_steps=rest_steps(prepared, run, inputs),
         )
         found = ordered_map(lambda check: list(check(judged)), CHECKS)
@@ -184,19 +178,6 @@ def judge(
         judged = run_with(replace(inputs, not_judged=forbidden | excluded))
         judged = replace(judged, checked=tuple(dict.fromkeys((*why, *judged.checked))))
     return judged
-
-
-def _facts(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config) -> DetectionFacts:
-    """Equation, delay and friction level of a detector."""
-    series, rule, detect = prepared.judged_series, inputs.rule, config.detect
-    return DetectionFacts(
-        causal=detect.causal,
-        equation=run.detector.equation,
-        delay=delay_facts(run.residual.balance.kernel, rule, series.period_s),
-        friction_level=friction_levels(run.residual),
-        flags=(),
-        torque_zero=torque_zeros(run.residual),
-    )
 
 
 #: Samples count as clean so far from a collision of their joint, s.

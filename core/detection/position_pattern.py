@@ -79,7 +79,8 @@ def position_pattern(
         way = direction == sign
         if way.any():
             np.subtract(residual, median_of(residual[way]), out=residual, where=way)
-    key, mean = _means(key, residual)
+    key, label = np.unique(key, return_inverse=True)
+    mean = np.bincount(label, weights=residual) / np.bincount(label)
     of_bin, late = key % _BINS, key // _BINS > middle
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
     both = np.isfinite(early_of) & np.isfinite(late_of)
@@ -92,37 +93,20 @@ def position_pattern(
     if share < _LEAST_SHARE:
         return None
     shape, place = 0.5 * (early_of + late_of)[both], (low + (np.arange(_BINS) + 0.5) / _BINS * (high - low))[both]
-    slope, straight = _line(place, shape)
+    slope, straight = np.polyfit(place, shape, 1)[0], np.corrcoef(place, shape)[0, 1] ** 2
     return PositionPattern(
         amplitude_nm=0.5 * float(np.ptp(shape)),
         share=share,
-        stiffness_nm_per_rad=slope if straight >= _STRAIGHT else None,
+        stiffness_nm_per_rad=float(slope) if straight >= _STRAIGHT else None,
         low_rad=float(place[np.argmin(shape)]),
         high_rad=float(place[np.argmax(shape)]),
     )
 
 
-def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The numbers that occur in ``key`` (n,), rising, and the mean of the values (n,) of each."""
-    there, label = np.unique(key, return_inverse=True)
-    return there, np.bincount(label, weights=values) / np.bincount(label)
-
-
 def _by_bin(mean: FloatArray, of_bin: IntArray, use: BoolArray) -> FloatArray:
     """(bins,) median over the visits of each bin; NaN where there are too few."""
-    out = np.full(_BINS, np.nan)
-    for b in range(_BINS):
-        visits = mean[use & (of_bin == b)]
-        if visits.size >= _LEAST_VISITS:
-            out[b] = median_of(visits)
-    return out
-
-
-def _line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
-    """Slope, and the share of the variance that a straight line explains."""
-    dx, dy = x - x.mean(), y - y.mean()
-    slope = float(dx @ dy / (dx @ dx))
-    return slope, float(1.0 - np.sum((dy - slope * dx) ** 2) / max(float(dy @ dy), 1e-30))
+    visits = (mean[use & (of_bin == b)] for b in range(_BINS))
+    return np.array([median_of(one) if one.size >= _LEAST_VISITS else np.nan for one in visits])
 
 
 def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Finding]:

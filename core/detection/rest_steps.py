@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,7 +83,11 @@ class RestBlocks:
             torque[:, k], model[:, k] = _means(left, size), _means(modelled, size)
 
         each(fill, range(len(columns)))
-        stands = ~_moves(every, [Window.of(scale, period) for scale in SCALES])
+        stands = np.ones((len(SCALES), count), dtype=np.bool_)
+        for column in every.T:
+            known = np.where(np.isfinite(column), column, 0.0)
+            for still, window in zip(stands, (Window.of(scale, period) for scale in SCALES), strict=True):
+                still &= travel(known, window.before, window.after) <= STILL
         time_s = _means(series.time_s, size)
         return cls(time_s, period, every[:, columns], torque, model, steps, stands)
 
@@ -96,17 +99,6 @@ def _means(x: FloatArray, size: int) -> FloatArray:
     for k in range(1, size):
         total += whole[k::size]
     return np.asarray(total / size)
-
-
-def _moves(position: FloatArray, windows: Sequence[Window]) -> BoolArray:
-    """(windows, m) any joint with these positions (m, joints) goes further than one that stands."""
-
-    moves = np.zeros((len(windows), position.shape[0]), dtype=np.bool_)
-    for column in position.T:
-        known = np.where(np.isfinite(column), column, 0.0)
-        for of_window, w in zip(moves, windows, strict=True):
-            of_window |= travel(known, w.before, w.after) > STILL
-    return moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,43 +203,32 @@ def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) ->
     judged = [j for j, joint in enumerate(names) if joint in inputs.rule.watch]
     steps = list(ordered_map(lambda j: _steps_of(blocks, j, gamma[names[j]]), judged))
     asked, pushed = (np.zeros(blocks.time_s.size) for _ in range(2))
-    for one in (one for its in steps for one in its):
-        size = np.abs(one.position_rad)
-        asked[one.rows] = np.maximum(asked[one.rows], np.where(one.along[one.rows], size, 0.0))
-        pushed[one.rows] = np.maximum(pushed[one.rows], np.where(one.against[one.rows], size, 0.0))
+    for its in steps:
+        np.maximum.at(asked, its.rows[~its.against], np.abs(its.position_rad[~its.against]))
+        np.maximum.at(pushed, its.rows[its.against], np.abs(its.position_rad[its.against]))
     found = [_of_joint(blocks, its, names[j], asked, pushed) for j, its in zip(judged, steps, strict=True)]
     return tuple(step for its in found for step in its)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Steps:
-    """Steps of one joint at one scale, of which there are few.
+    """Steps of one joint (k,), scale by scale, of which there are few.
 
     Attributes:
-        against: (m,) against the drive, as a push makes them.
-        along: (m,) along it, as motion does.
-        rows: (k,) the blocks of both, in order.
-        torque_nm, position_rad: (k,) size of the steps there.
+        scale: number of the scale of each.
+        rows: its block.
+        against: whether it is against the drive, as a push makes it; else along it, as motion does.
+        torque_nm, position_rad: its size.
     """
 
-    against: BoolArray
-    along: BoolArray
+    scale: IntArray
     rows: IntArray
+    against: BoolArray
     torque_nm: FloatArray
     position_rad: FloatArray
 
-    def pushes_nm(self, a: int, b: int) -> FloatArray:
-        """(b - a,) torque of the steps against the drive between two blocks; 0 elsewhere."""
-        out = np.zeros(b - a)
-        first, last = np.searchsorted(self.rows, (a, b))
-        out[self.rows[first:last] - a] = self.torque_nm[first:last]
-        out[~self.against[a:b]] = 0.0
-        return out
 
-
-def _of_joint(
-    blocks: RestBlocks, scales: Sequence[_Steps], joint: str, asked: FloatArray, pushed: FloatArray
-) -> list[RestStep]:
+def _of_joint(blocks: RestBlocks, steps: _Steps, joint: str, asked: FloatArray, pushed: FloatArray) -> list[RestStep]:
     """Disturbances of one joint.
 
     Left out is one just before which its own motion, or more motion of another joint than any deflection, was
@@ -255,14 +236,11 @@ def _of_joint(
 
     Args:
         blocks: of the log.
-        scales: the joint's steps, scale by scale.
+        steps: of the joint.
         joint: its name.
         asked, pushed: (m,) the largest step of position of all joints, along the drive and against it.
     """
-    against = np.logical_or.reduce([s.against for s in scales])
-    along = np.logical_or.reduce([s.along for s in scales])
-    if not against.any():
-        return []
+    against, along = (np.isin(np.arange(asked.size), steps.rows[kind]) for kind in (steps.against, ~steps.against))
     out: list[RestStep] = []
     starts, stops = run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s)))
     before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, STAYS_S))
@@ -271,52 +249,40 @@ def _of_joint(
         own = along[max(0, a - before) : a + 1].any()
         if own or asked[near].max() > pushed[a : max(b, a + behind)].max() or _brakes(blocks, a, b):
             continue
-        scale = max(scales, key=lambda s: float(np.abs(s.pushes_nm(a, b)).max()))
-        at = a + int(np.argmax(np.abs(scale.pushes_nm(a, b))))
-        here = int(np.searchsorted(scale.rows, at))
-        one = DisturbedJoint(joint, float(scale.torque_nm[here]), float(scale.position_rad[here]))
-        edges = [edge for s in scales if (edge := _edges(s, a, b)) is not None]
-        first, last = min(edge[0] for edge in edges), max(edge[1] for edge in edges)
-        out.append(RestStep(float(blocks.time_s[first]), float(blocks.time_s[last]), one))
+        here = np.flatnonzero(steps.against & (steps.rows >= a) & (steps.rows < b))
+        largest = here[np.argmax(np.abs(steps.torque_nm[here]))]
+        one = DisturbedJoint(joint, float(steps.torque_nm[largest]), float(steps.position_rad[largest]))
+        of_scale = (here[steps.scale[here] == scale] for scale in np.unique(steps.scale[here]))
+        edges = [edge for its in of_scale for edge in _edges(steps.rows[its], np.abs(steps.torque_nm[its]))]
+        out.append(RestStep(float(blocks.time_s[min(edges)]), float(blocks.time_s[max(edges)]), one))
     return out
 
 
-def _edges(steps: _Steps, a: int, b: int) -> tuple[int, int] | None:
-    """Blocks of the first and the last step of one scale between two blocks: the middle of where each is largest."""
-    starts, stops = run_bounds(steps.against[a:b])
-    if starts.size == 0:
-        return None
-    size, out = np.abs(steps.pushes_nm(a, b)), []
-    for start, stop in ((starts[0], stops[0]), (starts[-1], stops[-1])):
-        part = size[start:stop]
-        out.append(a + int(start) + int(np.median(np.flatnonzero(part >= 0.9 * part.max()))))
-    return out[0], out[1]
+def _edges(rows: IntArray, size_nm: FloatArray) -> list[int]:
+    """Blocks of the first and the last step at some rising blocks: the middle of where each is largest."""
+    runs, out = np.split(np.arange(rows.size), np.flatnonzero(np.diff(rows) > 1) + 1), []
+    for run in (runs[0], runs[-1]):
+        part = size_nm[run]
+        out.append(int(rows[run[0]]) + int(np.median(np.flatnonzero(part >= 0.9 * part.max()))))
+    return out
 
 
-def _steps_of(blocks: RestBlocks, j: int, gamma_nm: float) -> list[_Steps]:
+def _steps_of(blocks: RestBlocks, j: int, gamma_nm: float) -> _Steps:
     """Steps of one joint at every scale."""
     position, torque, model = (
         RunningSums.of(np.ascontiguousarray(x[:, j])) for x in (blocks.position_rad, blocks.torque_nm, blocks.model_nm)
     )
     known = np.where(np.isfinite(blocks.position_rad[:, j]), blocks.position_rad[:, j], 0.0)
+    limits = (gamma_nm, float(blocks.count_rad[j]))
     out = []
     for number, scale in enumerate(SCALES):
         window, rows = Window.of(scale, blocks.period_s), np.flatnonzero(blocks.stands[number])
         rest = travel(known, window.before, -(window.rise // 2))[rows]
-        limits = (gamma_nm, float(blocks.count_rad[j]))
         step_q, step_x, changed = (sums.step(window.width, window.rise, rows) for sums in (position, torque, model))
         against, along = _steps(step_q, step_x, np.abs(changed), rest, limits)
-        there = against | along
-        out.append(
-            _Steps(
-                np.isin(np.arange(known.size), rows[against]),
-                np.isin(np.arange(known.size), rows[along]),
-                rows[there],
-                step_x[there],
-                step_q[there],
-            )
-        )
-    return out
+        there = np.flatnonzero(against | along)
+        out.append((np.full(there.size, number), rows[there], against[there], step_x[there], step_q[there]))
+    return _Steps(*(np.concatenate(column) for column in zip(*out, strict=True)))
 
 
 def _steps(

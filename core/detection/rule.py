@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import chain
 from math import ceil
@@ -11,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Spoke
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.runs import lasting, run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.runs import closed, lasting, run_bounds
 
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray | NDArray[np.float32]
@@ -124,30 +123,16 @@ def both_events(
 
     alone = apart(fired, others[0])
     alarms: Told = [(event, "model" if event in alone else "both") for event in fired]
-    alarms += _told(apart(others[0], fired), "cycle")
-    nearly = (
-        _told(apart(its, others[0]), "model") + _told(apart(more, fired, low, brief), "cycle")
-        for its, more in zip((low, brief), others[1:], strict=True)
-    )
-    return alarms, *nearly  # type: ignore[return-value]
-
-
-def _told(events: Iterable[Event], spoke: Spoke) -> Told:
-    return [(event, spoke) for event in events]
+    alarms += [(event, "cycle") for event in apart(others[0], fired)]
+    nearly: list[Told] = [[(event, "model") for event in apart(its, others[0])] for its in (low, brief)]
+    for told, more in zip(nearly, others[1:], strict=True):
+        told += [(event, "cycle") for event in apart(more, fired, low, brief)]
+    return alarms, nearly[0], nearly[1]
 
 
 def _events(mask: BoolArray, merge: int) -> list[Span]:
     """Runs of samples, those that are close as one."""
-    starts, stops = run_bounds(mask)
-    return [Span(int(starts[g[0]]), int(stops[g[-1]])) for g in _groups(starts, stops, merge)]
-
-
-def _groups(starts: IntArray, stops: IntArray, merge: int) -> list[IntArray]:
-    """Indices of the runs that are one event."""
-    if starts.size == 0:
-        return []
-    first = np.flatnonzero(np.concatenate(([True], starts[1:] - stops[:-1] >= max(1, merge))))
-    return np.split(np.arange(starts.size), first[1:])
+    return [Span(int(a), int(b)) for a, b in zip(*run_bounds(closed(mask, merge - 1)), strict=True)]
 
 
 def _describe(residual: FloatArray, above: BoolArray, span: Span, n: int) -> Event:

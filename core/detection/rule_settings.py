@@ -17,7 +17,7 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.recommendation_result import MotionLevels
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.errors import refuse_unknown
+from collaudit.core.errors import NotJudgedError, refuse_unknown
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
@@ -42,6 +42,7 @@ def make_rule(
 
     Raises:
         ConfigError: a threshold or a watched name belongs to no judged joint.
+        NotJudgedError: the persistence is longer than the log: nothing could alarm.
     """
     detect, motion = config.detect, motion or MotionLevels()
     watch = choose_watched(series, contact_mask(phases), detect)
@@ -53,6 +54,12 @@ def make_rule(
         if joint not in gamma and watch[joint].watched:
             watch[joint] = Watch(False, False, "there is no threshold for it")
     n, requested = stated_persistence(detect, series.period_s)
+    if n > series.time_s.size:  # before anything takes memory for so many
+        raise NotJudgedError(
+            "the persistence is longer than the log: nothing could alarm",
+            found=f"n = {n} samples ({n * series.period_s:.4g} s), of {series.time_s.size} in the log",
+            hint="shorten [detect] persistence_ms or n; 25 ms is usual",
+        )
     rule = RuleFacts(
         detector=detect.detector,
         gamma_nm=gamma,
@@ -60,17 +67,15 @@ def make_rule(
         persistence_s=n * series.period_s,
         persistence_requested_ms=requested,
         watch=tuple(j for j in series.joint_names if watch[j].watched),
-        near_miss_nm={joint: _near_miss(config, its, motion.level_nm.get(joint)) for joint, its in gamma.items()},
+        near_miss_nm={  # beyond what motion does where that is known
+            joint: max(config.near_miss.amplitude * its, min(motion.level_nm.get(joint, 0.0), its))
+            for joint, its in gamma.items()
+        },
         near_miss_persistence=config.near_miss.persistence,
         motion_nm={joint: level for joint, level in motion.level_nm.items() if joint in gamma},
         at_rest_nm=motion.at_rest_nm,
     )
     return rule, watch
-
-
-def _near_miss(config: Config, gamma_nm: float, motion_nm: float | None) -> float:
-    """From which level on a joint's residual is nearly an alarm: beyond what motion does where that is known, N·m."""
-    return max(config.near_miss.amplitude * gamma_nm, min(motion_nm or 0.0, gamma_nm))
 
 
 def stated_persistence(detect: DetectConfig, period_s: float) -> tuple[int, float | None]:
@@ -137,7 +142,10 @@ def choose_watched(series: UniformSeries, contact: BoolArray, config: DetectConf
         ConfigError: a named joint is not in the log.
     """
     if config.watch != "auto":
-        return _named(series.joint_names, config.watch)
+        problem = "a watched joint is not among the judged joints"
+        refuse_unknown(config.watch, series.joint_names, problem, "[detect] watch")
+        named, others = Watch(True, True, "named in [detect] watch"), Watch(False, False, "not named in [detect] watch")
+        return {joint: named if joint in config.watch else others for joint in series.joint_names}
     out = {}
     for j, joint in enumerate(series.joint_names):
         rate, stroke = _reversals(series.position_rad[:, j], series.velocity_rad_s[:, j], contact, series.period_s)
@@ -169,16 +177,6 @@ def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watc
         for joint in joints[a:b]:
             choice[joint] = replace(choice[joint], why=f"{choice[joint].why}; {text}")
     return choice
-
-
-def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
-    refuse_unknown(names, joints, "a watched joint is not among the judged joints", "[detect] watch")
-    return {
-        joint: Watch(True, True, "named in [detect] watch")
-        if joint in names
-        else Watch(False, False, "not named in [detect] watch")
-        for joint in joints
-    }
 
 
 def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float) -> tuple[float, float]:

@@ -7,18 +7,17 @@ parts. Where the other parts of the log ask for more, the threshold in force is 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.config.schema import Config
 from collaudit.core.data.recommendation_result import FittedThresholds, MotionLevels
-from collaudit.core.detection.detector_run import DetectionInputs
+from collaudit.core.detection.detector_run import DetectionInputs, Settled
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds, with_rest_thresholds
-from collaudit.core.detection.rule_reach import check_persistence
 from collaudit.core.detection.rule_settings import make_rule
-from collaudit.core.findings import Finding, fact, joints_not_judged
+from collaudit.core.findings import fact, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.contact_mask import find_contact
 from collaudit.core.numeric.arrays import BoolArray
@@ -27,46 +26,14 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.torque_zero import BOUND_SHARE
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeldOutPart:
-    """A part of a log with a fit that has not seen it.
-
-    Attributes:
-        rows: (n,) samples of the part.
-        prepared: the whole log, with the calibration of that fit.
-        applied: its friction laws.
-        thresholds: its levels.
-    """
-
-    rows: BoolArray
-    prepared: Prepared
-    applied: AppliedFriction
-    thresholds: FittedThresholds | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Settled:
-    """What a log is judged with.
-
-    Attributes:
-        prepared: the log, hand guiding and smoothing marked that its friction shows.
-        config: with numbers in place of "auto".
-        motion: what motion does by itself.
-        choices: findings on how thresholds were chosen.
-        inputs: rule and laws.
-    """
-
-    prepared: Prepared
-    config: Config
-    motion: MotionLevels
-    choices: tuple[Finding, ...]
-    inputs: DetectionInputs
-
-
 def settled(
-    prepared: Prepared, applied: AppliedFriction, config: Config, thresholds: FittedThresholds | None
+    prepared: Prepared,
+    applied: AppliedFriction,
+    config: Config,
+    thresholds: FittedThresholds | None,
+    rows: BoolArray | None = None,
 ) -> Settled:
-    """What one fit gives; arguments and errors as of :func:`judge`."""
+    """What one fit gives; arguments and errors as of :func:`judge`, ``rows`` (n,) of a part that it has not seen."""
     friction = {joint: law.torque for joint, law in applied.laws.items()}
     prepared = _with_smoothing(without_guiding(prepared, friction, config), friction, config)
     series = prepared.judged_series
@@ -74,7 +41,6 @@ def settled(
     automatic = config.detect.automatic
     config, motion, choices = with_fitted_thresholds(config, thresholds, applied.quiet, series)
     rule, watch = make_rule(series, prepared.phases, config, motion)
-    check_persistence(series, rule.n)
     gamma_nm, beyond_nm = rule.gamma_nm, motion.beyond_nm if automatic else rule.gamma_nm
     quiet = {
         joint: replace(level, gamma_nm=gamma_nm[joint], beyond_nm=beyond_nm.get(joint, np.inf))
@@ -90,7 +56,7 @@ def settled(
         covered=motion.known,
         zero_bound_nm={joint: BOUND_SHARE * gamma_nm[joint] for joint in rule.motion_nm},
     )
-    return Settled(prepared, config, motion, tuple(choices), inputs)
+    return Settled(prepared, config, tuple(choices), inputs, rows)
 
 
 def with_common_rule(whole: Settled, parts: Sequence[Settled]) -> Settled:
@@ -106,15 +72,16 @@ def with_common_rule(whole: Settled, parts: Sequence[Settled]) -> Settled:
         return whole
     prepared = whole.prepared
     gamma_nm = [part.inputs.rule.gamma_nm for part in parts]
-    motion = replace(
-        whole.motion,
-        level_nm=_lowest([part.motion.level_nm for part in parts]),
-        at_rest_nm=_lowest([part.motion.at_rest_nm for part in parts]),
+    motion = MotionLevels(
+        _lowest([part.inputs.rule.motion_nm for part in parts]),
+        _lowest([part.inputs.rule.at_rest_nm for part in parts]),
     )
     config = whole.config.changed({"detect": whole.config.detect.changed({"gamma_nm": _lowest(gamma_nm)})})
     rule, watch = make_rule(prepared.judged_series, prepared.phases, config, motion)
     said = {(one.code, one.joint): one for part in parts for one in part.choices if one.severity != "info"}
-    choices = (*said.values(), _thresholds_of_parts(rule.gamma_nm, gamma_nm))
+    ranges = (f"{joint} {low:.3g} to {max(one[joint] for one in gamma_nm):.3g}" for joint, low in rule.gamma_nm.items())
+    text = f"Thresholds of the {len(parts)} parts of the log, each told from the others, N·m: {', '.join(ranges)}."
+    choices = (*said.values(), fact(text))
     found = [finding for part in parts for finding in part.prepared.findings]
     inputs = replace(
         whole.inputs,
@@ -122,19 +89,12 @@ def with_common_rule(whole: Settled, parts: Sequence[Settled]) -> Settled:
         watch=watch,
         not_judged=joints_not_judged((*prepared.findings, *found, *choices), prepared.judged),
     )
-    return Settled(prepared, config, motion, choices, inputs)
+    return Settled(prepared, config, choices, inputs)
 
 
 def _lowest(parts: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """By joint the least number, of joints that all parts know."""
     return {joint: min(part[joint] for part in parts) for joint in parts[0] if all(joint in part for part in parts)}
-
-
-def _thresholds_of_parts(lowest_nm: Mapping[str, float], parts: Sequence[Mapping[str, float]]) -> Finding:
-    ranges = ", ".join(
-        f"{joint} {low:.3g} to {max(part[joint] for part in parts):.3g}" for joint, low in lowest_nm.items()
-    )
-    return fact(f"Thresholds of the {len(parts)} parts of the log, each told from the others, N·m: {ranges}.")
 
 
 def _with_smoothing(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import LoneRows, UniformSeries
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
@@ -87,16 +87,11 @@ def _recorded_nm(prepared: Prepared) -> FloatArray | None:
     return recorded.effort if recorded.effort_unit == "Nm" else None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _OwnTorques:
-    """Torque (…, k, j) of lone rows by their own motion, before friction, with either slope of velocity."""
+def _own_torques(prepared: Prepared) -> FloatArray | None:
+    """Torque (…, k, j) of lone rows by their own motion, before friction, with either slope of velocity.
 
-    lone: LoneRows
-    rigid_nm: FloatArray
-
-
-def _own_torques(prepared: Prepared) -> _OwnTorques | None:
-    """With the commanded force and the known load of the samples beside the gap; None without lone rows."""
+    With the commanded force and the known load of the samples beside the gap; None without lone rows.
+    """
     lone = prepared.series.lone
     if lone is None or lone.at.size == 0:
         return None
@@ -106,7 +101,7 @@ def _own_torques(prepared: Prepared) -> _OwnTorques | None:
     for more in (prepared.contact_nm, prepared.start.load_nm):
         if more is not None:
             rigid = np.concatenate([rigid + beside for beside in _beside(more, lone.at)])
-    return _OwnTorques(lone, rigid)
+    return rigid
 
 
 def _beside(torque_nm: FloatArray, at: IntArray) -> list[FloatArray]:
@@ -119,12 +114,12 @@ def _beside(torque_nm: FloatArray, at: IntArray) -> list[FloatArray]:
 
 
 def _own_range(
-    own: _OwnTorques | None, law: FrictionModel, series: UniformSeries, j: int
+    own_nm: FloatArray | None, law: FrictionModel, series: UniformSeries, j: int
 ) -> tuple[FloatArray, FloatArray] | None:
     """(n,) least and most effort of one joint by the motion of the lone rows, N·m; NaN at other samples."""
-    if own is None:
+    if own_nm is None or series.lone is None:
         return None
-    at, velocity, rigid = own.lone.at, own.lone.velocity_rad_s[:, j], own.rigid_nm[:, :, j]
+    at, velocity, rigid = series.lone.at, series.lone.velocity_rad_s[:, j], own_nm[:, :, j]
     friction = law.torque(velocity)
     turns = np.zeros(series.time_s.size, dtype=np.bool_)
     turns[at] = (np.abs(velocity) < law.speed_range[0]) | (velocity * np.append(0.0, velocity[:-1]) < 0.0)
@@ -223,24 +218,20 @@ def _lasting_beyond(far: BoolArray, rows: IntArray, n: int) -> slice | None:
 
 def _findings(found: list[_Stretch], time_s: FloatArray) -> list[Finding]:
     """One finding for all joints of a stretch, the first of the log first."""
-    out: list[Finding] = []
-    group: list[_Stretch] = []
-
-    def close() -> None:
-        worst = max(group, key=lambda one: one.beyond_nm)
+    groups: list[list[_Stretch]] = []
+    for one in sorted(found, key=lambda one: (one.start, one.joint)):
+        if groups and one.start < max(other.stop for other in groups[-1]):
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    out = []
+    for group in groups[:_LISTED]:
         names = ", ".join(f"'{name}'" for name in dict.fromkeys(one.joint for one in group))
         first, last = float(time_s[group[0].start]), float(time_s[max(one.stop for one in group) - 1])
         text = (
             f"From {first:.4g} to {last:.4g} s, which is not judged, the recorded efforts of {names} lie up to "
-            f"{worst.beyond_nm:.3g} N·m beyond what model and friction allow next to it: a contact may lie there."
+            f"{max(one.beyond_nm for one in group):.3g} N·m beyond what model and friction allow next to it: a contact "
+            "may lie there."
         )
         out.append(Finding("event-cut", "warning", text, start_s=first, end_s=last))
-
-    for one in sorted(found, key=lambda one: (one.start, one.joint)):
-        if group and one.start >= max(x.stop for x in group):
-            close()
-            group = []
-        group.append(one)
-    if group:
-        close()
-    return out[:_LISTED]
+    return out

@@ -316,9 +316,8 @@ KINDS: dict[str, Kind] = {
     ),
     "rule-unfit": Kind(
         'The rule cannot show what it should: a threshold is missing (gamma_nm = "auto", and the friction file has '
-        "none), lies above the joint's torque limit or its largest torque, or is large beside its torques; the "
-        "persistence is longer than many contacts; or the detector's filter is slow, so that a push as long as n must "
-        "exceed gamma by far.",
+        "none), lies far above the arm's torques or a joint's limit, or is large beside the joint's torques; or the "
+        "detector's filter is slow, so that a push as long as n must exceed gamma by far.",
         "Missing: fit again on a log without contact with at least 10 s of motion of each joint, or state "
         "gamma_nm. Large: ask collaudit recommend; look for contact in the fit, a wrong scale, a missing tool. "
         'Slow filter: raise [conditioning] bandwidth_hz, or detector = "direct".',

@@ -21,7 +21,7 @@ from markupsafe import Markup
 from collaudit.core.errors import CollauditError
 from collaudit.core.findings import CODES
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.sections.event_sections import delay_text, near_levels, shortest_push_text
+from collaudit.reports.sections.event_sections import delay_text, near_levels
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import (
@@ -59,7 +59,6 @@ def environment() -> Environment:
         law=law_text,
         clock=clock_text,
         delay=delay_text,
-        shortest_push=shortest_push_text,
     )
     made.globals.update(
         statement=STATEMENT,

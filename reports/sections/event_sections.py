@@ -222,13 +222,6 @@ def delay_text(delay: DelayFacts) -> str:
     )
 
 
-def shortest_push_text(delay: DelayFacts) -> str:
-    """What a push must last to alarm, by its height; empty where that is not known."""
-    listed = ", ".join(f"{1e3 * push.duration_s:.3g} ms at {push.ratio:g} γ" for push in delay.shortest_push)
-    asked = f"the rule asks for {1e3 * delay.persistence_s:.3g} ms above γ"
-    return f"Through the detector's filter a steady push alarms from {listed} on; {asked}." if listed else ""
-
-
 def detection_sections(result: AuditResult) -> tuple[Section, ...]:
     """The controller's alarms and labels, scores against known events; what there is of them."""
     facts = result.detection

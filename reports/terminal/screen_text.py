@@ -14,7 +14,6 @@ from collaudit.reports.sections.event_sections import (
     detection_sections,
     disturbance_section,
     near_miss_section,
-    shortest_push_text,
 )
 from collaudit.reports.sections.finding_sections import finding_lines, worst_first
 from collaudit.reports.sections.judged_sections import cycle_section, force_line, judged_section, residual_section
@@ -127,12 +126,8 @@ def detection_text(result: AuditResult, width: int | None = None) -> str:
     if facts is None:
         return ""
     mode = "causal" if facts.causal else "offline, zero phase"
-    lines = (
-        f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.",
-        shortest_push_text(facts.delay),
-    )
-    head = "".join(f"{wrapped(line, width, '  ')}\n" for line in lines if line)
-    return head + sections_text(detection_sections(result), width)
+    head = f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}."
+    return f"{wrapped(head, width, '  ')}\n" + sections_text(detection_sections(result), width)
 
 
 def verdict_text(result: AuditResult, most: int | None = None, width: int | None = None) -> str:

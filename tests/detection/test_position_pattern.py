@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.detection.position_pattern import (
-    _means,
-    position_pattern,
-    settled_pattern_findings,
-)
+from collaudit.core.detection.position_pattern import position_pattern, settled_pattern_findings
 from collaudit.core.friction.motion_points import Settled
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -93,14 +89,13 @@ def test_springs_that_no_model_knows_are_said_beside_their_alarms(
     assert "residual-position" not in {f.code for f in plain.findings}
 
 
-@pytest.mark.parametrize("far", [0, 10**7])
-def test_means_by_place_are_those_of_the_samples_there_whatever_the_clock_does(far: int) -> None:
-    rng = np.random.default_rng(2)
-    key, values = rng.integers(-40, 40, 500), rng.normal(size=500)
-    key[250:] += far
-    there, mean = _means(key.copy(), values)
-    np.testing.assert_array_equal(there, np.unique(key))
-    np.testing.assert_allclose(mean, [values[key == k].mean() for k in there], atol=1e-12)
+@pytest.mark.parametrize("far_s", [0.0, 1e7])
+def test_a_pattern_is_told_whatever_the_clock_does(far_s: float) -> None:
+    t, q, way = swings()
+    rest = 3.0 * (q - 0.2) + 0.5 * noise(t.size)
+    found = position_pattern(np.where(t > 30.0, t + far_s, t), q, rest.copy(), way, every(t))
+    assert found is not None and found.share > 0.9
+    assert found.stiffness_nm_per_rad == pytest.approx(3.0, rel=0.05)
 
 
 def test_what_is_settled_stays_as_it_is() -> None:

@@ -90,7 +90,7 @@ def command(
         runs_of_audits,
         runs_of_store,
     )
-    from collaudit.core.history.retention import Retention, runs_to_prune
+    from collaudit.core.history.retention import runs_to_prune
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.command_texts import prune_text
 
@@ -109,8 +109,7 @@ def command(
         raise ConfigError("neither a store nor a folder with audits", where=place, expected="OUT of collaudit audit")
     with progress(f"{action}: reading what is stored"):
         runs = runs_of_store(ResultStore(place), needed) if rows else runs_of_audits(audits, needed)
-    rule = Retention(keep, keep_failed, None if most is None else round(1e9 * most))
-    gone = runs_to_prune(runs, rule, today)
+    gone = runs_to_prune(runs, keep, keep_failed, None if most is None else round(1e9 * most), today)
     if as_json:
         listed = [{**asdict(run), "night": run.night.isoformat()} for run in gone]
         plan = {"place": place, "kept": len(runs) - len(gone), "done": yes, "runs": listed}

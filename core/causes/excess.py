@@ -71,14 +71,9 @@ class Excess:
     block: IntArray
 
     @cached_property
-    def blocks(self) -> int:
-        """Blocks of time."""
-        return int(self.block[-1]) + 1
-
-    @cached_property
     def half(self) -> IntArray:
         """(b,) 0 or 1: pairs of blocks dealt out in turn; what one half tells is tried on the other."""
-        return np.asarray((np.arange(self.blocks) // 2) % 2)
+        return np.asarray((np.arange(int(self.block[-1]) + 1) // 2) % 2)
 
     @cached_property
     def count(self) -> FloatArray:
@@ -127,16 +122,16 @@ def excess_of(
     judged = prepared.judged_series
     if residual.effort_nm is None or prepared.rigid_nm is None or not prepared.robot.has_inertials:
         return None
-    names = [name for name in judged.joint_names if name in gamma_nm and name in residual.levels]
-    names = [name for name in names if name not in residual.still]
+    told = residual.levels.keys() & gamma_nm.keys() - residual.still
+    names = [name for name in judged.joint_names if name in told]
     if not names:
         return None
     own = [judged.joint_names.index(name) for name in names]
     columns = [series.column(name) for name in names]
     size = max(1, floor(1.0 / (_RATE_HZ * series.period_s)), ceil(series.time_s.size / _MOST_SAMPLES))
-    told = np.where(np.equal(residual.state[:, own], int(State.JUDGED)), residual.torque_nm[:, own], np.nan)
+    torque = np.where(np.equal(residual.state[:, own], int(State.JUDGED)), residual.torque_nm[:, own], np.nan)
     explained = prepared.rigid_nm if prepared.contact_nm is None else prepared.rigid_nm + prepared.contact_nm
-    time_s, torque, explained = (thinned(x, size) for x in (series.time_s[:, None], told, explained[:, columns]))
+    time_s, torque, explained = (thinned(x, size) for x in (series.time_s[:, None], torque, explained[:, columns]))
     q, v, a = (thinned(np.asarray(x), size) for x in series.motion)
     known = np.isfinite(torque) & np.isfinite(q + v + a).all(axis=1, keepdims=True)
     if not known.any():

@@ -135,12 +135,6 @@ def compare_programs(old: Audit, new: Audit, robot: RobotModel) -> ProgramCompar
     return ProgramComparison(*names, counts, tuple(changes))
 
 
-def _blocks(values: FloatArray) -> FloatArray:
-    """(b, …) means over blocks of cycles (c, …), NaN left aside."""
-    parts = np.array_split(values, min(_BLOCKS, len(values) // 2))
-    return np.stack([_mean(part) for part in parts])
-
-
 def _mean(values: FloatArray, axis: int = 0) -> FloatArray:
     known = np.isfinite(values)
     count = np.count_nonzero(known, axis=axis)
@@ -157,7 +151,9 @@ def _difference(both: Iterable[FloatArray], among: int = 1) -> tuple[FloatArray,
 
     Where the largest of several is told, the interval holds for all ``among`` them at once (Bonferroni).
     """
-    sides = [_blocks(side) for side in both]
+    # means over blocks of cycles (b, …), NaN left aside
+    parts = (np.array_split(side, min(_BLOCKS, len(side) // 2)) for side in both)
+    sides = [np.stack([_mean(part) for part in its]) for its in parts]
     error = np.sqrt(sum(np.var(side, axis=0, ddof=1) / len(side) for side in sides))
     reach = float(student_quantile(min(len(side) for side in sides) - 1, 1.0 - 0.025 / among))
     return sides[1].mean(axis=0) - sides[0].mean(axis=0), np.asarray(reach * error)

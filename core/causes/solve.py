@@ -67,7 +67,8 @@ def solved(table: Excess, trial: Trial, before: FloatArray) -> Solved | None:
         return None
     every = np.ones(before.shape[0], dtype=np.bool_)
     if trial.kind in _OF_POSES:
-        value, half_width = _Sums.of(table, trial, whole_day=True).told(every)
+        day = _Sums.of(table, trial, whole_day=True)  # of which nothing is held
+        value, half_width = day.own(day.solve(every))
     else:
         value, half_width, _ = sums.explained(every)
     half_width = np.hypot(half_width, STANDARD_ERRORS_95 * np.array(trial.fit_sd))
@@ -136,10 +137,6 @@ class _Sums:
             found = self.with_followed(level).solve(blocks)
         own = found.value[:count]
         return own, half_width, self.size(own, level)
-
-    def told(self, blocks: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """(k,) parameters of the cause by some of the blocks, and half of their intervals; nothing is held."""
-        return self.own(self.solve(blocks))
 
     def own(self, found: Estimate) -> tuple[FloatArray, FloatArray]:
         """(k,) of a solution the parameters of the cause, and half of their intervals."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -60,10 +59,12 @@ def trials(
     yield Trial("friction", (), table.friction_nm[:, :, None], np.array([1.0]))
     yield Trial("scale", (), table.model_nm[:, :, None], np.array([2.0]))
     yield Trial("delay", (), -table.slope_nm_s[:, :, None], np.array([0.1]))
+    alone: dict[str, list[Trial]] = {"friction": [], "scale": [], "zero": []}
     for j, joint in enumerate(table.joints):
-        yield Trial("friction", (joint,), only(table.friction_nm, j), np.array([1.0]))
-        yield Trial("scale", (joint,), only(table.model_nm, j), np.array([2.0]))
-        yield Trial("zero", (joint,), _zero(table, j), np.full(2, 1e3 * table.usual_nm[j]))
+        alone["friction"].append(Trial("friction", (joint,), only(table.friction_nm, j), np.array([1.0])))
+        alone["scale"].append(Trial("scale", (joint,), only(table.model_nm, j), np.array([2.0])))
+        alone["zero"].append(Trial("zero", (joint,), _zero(table, j), np.full(2, 1e3 * table.usual_nm[j])))
+        yield from (trials_of[j] for trials_of in alone.values())
     for i, k in combinations(range(len(table.joints)), 2):
         swapped = np.zeros_like(table.model_nm)
         swapped[:, i] = table.model_nm[:, k] - table.model_nm[:, i]
@@ -71,38 +72,27 @@ def trials(
         known = table.known[:, i] & table.known[:, k]
         yield Trial("swapped", (table.joints[i], table.joints[k]), (swapped * known[:, None])[:, :, None], np.ones(1))
     if gravity:
-        yield Trial("mounting", (), _of(table, robot.gravity_regressor), np.full(3, 10.0))
-        yield Trial("tool", (), _load(table, robot), np.array([20.0, 5.0, 5.0, 5.0]), load_sd)
+        yield Trial("mounting", (), _of(table, lambda q, *_: robot.gravity_regressor(q)), np.full(3, 10.0))
+        load = _of(table, lambda *motion: load_torques(robot, motion))
+        yield Trial("tool", (), load, np.array([20.0, 5.0, 5.0, 5.0]), load_sd)
         for name, sibling in siblings:
-            yield Trial("description", (), _torque(table, sibling) - _torque(table, described), np.ones(1), what=name)
+            other, own = (_of(table, _rigid(one)) for one in (sibling, described))
+            yield Trial("description", (), other - own, np.ones(1), what=name)
     end = robot.tool_frame
-    yield Trial("pull", (), _of(table, lambda q: robot.torque_per_newton(q, end)), np.full(3, 500.0))
+    yield Trial("pull", (), _of(table, lambda q, *_: robot.torque_per_newton(q, end)), np.full(3, 500.0))
     for at, place in (((), end), *_places(table, robot)):
-        columns = _of(table, partial(robot.base_torque_per_newton, frame=place))
+        columns = _of(table, lambda q, *_, place=place: robot.base_torque_per_newton(q, place))
         yield Trial("force", at, columns, np.full(3, 500.0))
     if len(table.joints) > 1:
-        each = range(len(table.joints))
-        yield Trial("friction", table.joints, np.concatenate([only(table.friction_nm, j) for j in each], axis=2),
-                    np.ones(len(table.joints)))  # fmt: skip
-        yield Trial("scale", table.joints, np.concatenate([only(table.model_nm, j) for j in each], axis=2),
-                    np.full(len(table.joints), 2.0))  # fmt: skip
-        yield Trial("zero", table.joints, np.concatenate([_zero(table, j) for j in each], axis=2),
-                    np.repeat(1e3 * table.usual_nm, 2))  # fmt: skip
+        for kind, its in alone.items():
+            columns = np.concatenate([one.columns_nm for one in its], axis=2)
+            yield Trial(kind, table.joints, columns, np.concatenate([one.prior_sd for one in its]))
 
 
 def _places(table: Excess, robot: RobotModel) -> list[tuple[tuple[str, ...], str]]:
     """The ends of the links before the last: the joint that moves each, and a frame."""
     ends = ((joint, frame) for joint in table.joints[:-1] for frame in {robot.link_of(joint), robot.outer_frame(joint)})
     return sorted(((joint,), frame) for joint, frame in ends if frame is not None)
-
-
-def _torque(table: Excess, robot: RobotModel) -> FloatArray:
-    """(n, j, 1) of rigid bodies."""
-    moving = np.isfinite(np.hstack(table.motion)).all(axis=1)
-    out = np.zeros((moving.size, len(table.columns)))
-    motion = (np.ascontiguousarray(x[moving]) for x in table.motion)
-    out[moving] = robot.inverse_dynamics(*motion)[:, table.columns]
-    return (out * table.known)[:, :, None]
 
 
 def only(torque_nm: FloatArray, j: int) -> FloatArray:
@@ -120,30 +110,30 @@ def _zero(table: Excess, j: int) -> FloatArray:
     return out
 
 
-def _of(table: Excess, torque_of: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """(n, j, k) of the judged joints, by a function of positions (n, k); 0 where one is NaN."""
-    return np.nan_to_num(torque_of(table.motion[0])[:, table.columns]) * table.known[:, :, None]
+def _of(table: Excess, torque_of: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]) -> FloatArray:
+    """(n, j, k) of the judged joints, by a function of position, velocity and acceleration (n, joints) without NaN."""
+    moving = np.isfinite(np.hstack(table.motion)).all(axis=1)
+    some = torque_of(*(np.ascontiguousarray(x[moving]) for x in table.motion))[:, table.columns]
+    out = np.zeros((moving.size, *some.shape[1:]))
+    out[moving] = some
+    return out * table.known[:, :, None]
 
 
-def _load(table: Excess, robot: RobotModel) -> FloatArray:
-    """(n, j, 4) torque of a body at the tool's frame: of a kg at its origin, and of kg·m along its axes.
-
-    Its inertia about its own centre is left out: it hardly shows beside what a load weighs.
-    """
-    return load_torques(robot, table.motion)[:, table.columns] * table.known[:, :, None]
+def _rigid(robot: RobotModel) -> Callable[[FloatArray, FloatArray, FloatArray], FloatArray]:
+    """(n, j, 1) torque of rigid bodies, by a motion."""
+    return lambda *motion: robot.inverse_dynamics(*motion)[:, :, None]
 
 
 def load_torques(robot: RobotModel, motion: Sequence[FloatArray]) -> FloatArray:
-    """(n, j, 4) torque of a kg at the origin of the tool's frame, and of kg·m along its axes; 0 where NaN is known.
+    """(n, j, 4) torque of a body at the tool's frame: of a kg at its origin, and of kg·m along its axes.
+
+    Its inertia about its own centre is left out: it hardly shows beside what a load weighs.
 
     Args:
         robot: with inertials.
-        motion: position, velocity, acceleration, (n, j) each.
+        motion: position, velocity, acceleration, (n, j) each, without NaN.
     """
     turn, place, body = robot.in_joint(None)
-    moving = np.isfinite(np.hstack(motion)).all(axis=1)
-    regressor = robot.torque_regressor(*(np.ascontiguousarray(x[moving]) for x in motion))
+    regressor = robot.torque_regressor(*(np.ascontiguousarray(x) for x in motion))
     mass, first = regressor[:, :, 10 * body], regressor[:, :, 10 * body + 1 : 10 * body + 4]
-    out = np.zeros((moving.size, regressor.shape[1], 4))
-    out[moving] = np.concatenate([(mass + first @ place)[:, :, None], first @ turn], axis=2)
-    return out
+    return np.concatenate([(mass + first @ place)[:, :, None], first @ turn], axis=2)

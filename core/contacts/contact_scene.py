@@ -45,7 +45,10 @@ def scene_at(prepared: Prepared, sample: int, frames: Sequence[str]) -> ContactS
         return None
     points = robot.frame_positions(q, frames)
     columns = dict(zip(prepared.judged, prepared.columns(), strict=True))
-    speed = _tool_speed(robot, q, v, frames[-1]) if np.isfinite(v).all() else None
+    speed = None
+    if np.isfinite(v).all():
+        before, after = (robot.frame_positions(q + step * v, frames[-1:])[0] for step in (-_STEP_S, _STEP_S))
+        speed = float(np.linalg.norm(after - before) / (2 * _STEP_S))
     return ContactScene(
         time_s=float(series.time_s[sample]),
         points_m=tuple(_point(point) for point in points),
@@ -97,12 +100,6 @@ def arm_geometry(prepared: Prepared, tool: str | None) -> ArmGeometry | None:
 def _point(xyz: FloatArray) -> tuple[float, float, float]:
     x, y, z = xyz.tolist()
     return x, y, z
-
-
-def _tool_speed(robot: RobotModel, q: FloatArray, v: FloatArray, frame: str) -> float:
-    """Speed of a frame's origin: central difference along the joints' velocity, m/s."""
-    before, after = (robot.frame_positions(q + step * v, [frame])[0] for step in (-_STEP_S, _STEP_S))
-    return float(np.linalg.norm(after - before) / (2 * _STEP_S))
 
 
 class ArmAtSamples:

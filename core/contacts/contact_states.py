@@ -134,17 +134,14 @@ def with_states(
         sha256: hash of the log.
         start: when it was recorded, ISO 8601, or None.
     """
-    named = [replace(one, id=_name(one, sha256)) for one in contacts]
+    # a short name: the same wherever the log is judged and finds the contact at the same time
+    texts = (f"{sha256} {one.onset_s:.3f} {' '.join(one.joints)}" for one in contacts)
+    names = [hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:8] for text in texts]
+    named = [replace(one, id=name) for one, name in zip(contacts, names, strict=True)]
     if known is None:
         return tuple(named)
     tonight = known.night or (start or known.today.isoformat())[:10]
     return tuple(_accepted(_seen(one, known, tonight), known, sha256) for one in named)
-
-
-def _name(contact: Contact, sha256: str) -> str:
-    """A short name of a contact: the same wherever the log is judged and finds it at the same time."""
-    text = f"{sha256} {contact.onset_s:.3f} {' '.join(contact.joints)}"
-    return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:8]
 
 
 def _seen(contact: Contact, known: Precedents, tonight: str) -> Contact:

@@ -296,7 +296,14 @@ def _locate(
     sd = np.hypot(known.noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
     least = least_force(at, names, known.torque_nm(peak)[columns], sd, peak)
     force = with_least(estimate_force(at, run, known, names, peak), least)
-    return link, _note(beyond, blind), force, least
+    if not beyond:
+        return link, "The outermost judged joint reacted: the contact is at its link or further out.", force, least
+    unjudged = f" (of these, {', '.join(blind)} could not be judged then)" if blind else ""
+    note = (
+        f"Not nearer the base than this. {', '.join(beyond)} did not react{unjudged}. A force that points through "
+        "their axes turns none of them, so the contact may be further out."
+    )
+    return link, note, force, least
 
 
 def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision]) -> int:
@@ -314,12 +321,3 @@ def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision
     near = together >= _NEARLY * together.max()
     judged = np.where(near, np.count_nonzero(run.detected.state[part] == State.JUDGED, axis=1), -1)
     return a + int(np.argmax(np.where(judged == judged.max(), together, -1.0)))
-
-
-def _note(beyond: Sequence[str], blind: Sequence[str]) -> str:
-    if not beyond:
-        return "The outermost judged joint reacted: the contact is at its link or further out."
-    text = f"Not nearer the base than this. {', '.join(beyond)} did not react"
-    if blind:
-        text += f" (of these, {', '.join(blind)} could not be judged then)"
-    return text + ". A force that points through their axes turns none of them, so the contact may be further out."

@@ -30,10 +30,23 @@ class Mark(NamedTuple):
 def controller_alarms(
     series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, config: DetectConfig, contacts: Sequence[Contact]
 ) -> tuple[ControllerAlarmComparison, ...]:
-    """The controller's alarms and the labels of a log beside the contacts that were found in it."""
-    return compare_controller_alarms(
-        _marks(series, config), contacts, series.time_s, _alarm_possible(run, inputs, series.joint_names)
-    )
+    """The controller's alarms and the labels of a log beside the contacts that were found in it.
+
+    Marks are where labels begin that are no true events. An alarm was possible where at least half of the watched
+    joints were judged, by value or by the range of friction.
+    """
+    marks = {
+        Mark(start, label.name)
+        for label in series.annotations
+        if not is_named(label, config.true_events) and state_of(label.name) not in ("guided", "off")
+        for start, _ in label.intervals_s
+    }
+    watched = [series.column(joint) for joint in inputs.rule.watch]
+    judged = np.zeros(series.time_s.size, dtype=np.int16)
+    for k in watched:
+        judged += run.detected.state[:, k] <= State.FRICTION_INTERVAL
+    telling = np.asarray(judged >= max(1.0, 0.5 * len(watched)))
+    return compare_controller_alarms(sorted(marks), contacts, series.time_s, telling)
 
 
 def compare_controller_alarms(
@@ -42,7 +55,8 @@ def compare_controller_alarms(
     """Match each mark with the contact it falls into.
 
     A second mark within one contact is part of it. Without any marks nothing is compared: a log that has no such signal
-    has not missed anything. A mark without a contact is spurious only where a contact would have been noticed.
+    has not missed anything. A mark without a contact is spurious only where one would have been noticed for most of the
+    time around it.
 
     Args:
         marks: the controller's alarms and the log's labels.
@@ -57,46 +71,17 @@ def compare_controller_alarms(
     for mark in sorted(marks, key=lambda m: m.time_s):
         contact = next((c for c in contacts if c.onset_s - _BEFORE_S <= mark.time_s <= c.end_s + _AFTER_S), None)
         if contact is None:
-            out.append(_alone(mark, time_s, telling))
+            a, b = np.searchsorted(time_s, [mark.time_s - _AFTER_S, mark.time_s + _BEFORE_S])
+            known = b > a and np.count_nonzero(telling[a:b]) >= 0.5 * (b - a)
+            out.append(
+                ControllerAlarmComparison(mark.time_s, None, "spurious" if known else "not-judged", None, mark.label)
+            )
         elif contact in unmatched:
             unmatched.remove(contact)
             lead_s = mark.time_s - contact.detected_s
             out.append(ControllerAlarmComparison(mark.time_s, contact.detected_s, "agreed", lead_s, mark.label))
     out += [ControllerAlarmComparison(None, c.detected_s, "missed", None) for c in unmatched]
     return tuple(sorted(out, key=lambda f: f.flag_s if f.flag_s is not None else f.detected_s or 0.0))
-
-
-def _alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[str]) -> BoolArray:
-    """(n,) whether at least half of the watched joints were judged, by value or by the range of friction.
-
-    Args:
-        run: the states of its samples.
-        inputs: which joints were watched.
-        names: of the joints, in column order.
-    """
-    watched = [names.index(joint) for joint in inputs.rule.watch]
-    judged = np.zeros(run.detected.state.shape[0], dtype=np.int16)
-    for k in watched:
-        judged += run.detected.state[:, k] <= State.FRICTION_INTERVAL
-    return np.asarray(judged >= max(1.0, 0.5 * len(watched)))
-
-
-def _alone(mark: Mark, time_s: FloatArray, telling: BoolArray) -> ControllerAlarmComparison:
-    """A mark without a contact: spurious where one would have been noticed for most of the time around it."""
-    a, b = np.searchsorted(time_s, [mark.time_s - _AFTER_S, mark.time_s + _BEFORE_S])
-    known = b > a and np.count_nonzero(telling[a:b]) >= 0.5 * (b - a)
-    return ControllerAlarmComparison(mark.time_s, None, "spurious" if known else "not-judged", None, mark.label)
-
-
-def _marks(series: UniformSeries, config: DetectConfig) -> list[Mark]:
-    """Where the log's labels begin that are not true events: the controller's alarms among them."""
-    labelled = {
-        Mark(start, label.name)
-        for label in series.annotations
-        if not is_named(label, config.true_events) and state_of(label.name) not in ("guided", "off")
-        for start, _ in label.intervals_s
-    }
-    return sorted(labelled, key=lambda m: (m.time_s, m.label or ""))
 
 
 def is_named(label: Annotation, names: Sequence[str]) -> bool:

@@ -16,7 +16,7 @@ from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.data.detection_result import ContactForce, LinkForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
@@ -50,14 +50,16 @@ class Unsmoothed:
     def of(cls, prepared: Prepared, run: DetectorRun, samples: Sequence[int]) -> Unsmoothed:
         """Of a log, with what is needed at these samples."""
         joints = run.detected.state.shape[1]
-        windows = {k: _window(prepared, k) for k in samples}
+        half = max(1, round(0.5 * _AVERAGED_S / prepared.series.period_s))
+        windows = {k: slice(max(0, k - half), k + half + 1) for k in samples}
         near = {k: np.empty((len(prepared.series.time_s[w]), joints), order="F") for k, w in windows.items()}
 
         def of_joint(j: int) -> float:
             residual = _residual_of(prepared, run, j)
             for k, window in windows.items():
                 near[k][:, j] = residual[window]
-            return _noise(residual[run.detected.state[:, j] == State.JUDGED])
+            clean = residual[(run.detected.state[:, j] == State.JUDGED) & ~np.isnan(residual)]
+            return robust_sd(clean) if clean.size >= _LEAST_CLEAN else _DEFAULT_NOISE_NM
 
         return cls(np.array(list(ordered_map(of_joint, range(joints)))), near)
 
@@ -131,12 +133,7 @@ def estimate_force(
     seen = ((place, place.fit) for place in possible if place.fit)
     best, fit = min(seen, key=lambda one: (round(one[0].misfit, 3), one[0].link))  # where links meet, the inner one
     own = fit.described(at.links[best.link] or frame)
-    return replace(own, size_ci95_n=span_of(links), links=links)
-
-
-def span_of(links: Sequence[LinkForce]) -> tuple[float, float | None]:
-    """The interval over all links, N; without an upper end where one of them has none."""
-    return _hull([(link.low_n, link.high_n) for link in links])
+    return replace(own, size_ci95_n=_hull([(link.low_n, link.high_n) for link in links]), links=links)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,42 +165,13 @@ def without_guess(force: ContactForce | None) -> ContactForce | None:
     return force if force is None or not force.blind else replace(force, force_n=None, size_n=None)
 
 
-def _window(prepared: Prepared, sample: int) -> slice:
-    half = max(1, round(0.5 * _AVERAGED_S / prepared.series.period_s))
-    return slice(max(0, sample - half), sample + half + 1)
-
-
-def _noise(judged_nm: FloatArray) -> float:
-    x = judged_nm[~np.isnan(judged_nm)]
-    return robust_sd(x) if x.size >= _LEAST_CLEAN else _DEFAULT_NOISE_NM
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Directions:
-    """Directions of a force in base axes: (k, 3) those that some joint sees, and (3 - k, 3) the others."""
-
-    seen: FloatArray
-    blind: FloatArray
-
-    @classmethod
-    def of(cls, arm: FloatArray) -> _Directions | None:
-        """Of lever arms (joints, 3); None where nothing is seen."""
-        if arm.size == 0:
-            return None
-        _, lengths, directions = np.linalg.svd(arm)
-        if lengths[0] < _BLIND_M:
-            return None
-        size = np.concatenate([lengths, np.zeros(3 - lengths.size)])
-        return cls(directions[size >= _BLIND_M], directions[size < _BLIND_M])
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _ForceFit:
     """A force at a frame by weighted least squares of its torques, over the directions that are seen.
 
     Attributes:
         arm: (k, 3) lever arms of the joints that count, along the axes of the base.
-        directions: of the force.
+        seen, blind: (d, 3) directions of a force in base axes that some joint sees, and (3 - d, 3) the others.
         torque: (k,) of the joints, N·m.
         weight: (k,) 1 / N·m.
         inverse: (d, k) pseudoinverse of the weighted lever arms along the directions that are seen.
@@ -211,7 +179,8 @@ class _ForceFit:
     """
 
     arm: FloatArray
-    directions: _Directions
+    seen: FloatArray
+    blind: FloatArray
     torque: FloatArray
     weight: FloatArray
     inverse: FloatArray
@@ -220,24 +189,29 @@ class _ForceFit:
     @classmethod
     def near(cls, arm: FloatArray, torque: FloatArray, noise: FloatArray) -> _ForceFit | None:
         """As if the force acted near a point with these lever arms; None where no joint that counts sees any."""
-        directions = _Directions.of(arm)
-        if directions is None:
+        if arm.size == 0:
             return None
-        size_n = cls.of(arm, directions, torque, noise).size_n
-        return cls.of(arm, directions, torque, np.hypot(noise, _OFF_POINT_M * size_n))
+        _, lengths, directions = np.linalg.svd(arm)
+        sees = np.append(lengths, np.zeros(3 - lengths.size)) >= _BLIND_M
+        if not sees.any():
+            return None
+        size_n = cls.of(arm, directions, sees, torque, noise).size_n
+        return cls.of(arm, directions, sees, torque, np.hypot(noise, _OFF_POINT_M * size_n))
 
     @classmethod
-    def of(cls, arm: FloatArray, directions: _Directions, torque: FloatArray, noise: FloatArray) -> _ForceFit:
-        """With the standard deviations (k,) of the torques, N·m."""
-        weight = 1.0 / np.maximum(noise, 1e-3)
-        inverse: FloatArray = np.asarray(np.linalg.pinv((arm @ directions.seen.T) * weight[:, None]), dtype=np.float64)
+    def of(
+        cls, arm: FloatArray, directions: FloatArray, sees: BoolArray, torque: FloatArray, noise: FloatArray
+    ) -> _ForceFit:
+        """Of three directions (3, 3), which of them (3,) are seen, and the torques' standard deviations (k,), N·m."""
+        weight, seen = 1.0 / np.maximum(noise, 1e-3), directions[sees]
+        inverse: FloatArray = np.asarray(np.linalg.pinv((arm @ seen.T) * weight[:, None]), dtype=np.float64)
         # tau_e is what the drives bring up: the force on the robot is its negative.
-        return cls(arm, directions, torque, weight, inverse, -(inverse @ (torque * weight)))
+        return cls(arm, seen, directions[~sees], torque, weight, inverse, -(inverse @ (torque * weight)))
 
     @property
     def force_n(self) -> FloatArray:
         """(3,) in base axes."""
-        return np.asarray(self.directions.seen.T @ self.amount)
+        return np.asarray(self.seen.T @ self.amount)
 
     @property
     def size_n(self) -> float:
@@ -251,14 +225,12 @@ class _ForceFit:
 
     def described(self, frame: str) -> ContactForce:
         """The force with its uncertainty."""
-        force, seen, amount = self.force_n, self.directions.seen, self.amount
+        force, seen, blind, amount, total = self.force_n, self.seen, self.blind, self.amount, self.size_n
         misfit = self.torque + self.arm @ force
         spare = self.torque.size - seen.shape[0]
         inflate = max(1.0, float(np.sqrt(np.sum((misfit * self.weight) ** 2) / spare))) if spare > 0 else 1.0
         covariance = inflate**2 * (self.inverse @ self.inverse.T)
         spread = seen.T @ covariance @ seen
-        blind = self.directions.blind
-        total = self.size_n
         along = amount / total if total > 0 else np.ones_like(amount) / np.sqrt(amount.size)
         width = STANDARD_ERRORS_95 * float(np.sqrt(along @ covariance @ along))
         hidden = [any(abs(b[axis]) > 0.5 for b in blind) for axis in range(3)]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from collaudit.core.data.detection_result import DisturbedJoint, RestDisturbance
+from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.detection.rest_steps import RestStep
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
@@ -17,7 +17,7 @@ _LISTED = 5
 def rest_disturbances(
     steps: Sequence[RestStep], names: Sequence[str], contacts: Sequence[tuple[float, float]]
 ) -> tuple[RestDisturbance, ...]:
-    """Disturbances of standing joints that are no contact already, in order of time.
+    """Disturbances of standing joints that are no contact already, in order of time: steps that overlap are one.
 
     Args:
         steps: of single joints.
@@ -31,26 +31,18 @@ def rest_disturbances(
             step.onset_s < end + _NEAR_CONTACT_S and start - _NEAR_CONTACT_S < step.end_s for start, end in contacts
         )
     ]
-    return tuple(_grouped(apart, names))
-
-
-def _grouped(found: Sequence[RestStep], names: Sequence[str]) -> list[RestDisturbance]:
-    """Disturbances of joints that overlap in time are one."""
-    groups: list[tuple[float, float, list[DisturbedJoint]]] = []
-    for step in sorted(found, key=lambda step: (step.onset_s, names.index(step.joint.joint))):
-        a, b, one = step.onset_s, step.end_s, step.joint
-        if groups and a <= groups[-1][1] + _TOGETHER_S:
-            first, last, members = groups[-1]
-            groups[-1] = (first, max(last, b), [*members, one])
+    groups: list[list[RestStep]] = []
+    for step in sorted(apart, key=lambda step: (step.onset_s, names.index(step.joint.joint))):
+        if groups and step.onset_s <= max(one.end_s for one in groups[-1]) + _TOGETHER_S:
+            groups[-1].append(step)
         else:
-            groups.append((a, b, [one]))
-    return [RestDisturbance(a, b, tuple(_largest(members, names))) for a, b, members in groups]
-
-
-def _largest(members: Sequence[DisturbedJoint], names: Sequence[str]) -> list[DisturbedJoint]:
-    """The largest step of each joint, base to tip."""
-    by_joint: Mapping[str, list[DisturbedJoint]] = {n: [m for m in members if m.joint == n] for n in names}
-    return [max(its, key=lambda m: abs(m.torque_step_nm)) for its in by_joint.values() if its]
+            groups.append([step])
+    found = []
+    for group in groups:
+        its = ([one.joint for one in group if one.joint.joint == name] for name in names)
+        largest = tuple(max(one, key=lambda joint: abs(joint.torque_step_nm)) for one in its if one)
+        found.append(RestDisturbance(group[0].onset_s, max(one.end_s for one in group), largest))
+    return tuple(found)
 
 
 def disturbance_findings(found: Sequence[RestDisturbance], allowed: int) -> list[Finding]:
@@ -62,7 +54,8 @@ def disturbance_findings(found: Sequence[RestDisturbance], allowed: int) -> list
     """
     if not found:
         return []
-    listed = "; ".join(_words(one) for one in found[:_LISTED])
+    steps = [", ".join(f"{j.joint} by {abs(j.torque_step_nm):.2g} N·m" for j in one.joints) for one in found[:_LISTED]]
+    listed = "; ".join(f"{one.onset_s:.2f} s: {text}" for one, text in zip(found, steps, strict=False))
     more = f"; and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
     once = "once" if len(found) == 1 else f"{len(found)} times"
     text = (
@@ -71,8 +64,3 @@ def disturbance_findings(found: Sequence[RestDisturbance], allowed: int) -> list
     )
     severity: Severity = "warning" if len(found) <= allowed else "error"
     return [Finding("disturbed-at-rest", severity, text, start_s=found[0].onset_s, end_s=found[-1].end_s)]
-
-
-def _words(one: RestDisturbance) -> str:
-    steps = ", ".join(f"{joint.joint} by {abs(joint.torque_step_nm):.2g} N·m" for joint in one.joints)
-    return f"{one.onset_s:.2f} s: {steps}"

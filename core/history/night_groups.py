@@ -96,7 +96,10 @@ def night_groups(
         causes, left = _caused(robot, own)
         found += [_dated(one, changed) for one in causes]
         found += [*_touched(robot, left, past), *_absent(robot, own, past)]
-    return tuple(_in_order(found))
+    # what is there tonight first, causes before contacts; then what is not tested, gone, accepted
+    order: tuple[GroupState, ...] = ("new", "back", "flaky", "known", "not tested", "gone", "accepted")
+    found.sort(key=lambda one: (one.state in order[4:], not one.cause, order.index(one.state), -len(one.logs)))
+    return tuple(found)
 
 
 def _dated(group: NightGroup, changed: Mapping[tuple[str, str], JointNights]) -> NightGroup:
@@ -114,16 +117,13 @@ def _caused(robot: str | None, results: Sequence[AuditResult]) -> tuple[list[Nig
     left = []
     for result in results:
         cause = next((one for one in result.causes if one.speaks and result.verdict != "pass"), None)
-        explained = [] if cause is None else [one for one in result.contacts if _explains(cause, one)]
-        if cause is not None:
+        explained: list[Contact] = []
+        if cause is not None:  # a cause of the whole arm has all contacts, others those on their joints only
+            its = set(cause.joints)
+            explained = [one for one in result.contacts if not its or set(one.joints) <= its]
             by_cause.setdefault((cause.code, cause.joints), []).append((result, cause, explained))
         left += [_seen(result, contact) for contact in result.contacts if contact not in explained]
     return [_cause_group(robot, logs) for logs in by_cause.values()], left
-
-
-def _explains(cause: Cause, contact: Contact) -> bool:
-    """Whether a contact is on joints of the cause only; a cause of the whole arm has all."""
-    return not cause.joints or set(contact.joints) <= set(cause.joints)
 
 
 def _cause_group(robot: str | None, logs: Sequence[tuple[AuditResult, Cause, Sequence[Contact]]]) -> NightGroup:
@@ -238,13 +238,3 @@ def _strongest_first(one: EarlierContact) -> tuple[str, ...]:
 
 def _moment(result: AuditResult, contact: Contact) -> Moment:
     return Moment(result.log.name, contact.onset_s, result.log.start)
-
-
-def _in_order(groups: Sequence[NightGroup]) -> list[NightGroup]:
-    """What is there tonight first, causes before contacts; then what is not tested, gone, accepted."""
-    order: tuple[GroupState, ...] = ("new", "back", "flaky", "known", "not tested", "gone", "accepted")
-    last = order[4:]
-    return sorted(
-        groups,
-        key=lambda group: (group.state in last, not group.cause, order.index(group.state), -len(group.logs)),
-    )

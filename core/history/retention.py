@@ -32,22 +32,9 @@ class KeptRun:
     needed: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Retention:
-    """How long runs stay.
-
-    Attributes:
-        passed_days: of runs that passed.
-        other_days: of runs that failed or were not judged; no shorter.
-        most_bytes: of all that stays together; None for any.
-    """
-
-    passed_days: float
-    other_days: float
-    most_bytes: int | None = None
-
-
-def runs_to_prune(runs: Sequence[KeptRun], rule: Retention, today: date) -> list[KeptRun]:
+def runs_to_prune(
+    runs: Sequence[KeptRun], passed_days: float, other_days: float, most_bytes: int | None, today: date
+) -> list[KeptRun]:
     """The runs that go, oldest first.
 
     What is needed stays, and of each robot and program the latest run that was judged: tonight is compared with it.
@@ -55,7 +42,9 @@ def runs_to_prune(runs: Sequence[KeptRun], rule: Retention, today: date) -> list
 
     Args:
         runs: all that are stored.
-        rule: how long they stay.
+        passed_days: so long stay runs that passed.
+        other_days: and runs that failed or were not judged; no shorter.
+        most_bytes: of all that stays together; None for any.
         today: the day they are looked at.
     """
     latest: dict[tuple[str | None, str], KeptRun] = {}
@@ -71,13 +60,13 @@ def runs_to_prune(runs: Sequence[KeptRun], rule: Retention, today: date) -> list
     size = sum(run.size for run in runs)
     gone = []
     for run in free:
-        days = rule.passed_days if run.verdict == "pass" else rule.other_days
+        days = passed_days if run.verdict == "pass" else other_days
         if (today - run.night).days > days:
             gone.append(run)
             size -= run.size
     old = {id(run) for run in gone}
     for run in free:
-        if rule.most_bytes is None or size <= rule.most_bytes:
+        if most_bytes is None or size <= most_bytes:
             break
         if id(run) not in old:
             gone.append(run)

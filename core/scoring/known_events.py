@@ -37,7 +37,14 @@ def score_detection(
         return ()
     watched = inputs.rule.watch
     joints = watched or series.joint_names  # of no watched joint: they happened, and none could be observed
-    events = true_events(truth, joints) if truth is not None else _labelled_events(labels, joints)
+    if truth is not None:
+        events = true_events(truth, joints)
+    else:
+        events = [
+            TrueEvent(start, end, dict.fromkeys([label.joint] if label.joint else joints, None), label.joint is None)
+            for label in labels
+            for start, end in label.intervals_s
+        ]
     ratio = run.residual.torque_nm / run.gamma_nm
     judged = JudgedResidual(series.time_s, ratio, run.detected.state, series.joint_names, inputs.rule.n)
     return tuple(s for s in score(events, run.detected.collisions, judged) if s.joint is None or s.joint in watched)
@@ -72,7 +79,14 @@ def known_contact_times(
             continue
         times = label_times(log.series.annotations, wanted) if how != "none" else None
         if times is None and how == "labelled":
-            raise _no_label(log.series.annotations, wanted)
+            names = dict.fromkeys(label.name for label in log.series.annotations)
+            raise ConfigError(
+                "the log has no such label",
+                where='[fit] contact = "labelled"',
+                found=", ".join(wanted),
+                expected="some of " + (", ".join(names) or "none at all"),
+                hint="collaudit inspect LOG lists topics; [log] names those that hold labels",
+            )
         out.append(times)
     return out
 
@@ -97,23 +111,3 @@ def missing_labels(series: UniformSeries, config: Config) -> list[Finding]:
     names = [name for name in config.detect.true_events if name not in config.log.labels]
     absent = [name for name in names if not any(is_named(one, [name]) for one in series.annotations)]
     return absent_labels(absent, "[detect] true_events", series.source.name)
-
-
-def _no_label(labels: Sequence[Annotation], wanted: Sequence[str]) -> ConfigError:
-    return ConfigError(
-        "the log has no such label",
-        where='[fit] contact = "labelled"',
-        found=", ".join(wanted),
-        expected="some of " + (", ".join(dict.fromkeys(label.name for label in labels)) or "none at all"),
-        hint="collaudit inspect LOG lists topics; [log] names those that hold labels",
-    )
-
-
-def _labelled_events(labels: Sequence[Annotation], joints: Sequence[str]) -> list[TrueEvent]:
-    """The stretches of labels, in time order."""
-    events = [
-        TrueEvent(start, end, dict.fromkeys([label.joint] if label.joint else joints, None), label.joint is None)
-        for label in labels
-        for start, end in label.intervals_s
-    ]
-    return sorted(events, key=lambda e: e.onset_s)

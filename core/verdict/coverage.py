@@ -128,7 +128,20 @@ def measure_coverage(
     unrecorded = series.time_s.size - recorded
 
     def of_joint(joint: str) -> JointCoverage:
-        return _joint(series, state[:, series.column(joint)], time.moving[joint], watch[joint])
+        column, period = state[:, series.column(joint)], series.period_s
+        starts, stops = equal_runs(column)
+        count = np.zeros(len(State), dtype=np.int64)
+        np.add.at(count, column[starts], stops - starts)
+        unjudged = [code for code in State if code > State.FRICTION_INTERVAL and count[code]]
+        return JointCoverage(
+            watched=watch[joint].watched,
+            why=watch[joint].why,
+            moving_s=float(np.count_nonzero(time.moving[joint])) * period,
+            judged_s=float(count[State.JUDGED]) * period,
+            standing_s=float(count[State.FRICTION_INTERVAL]) * period,
+            not_judged_s={code.code: float(count[code]) * period for code in unjudged},
+            spans=_spans(series.time_s, (starts, stops, column[starts]), period),
+        )
 
     joints = by_name(of_joint, series.joint_names)
     missing = int(np.count_nonzero(time.lost)) - unrecorded
@@ -139,24 +152,6 @@ def measure_coverage(
 def too_much_lost(coverage: Coverage, min_coverage: float) -> bool:
     """Whether more of the log is lost than a policy allows; it asks for this share, 0 to 1."""
     return coverage.lost_s > (1.0 - min_coverage) * coverage.whole_s
-
-
-def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, watch: Watch) -> JointCoverage:
-    period = series.period_s
-    starts, stops = equal_runs(state)
-    count = np.zeros(len(State), dtype=np.int64)
-    np.add.at(count, state[starts], stops - starts)
-    return JointCoverage(
-        watched=watch.watched,
-        why=watch.why,
-        moving_s=float(np.count_nonzero(moving)) * period,
-        judged_s=float(count[State.JUDGED]) * period,
-        standing_s=float(count[State.FRICTION_INTERVAL]) * period,
-        not_judged_s={
-            code.code: float(count[code]) * period for code in State if code > State.FRICTION_INTERVAL and count[code]
-        },
-        spans=_spans(series.time_s, (starts, stops, state[starts]), period),
-    )
 
 
 def _spans(

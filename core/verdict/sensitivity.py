@@ -73,8 +73,8 @@ class Push:
         """
         response, begin = kernel.push_response(int(duration_s / period_s + 1e-6), period_s)
         if np.isinf(smoothed_s):
-            return cls(duration_s, response[:0], 0, n)
-        if smoothed_s > 0.0:
+            response = response[:0]
+        elif smoothed_s > 0.0:
             deviation = smoothed_s / period_s
             response = gaussian_smoothed(np.pad(response, window_reach(deviation)), deviation)
             begin += window_reach(deviation)
@@ -215,6 +215,7 @@ def _at(
     found = None
     if asked is not None and here.force_n.size:
         missed = here.force_n > asked.force_n
+        limiting = here.first[missed & np.isfinite(here.force_n)]
         always = alarming_forces(robot, place, whole.position_rad, whole.noticed_nm, whole.watched)
         seen = always.force_n <= asked.force_n
         each_s = whole.spans_s / max(1, whole.time_s.size)
@@ -225,14 +226,10 @@ def _at(
             noticed_s=each_s * float(np.count_nonzero(seen)),
             unnoticed_s=each_s * float(np.count_nonzero(~seen)),
             longest_unnoticed_s=longest_unseen(whole.time_s[always.felt], seen),
-            limited_by=_most(here.first[missed & np.isfinite(here.force_n)], robot.joint_names),
+            limited_by=robot.joint_names[int(np.bincount(limiting).argmax())] if limiting.size else None,
             directions=here.noticed(asked.force_n),
         )
     return NoticedForce(place.name, place.link, place.frame, joints, levels, here.unfelt, found)
-
-
-def _most(joints: IntArray, names: Sequence[str]) -> str | None:
-    return names[int(np.bincount(joints).argmax())] if joints.size else None
 
 
 def level_at(known: FloatArray, count: float, shares: Sequence[float]) -> list[float | None]:
@@ -299,7 +296,7 @@ def measure_sensitivity(
     Raises:
         ConfigError: something is to be noticeable on a joint that is not judged, or at a place that the arm lacks.
     """
-    log = _PushedLog.at(prepared, run, inputs, config, time)
+    log = _PushedLog.at(prepared, run, inputs, time)
     moving = time.moving
     observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
     joints = by_name(lambda joint: _of_joint(log, joint, observable.get(joint)), log.joints)
@@ -343,9 +340,7 @@ class _PushedLog:
     shown: Mapping[str, Push]
 
     @classmethod
-    def at(
-        cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config, time: LogTime
-    ) -> _PushedLog:
+    def at(cls, prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, time: LogTime) -> _PushedLog:
         series, rule = prepared.judged_series, inputs.rule
         known = (PUSH_S, run.residual.balance.kernel, rule.n, series.period_s)
         shown = {joint: Push.of(*known, smoothing.high_s) for joint, smoothing in prepared.effort_smoothing.items()}

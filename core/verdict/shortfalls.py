@@ -47,7 +47,11 @@ def shortfalls(
         choice: what the fit identified, and what would have left less.
     """
     if not sensitivity.push_alarms:
-        return (_finding(_too_short(inputs.rule)),)
+        short = (
+            f"A push of {PUSH_S:g} s cannot alarm, however hard it is: the rule asks for {inputs.rule.n} samples in a "
+            f"row, {1e3 * inputs.rule.persistence_s:.4g} ms. Shorten [detect] persistence_ms or n, or log faster."
+        )
+        return (_finding(short),)
     out = []
     lost, too_much = _lost_s(coverage), too_much_lost(coverage, policy.min_coverage)  # which says it for every joint
     for joint, s in sensitivity.joints.items():
@@ -96,14 +100,6 @@ def _finding(text: str, joint: str | None = None) -> Finding:
     return Finding("coverage-low", "warning", text, joint=joint)
 
 
-def _too_short(rule: RuleFacts) -> str:
-    """Why no push of the duration asked for can alarm."""
-    return (
-        f"A push of {PUSH_S:g} s cannot alarm, however hard it is: the rule asks for {rule.n} samples in a row, "
-        f"{1e3 * rule.persistence_s:.4g} ms. Shorten [detect] persistence_ms or n, or log faster."
-    )
-
-
 def _of_arm(
     policy: PolicyConfig,
     sensitivity: Sensitivity,
@@ -124,7 +120,11 @@ def _of_arm(
         first, joint = next(
             ((one, need.limited_by) for one, need in short if need.limited_by is not None), (None, None)
         )
-        limit = "" if joint is None else f"; limited by {joint} (γ {_gamma(joint, rule, sliding)})"
+        limit = (
+            ""
+            if joint is None
+            else f"; limited by {joint} (γ {rule.gamma_nm[joint]:.3g} {torque_unit_of(joint, sliding)})"
+        )
         lower = "" if first is None else _lower(first.at(time.share), joint, choice)
         return f"Too insensitive: {'; '.join(forces)}; {time_text(time)}{limit}{lower}. {_REMEDY}"
     long = [(force, need) for force, need in asked if need.longest_unnoticed_s > policy.max_hidden_s]
@@ -159,10 +159,6 @@ def _lost(sensitivity: Sensitivity, coverage: Coverage) -> str | None:
         f"A push of {need.force_n:.3g} N at {place_text(force)} would have been noticed in {100 * need.share:.3g} % of "
         f"the time{' the arm moved' if time.moving else ''} (policy: at least {100 * time.share:g} %){_reasons(lost)}."
     )
-
-
-def _gamma(joint: str, rule: RuleFacts, sliding: Collection[str]) -> str:
-    return f"{rule.gamma_nm[joint]:.3g} {torque_unit_of(joint, sliding)}"
 
 
 def _nothing_asked(sensitivity: Sensitivity) -> str | None:

@@ -12,7 +12,7 @@ from histories import HIT, night_row
 from collaudit.cli.fleet.stored_runs import needs_of, prune_store, runs_of_store
 from collaudit.core.config.accepted import Acceptance
 from collaudit.core.history.night_row import NightRow
-from collaudit.core.history.retention import KeptRun, Retention, runs_to_prune
+from collaudit.core.history.retention import KeptRun, runs_to_prune
 from collaudit.reports.store.result_store import ResultStore
 
 TODAY = date(2026, 12, 31)
@@ -57,9 +57,9 @@ def check_store(seed: int, folder: Path) -> None:
     for part in (rows[: len(rows) // 2], rows[len(rows) // 2 :]):
         store.append(part)
     keep = rng.randrange(100)
-    rule = Retention(keep, keep + rng.randrange(100), rng.choice((None, 0, 200 * len(rows) // 2)))
+    keep_failed, most = keep + rng.randrange(100), rng.choice((None, 0, 200 * len(rows) // 2))
     runs = runs_of_store(store, needs_of(accepted, [], TODAY))
-    gone = runs_to_prune(runs, rule, TODAY)
+    gone = runs_to_prune(runs, keep, keep_failed, most, TODAY)
     assert store.rows() and len(store.rows()) == len(rows), "a plan takes nothing"
     prune_store(store, gone)
     left = {row.log_sha256: row for row in store.rows()}
@@ -71,9 +71,9 @@ def check_store(seed: int, folder: Path) -> None:
         assert row.verdict == "not_judged" or any(one.night >= row.night for one in later), "its reference is gone"
         meant = [one for one in accepted if one.program == f"{program}_#.mcap" and one.robot in (None, row.robot)]
         assert not row.contacts or all(one.until < TODAY for one in meant), "an acceptance needs it"
-        if rule.most_bytes is None:
+        if most is None:
             age = (TODAY - date.fromisoformat(row.night)).days
-            assert age > (rule.passed_days if row.verdict == "pass" else rule.other_days)
+            assert age > (keep if row.verdict == "pass" else keep_failed)
 
 
 def _run(k: int, days: int, verdict: str = "pass", size: int = 10, needed: str = "") -> KeptRun:
@@ -85,7 +85,7 @@ def test_failures_stay_longer_and_size_takes_passes_first() -> None:
     runs = [_run(0, 40), _run(1, 40, "fail"), _run(2, 20), _run(3, 20, "not_judged"), _run(4, 200, "fail", 10, "why")]
 
     def gone(most: int | None) -> list[str]:
-        return [run.place for run in runs_to_prune([*latest, *runs], Retention(30, 180, most), TODAY)]
+        return [run.place for run in runs_to_prune([*latest, *runs], 30, 180, most, TODAY)]
 
     assert gone(None) == ["0"] == gone(100), "old, and passed"
     assert gone(99) == ["0", "2"], "not old; the pass first"

@@ -9,7 +9,7 @@ from hashlib import sha256
 
 from collaudit.core.causes.causes import find_causes, told_load
 from collaudit.core.config.schema import Config
-from collaudit.core.contacts.contact_scene import arm_geometry, with_controller
+from collaudit.core.contacts.contact_scene import arm_geometry
 from collaudit.core.contacts.contact_states import Precedents, with_states
 from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import controller_alarms
@@ -128,7 +128,6 @@ def _judged(
     contacts = with_states(contacts, known, log.sha256, log.start)
     arm = arm_geometry(prepared, config.robot.tool.frame)
     alarms = controller_alarms(series, run, inputs, config.detect, contacts)
-    contacts = with_controller(contacts, alarms)
     disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, run, inputs, config.detect, truth)

@@ -10,13 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.data.arm_geometry import ArmGeometry
-from collaudit.core.data.detection_result import (
-    AfterContact,
-    Contact,
-    ContactScene,
-    ControllerAlarmComparison,
-    LoadKind,
-)
+from collaudit.core.data.detection_result import AfterContact, ContactScene, LoadKind
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
@@ -235,14 +229,3 @@ def _load(run: DetectorRun, columns: Sequence[int], time_s: FloatArray, onset_s:
     a, b = np.searchsorted(time_s, [end_s, onset_s + PRESSED_S])
     told = b < len(time_s) and (run.detected.state[a : b + 1][:, columns] == State.JUDGED).all()
     return "transient" if told else "unknown"
-
-
-def with_controller(contacts: Sequence[Contact], alarms: Sequence[ControllerAlarmComparison]) -> tuple[Contact, ...]:
-    """The contacts with when the controller's own alarm came, from the onset, where one belongs to them."""
-    came = {one.detected_s: one.flag_s for one in alarms if one.label is None and one.relation == "agreed"}
-    return tuple(
-        contact
-        if contact.after is None or (flag_s := came.get(contact.detected_s)) is None
-        else replace(contact, after=replace(contact.after, controller_s=flag_s - contact.onset_s))
-        for contact in contacts
-    )

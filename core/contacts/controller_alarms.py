@@ -21,10 +21,10 @@ _BEFORE_S, _AFTER_S = 0.1, 0.5
 
 
 class Mark(NamedTuple):
-    """A moment that somebody else marked, s; ``label``: its name in the log, None for a stated controller alarm."""
+    """A moment that somebody else marked, s, and the name of the label in the log."""
 
     time_s: float
-    label: str | None = None
+    label: str
 
 
 def controller_alarms(

@@ -146,7 +146,6 @@ class AfterContact:
         slowing_s: from when on it was below 90 % of that speed, on the way to its slowest.
         stopped_s: when it stopped.
         stopping_m: way of the tool from the onset until then.
-        controller_s: when the controller's own alarm came; None where the log has none.
     """
 
     motion: ToolMotion
@@ -157,7 +156,6 @@ class AfterContact:
     slowing_s: float | None = None
     stopped_s: float | None = None
     stopping_m: float | None = None
-    controller_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -203,14 +203,13 @@ def after_text(after: AfterContact | None) -> str:
     """``the tool stopped after 320 ms and 41 mm, …; transient (…)``; empty in files of earlier versions."""
     if after is None:
         return ""
-    alarm = "" if after.controller_s is None else f"; controller alarm at {_ms(after.controller_s)}"
     kept = duration(after.force_s)
     load = {
         "quasi-static": f"pressed on (quasi-static, {kept} above γ)",
         "transient": f"transient ({kept} above γ)",
         "unknown": f"above γ for at least {kept}",
     }[after.load]
-    return f"{motion_text(after)}{alarm}; {load}"
+    return f"{motion_text(after)}; {load}"
 
 
 def motion_text(after: AfterContact) -> str:

@@ -8,9 +8,8 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from collaudit.core.contacts.contact_scene import with_controller
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
-from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
+from collaudit.core.data.detection_result import Contact
 from collaudit.fixtures import experiments
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.pushes import Push
@@ -88,13 +87,3 @@ def test_an_arm_that_goes_on_and_presses(judged: tuple[AuditResult, experiments.
 def test_an_arm_that_turns_back(judged: tuple[AuditResult, experiments.Experiment]) -> None:
     after = _contact(judged[0], 2).after
     assert after is not None and after.motion == "turned back" and after.stopped_s is None
-
-
-def test_the_controllers_own_alarm_counts_from_the_onset(judged: tuple[AuditResult, experiments.Experiment]) -> None:
-    contacts = judged[0].contacts
-    [first, *others] = contacts
-    alarm = ControllerAlarmComparison(first.onset_s + 0.055, first.detected_s, "agreed", 0.03)
-    label = ControllerAlarmComparison(others[0].onset_s, others[0].detected_s, "agreed", 0.0, label="push")
-    told, *rest = with_controller(contacts, [alarm, label])
-    assert told.after is not None and told.after.controller_s == pytest.approx(0.055)
-    assert list(rest) == others, "a label of the log is no alarm of the controller"

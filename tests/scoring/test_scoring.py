@@ -111,7 +111,9 @@ def test_controller_alarms_are_agreed_missed_or_spurious() -> None:
     ours = [contact(1.0, 1.03, 1.4), contact(5.0, 5.03, 5.2)]
     time_s = np.arange(0.0, 6.0, 0.01)
     everywhere = np.ones(time_s.size, dtype=bool)
-    found = compare_controller_alarms([Mark(3.0), Mark(1.01), Mark(1.2)], ours, time_s, everywhere)
+    found = compare_controller_alarms(
+        [Mark(3.0, "stop"), Mark(1.01, "stop"), Mark(1.2, "stop")], ours, time_s, everywhere
+    )
     assert [f.relation for f in found] == ["agreed", "spurious", "missed"]
     assert found[0].lead_s == pytest.approx(-0.02)
     assert math.isclose(found[2].detected_s or 0.0, 5.03)
@@ -120,6 +122,6 @@ def test_controller_alarms_are_agreed_missed_or_spurious() -> None:
 
 def test_a_mark_where_nothing_was_judged_is_not_spurious() -> None:
     time_s = np.arange(0.0, 6.0, 0.01)
-    marks = [Mark(2.0, "label"), Mark(4.0)]
+    marks = [Mark(2.0, "label"), Mark(4.0, "stop")]
     found = compare_controller_alarms(marks, [], time_s, time_s < 3.0)
-    assert [(f.relation, f.label) for f in found] == [("spurious", "label"), ("not-judged", None)]
+    assert [(f.relation, f.label) for f in found] == [("spurious", "label"), ("not-judged", "stop")]

@@ -104,7 +104,7 @@ class CsvTable:
             except pa.ArrowInvalid as failure:
                 unread = "cannot be read as a table of numbers"
                 raise LogError(unread, where=str(self.path), found=str(failure)[:200]) from None
-        stamps = table.column(f"c{time}") if time is not None else None
+        stamps = table.column(f"c{time}").combine_chunks() if time is not None else None
         words = {index: tuple(text or "" for text in table.column(f"c{index}").to_pylist()) for index in texts}
         return TableColumns({group: _matrix(table, indices) for group, indices in groups.items()}, stamps, words)
 

@@ -200,11 +200,9 @@ class NamedColumns:
         return np.asfortranarray(np.column_stack([self._numbers(index) for index in indices]))
 
     def _numbers(self, index: int) -> FloatArray:
-
-        column = self._columns[index]
-        whole = _whole(column)
+        column = _whole(self._columns[index])
         try:
-            return numbers_of(whole.cast(pa.int8()) if pa.types.is_boolean(whole.type) else whole)
+            return numbers_of(column.cast(pa.int8()) if pa.types.is_boolean(column.type) else column)
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError, pa.ArrowTypeError) as error:
             raise LogError(
                 f"column {self.names[index]!r} does not hold numbers", where=str(self.path), found=str(column.type)
@@ -212,14 +210,13 @@ class NamedColumns:
 
     def _stamps(self, index: int) -> Any:
         """The time column as a reader hands it on: timestamps in ns, ISO texts as timestamps."""
-
-        column = self._columns[index]
+        column = _whole(self._columns[index])
         kind = column.type
         try:
             if pa.types.is_timestamp(kind) or pa.types.is_date(kind):
                 return column.cast(pa.timestamp("ns", tz=getattr(kind, "tz", None)))
             if pa.types.is_duration(kind):
-                return arrow_of(numbers_of(_whole(column).cast(pa.duration("ns")).cast(pa.int64())) / 1e9)
+                return arrow_of(numbers_of(column.cast(pa.duration("ns")).cast(pa.int64())) / 1e9)
             if pa.types.is_string(kind) or pa.types.is_large_string(kind):
                 return column.cast(pa.timestamp("ns"))
             return column if pa.types.is_integer(kind) or pa.types.is_decimal(kind) else column.cast(pa.float64())

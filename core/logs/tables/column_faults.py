@@ -10,7 +10,7 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, Family, families, is_usable, refusal_hint
+from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, families, is_usable, refusal_hint
 from collaudit.core.logs.storage.file_content import python_line
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.table_files.csv_text import is_number
@@ -118,19 +118,18 @@ def refuse_by_names(files: Sequence[AssignedTable], quantity: str) -> None:
 
 def _broken_numbers(names: Sequence[str], quantity: str, known: Mapping[str, str]) -> LogError | None:
     """Numbered columns with a number twice, with one missing, or that begin with another than 0 or 1."""
-    measured: dict[str, list[Family]] = {}
-    for family in families([without_unit(name) for name in names]):
-        meaning = meaning_of(family.stem)
-        if meaning is not None and is_usable(meaning.role) and len(family.places) >= _FEWEST:
-            measured.setdefault(meaning.quantity, []).append(family)
-    broken = next((family for family in measured.get(quantity, ()) if not family.counts), None)
+    known_words = ((meaning_of(family.stem), family) for family in families([without_unit(name) for name in names]))
+    measured = [(meaning.quantity, family) for meaning, family in known_words
+                if meaning is not None and is_usable(meaning.role) and len(family.places) >= _FEWEST]  # fmt: skip
+    broken = next((family for of, family in measured if of == quantity and not family.counts), None)
     if broken is None:
         return None
+    first = dict(reversed(measured))
     numbers = broken.numbers
     found = listed([names[place] for place in broken.places], 40)
     twice = next((number for number in numbers if numbers.count(number) > 1), None)
     if twice is not None:
-        columns = {key: [place + 1 for place in own[0].places] for key, own in measured.items()}
+        columns = {of: [place + 1 for place in family.places] for of, family in first.items()}
         name = broken.stem.replace(MARK, str(twice))
         return LogError(
             f"two columns are called {name}, so that the columns of the {quantity} cannot be told apart",
@@ -140,7 +139,7 @@ def _broken_numbers(names: Sequence[str], quantity: str, known: Mapping[str, str
         )
     lacking = [number for number in range(min(numbers[0], 1), numbers[-1] + 1) if number not in numbers]
     gone = listed([broken.stem.replace(MARK, str(number)) for number in lacking])
-    named = {key: [names[place] for place in own[0].places] for key, own in measured.items()}
+    named = {of: [names[place] for place in family.places] for of, family in first.items()}
     return LogError(
         f"the {quantity} columns are numbered and {gone} {'is' if len(lacking) == 1 else 'are'} missing",
         found=found,

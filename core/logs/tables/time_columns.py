@@ -101,17 +101,16 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
         stamps: the time column as Arrow read it.
         unit: ``auto``, ``s``, ``ms``, ``us``, ``ns`` or ``iso``.
     """
-    whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
     iso = pa.types.is_timestamp(stamps.type) or pa.types.is_time(stamps.type)
     if iso:
-        whole, unit = whole.cast(pa.int64()), "ns"
-    numbers = numbers_of(whole)
+        stamps, unit = stamps.cast(pa.int64()), "ns"
+    numbers = numbers_of(stamps)
     scale, guessed, garbage = _scale(numbers, unit)
     used = "iso" if iso else guessed
     known = np.flatnonzero(np.isfinite(numbers) & ~garbage)
     if not known.size:
         return np.full(numbers.shape, np.nan), None, used
-    time_s, start = _seconds(whole, numbers, int(known[0]), scale)
+    time_s, start = _seconds(stamps, numbers, int(known[0]), scale)
     if known.size < numbers.size:
         time_s = np.where(garbage, np.inf, np.where(np.isfinite(numbers), time_s, np.nan))
     return time_s, start, used
@@ -220,9 +219,8 @@ def joined_stamps(stamps: Any, fraction: FloatArray, names: Sequence[str], where
     Raises:
         LogError: they are no split stamp.
     """
-    whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
     words = words_of_time(names[1])
-    seconds, rest = numbers_of(whole), fraction[:, 0] * REST.get(words[-1] if words else "", 1)
+    seconds, rest = numbers_of(stamps), fraction[:, 0] * REST.get(words[-1] if words else "", 1)
     known = np.isfinite(seconds) & np.isfinite(rest)
     if not known.any() or bool((seconds[known] % 1 != 0).any()) or bool(((rest < 0) | (rest >= NS))[known].any()):
         raise LogError(
@@ -269,8 +267,7 @@ def unwrapped(stamps: Any) -> tuple[Any, str | None]:
     time_of_day = pa.types.is_time(stamps.type)
     if not (time_of_day or pa.types.is_integer(stamps.type)) or stamps.null_count or len(stamps) < 2:
         return stamps, None
-    whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    values = integers_of(whole.cast(pa.time64("ns")) if time_of_day else whole)
+    values = integers_of(stamps.cast(pa.time64("ns")) if time_of_day else stamps)
     modulus = _DAY_NS if time_of_day else 1 << 32
     steps = np.diff(values)
     if steps.min() > -modulus // 2 or (not time_of_day and int(values.max()) - int(values.min()) >= modulus):

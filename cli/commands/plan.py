@@ -70,7 +70,7 @@ def command(
     from collaudit.reports.exports.plan_files import write_plan
     from collaudit.reports.files.run_files import result_json
     from collaudit.reports.page.plane_page import plan_page
-    from collaudit.reports.terminal.command_texts import brief_plan_text
+    from collaudit.reports.terminal.command_texts import plan_text
 
     loaded = load_settings()
     friction, audits = _known(inputs, loaded)
@@ -85,7 +85,7 @@ def command(
     if as_json:
         say_json(result_json(plan.file))
     else:
-        say(brief_plan_text(plan.file, terminal_width()), nl=False)
+        say(plan_text(plan.file, terminal_width(), brief=True), nl=False)
     note("a proposal, to be checked on the robot and run slowly first: " + ", ".join(str(path) for path in files))
     return EXIT_PASS
 

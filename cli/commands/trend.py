@@ -33,7 +33,7 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], as_json: b
     from dataclasses import asdict
 
     from collaudit.core.history.night_row import joint_nights
-    from collaudit.reports.sections.trend_sections import nights_section
+    from collaudit.reports.sections.joint_sections import nights_section
     from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
 

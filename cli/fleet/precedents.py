@@ -163,7 +163,7 @@ def robots_in(out: Path) -> dict[str, str | None]:
 def _of_store(place: str) -> Iterator[EarlierLog]:
     from collaudit.reports.store.result_store import ResultStore
 
-    for rows in ResultStore(place).judgements():
+    for rows in ResultStore(place).by_batch().values():
         first, program = rows[0], program_of(rows[0].log)
         peaks: dict[int, dict[str, float]] = {}
         places = {}

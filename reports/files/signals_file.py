@@ -43,18 +43,8 @@ from collaudit.reports.plots.joint_trace import (
 SIGNALS_SCHEMA = "collaudit/signals/1"
 _META = b"collaudit"
 _ROWS = 1 << 17
-_WIDE = {
-    "position_rad": pa.float32(),
-    "velocity_rad_s": pa.float32(),
-    "measured_nm": pa.float32(),
-    "model_nm": pa.float32(),
-    "residual_nm": pa.float32(),
-    "gamma_nm": pa.float32(),
-    "state": pa.int8(),
-}
-_RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
-_CYCLE = {"cycle_nm": pa.float32(), "cycle_gamma_nm": pa.float32()}
-_OF_CYCLES = {"cycle": pa.int32(), "cycle_place": pa.float32()}
+_WIDE = ("position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "gamma_nm", "state")
+_RANGE = ("least_nm", "most_nm")
 _WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
 Values = np.ndarray[Any, Any]
 
@@ -73,7 +63,8 @@ def write_signals(file: IO[bytes], signals: Signals, log_sha256: str) -> None:
         steps = [
             min(step, torque_step_nm(its.torque_nm[:, k], its.gamma_nm[:, k]) or step) for k, step in enumerate(steps)
         ]
-    schema = _schema(signals, steps, log_sha256)
+    kinds = {name: pa.from_numpy_dtype(x.dtype) for name, x in _columns(signals, steps, slice(0)).items()}
+    schema = pa.schema([*kinds.items()], metadata=_meta(signals, steps, log_sha256))
     states = [name for name in schema.names if name.startswith("state:") or name == "cycle"]
     floats = [name for name in schema.names if name not in states]
     with pq.ParquetWriter(
@@ -86,10 +77,9 @@ def write_signals(file: IO[bytes], signals: Signals, log_sha256: str) -> None:
         write_statistics=False,
         store_schema=True,
     ) as writer:
-        count = len(signals.time_s)
-        parts = [slice(start, min(start + _ROWS, count)) for start in range(0, count, _ROWS)]
-        for rows in parts:  # one after the other: the log may still be judged beside, and a table takes 35 MB
-            writer.write_table(_rows(signals, steps, schema, rows))
+        for start in range(0, len(signals.time_s), _ROWS):  # in parts: a table of them takes 35 MB
+            columns = _columns(signals, steps, slice(start, start + _ROWS))
+            writer.write_table(pa.Table.from_arrays([column_of(x) for x in columns.values()], schema=schema))
 
 
 def read_signals(path: Path, log_sha256: str) -> Signals:
@@ -118,12 +108,8 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
     )
 
 
-def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
-    columns = [pa.field("time_s", pa.float64())]
-    for joint in signals.joint_names:
-        columns += [pa.field(f"{name}:{joint}", kind) for name, kind in _kinds(signals).items()]
-    columns += [pa.field(name, kind) for name, kind in _OF_CYCLES.items() if signals.cycles is not None]
-    columns += [pa.field(name, pa.float32()) for name in _WRENCH if signals.wrench is not None]
+def _meta(signals: Signals, steps: list[float], log_sha256: str) -> dict[bytes, bytes]:
+    """What is stated about the columns."""
     meta = {
         "schema": SIGNALS_SCHEMA,
         "log_sha256": log_sha256,
@@ -134,30 +120,27 @@ def _schema(signals: Signals, steps: list[float], log_sha256: str) -> pa.Schema:
         "velocity_step": VELOCITY_STEP,
         "states": {str(int(state)): state.code for state in State},
     }
-    return pa.schema(columns, metadata={_META: json.dumps(meta, allow_nan=False).encode()})
+    return {_META: json.dumps(meta, allow_nan=False).encode()}
 
 
-def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) -> pa.Table:
-    """A part of the table."""
-    columns: list[Values] = [signals.time_s[rows]]
+def _columns(signals: Signals, steps: list[float], rows: slice) -> dict[str, Values]:
+    """The columns of some samples, by name."""
     its = signals.cycles
-    of_cycles: dict[str, Values] = {} if its is None else {"cycle_nm": its.torque_nm, "cycle_gamma_nm": its.gamma_nm}
-    for k, step in enumerate(steps):
-        for name in _kinds(signals):
-            values = of_cycles[name] if name in of_cycles else getattr(signals, name)
-            columns.append(stored(name, values[rows, k], step, limits_nm(signals, k, rows, name)))
+    wide: dict[str, Values] = {name: getattr(signals, name) for name in _WIDE}
+    if signals.least_nm is not None:
+        wide |= {name: getattr(signals, name) for name in _RANGE}
     if its is not None:
-        columns += [its.number[rows], its.place[rows]]
+        wide |= {"cycle_nm": its.torque_nm, "cycle_gamma_nm": its.gamma_nm}
+    columns: dict[str, Values] = {"time_s": signals.time_s[rows]}
+    for k, (joint, step) in enumerate(zip(signals.joint_names, steps, strict=True)):
+        for name, values in wide.items():
+            columns[f"{name}:{joint}"] = stored(name, values[rows, k], step, limits_nm(signals, k, rows, name))
+    if its is not None:
+        columns |= {"cycle": its.number[rows], "cycle_place": its.place[rows]}
     if signals.wrench is not None:
         finest = (FORCE_STEP_N,) * 3 + (MOMENT_STEP_NM,) * 3
-        columns += [in_steps(x, step) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]
-    return pa.Table.from_arrays([column_of(values) for values in columns], schema=schema)
-
-
-def _kinds(signals: Signals) -> dict[str, pa.DataType]:
-    """The quantities of each joint that there are."""
-    range_of = {} if signals.least_nm is None else _RANGE
-    return {**_WIDE, **range_of, **({} if signals.cycles is None else _CYCLE)}
+        columns |= {n: in_steps(x, step) for n, x, step in zip(_WRENCH, signals.wrench[rows].T, finest, strict=True)}
+    return columns
 
 
 def column_of(values: Values) -> pa.Array:

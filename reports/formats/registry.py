@@ -43,12 +43,12 @@ class ReportFormat:
 FORMATS: dict[str, ReportFormat] = {
     "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", steps=True),
     "json": ReportFormat(".json", "collaudit.reports.files.run_files:audits_json"),
-    "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
-    "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
-    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
-    "github": ReportFormat(".txt", "collaudit.reports.formats.message:github_text", of_many=True),
-    "text": ReportFormat(".message.txt", "collaudit.reports.formats.message:message_text", of_many=True),
-    "slack-json": ReportFormat(".slack.json", "collaudit.reports.formats.message:slack_text", of_many=True),
+    "junit": ReportFormat(".xml", "collaudit.reports.formats.ci_results:junit_text", of_many=True),
+    "sarif": ReportFormat(".sarif", "collaudit.reports.formats.ci_results:sarif_text", of_many=True),
+    "markdown": ReportFormat(".md", "collaudit.reports.formats.night_texts:markdown_text", of_many=True),
+    "github": ReportFormat(".txt", "collaudit.reports.formats.night_texts:github_text", of_many=True),
+    "text": ReportFormat(".message.txt", "collaudit.reports.formats.night_texts:message_text", of_many=True),
+    "slack-json": ReportFormat(".slack.json", "collaudit.reports.formats.night_texts:slack_text", of_many=True),
     "csv": ReportFormat(".csv", "collaudit.reports.exports.event_table:write_csv", files=True),
     "mcap": ReportFormat(".mcap", "collaudit.reports.exports.audit_mcap:write_mcap_report", files=True, steps=True),
 }

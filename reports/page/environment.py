@@ -51,9 +51,15 @@ def environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
-    made.filters.update(minus=_minus, share=_share, counted=counted, css_text=_css_text)
     made.filters.update(
+        duration=duration,
+        percent=percent,
+        significant=significant,
+        stated=stated,
+        minus=_minus,
+        share=_share,
+        counted=counted,
+        css_text=_css_text,
         rule=rule_text,
         near_levels=near_levels,
         law=law_text,

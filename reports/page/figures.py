@@ -136,7 +136,13 @@ def _of_joint(
             draw_autocorrelation(trace, f"{name}-a", f"Autocorrelation of the residual {said} up to 0.5 s"),
             draw_trend(trace, f"{name}-t", f"RMS of the residual {said} over the log"),
         ),
-        against=_against(trace, result, name, unit),
+        against=draw_against(
+            trace,
+            unit,
+            speed_unit(result.friction.get(joint)),
+            f"{name}-v",
+            visible(f"Residual of {joint} against its speed and its position, {unit}"),
+        ),
         cycles=draw_cycles(
             trace,
             [alarm for alarm in result.collisions if alarm.joint == joint],
@@ -166,13 +172,6 @@ def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str) -> t
     label = visible(f"Residual of {joint} over the whole log, {level}")
     svg, height, note = draw_overview(trace, alarms, near, f"{name}-o", label)
     return svg, f"{level}, axis ±{significant(height)} {unit}{f'; {note} {unit}' if note else ''}"
-
-
-def _against(trace: JointTrace, result: AuditResult, name: str, unit: str) -> Markup | None:
-    fit = result.friction.get(trace.joint)
-    prismatic = fit is not None and speed_unit(fit) == "m/s"
-    label = visible(f"Residual of {trace.joint} against its speed and its position, {unit}")
-    return draw_against(trace, unit, prismatic, f"{name}-v", label)
 
 
 def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: float) -> list[tuple[float, float]]:

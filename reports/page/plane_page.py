@@ -19,9 +19,8 @@ from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.arm_pose import moving_arm, positions_over_time
 from collaudit.reports.plots.svg import Panel, drawing
 from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
+from collaudit.reports.sections.joint_sections import first_and_last, nights_section, plane_section
 from collaudit.reports.sections.plan_sections import plan_sections
-from collaudit.reports.sections.rule_sections import plane_section
-from collaudit.reports.sections.trend_sections import first_and_last, nights_section
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import verdict_word
 

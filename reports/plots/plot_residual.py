@@ -116,7 +116,7 @@ _AGAINST_WIDTH, _AGAINST_HEIGHT = 780, 150
 _CYCLE_COLUMNS, _CYCLE_POINTS = 120, 400
 
 
-def draw_against(trace: JointTrace, unit: str, prismatic: bool, name: str, label: str) -> Markup | None:
+def draw_against(trace: JointTrace, unit: str, speed_unit: str, name: str, label: str) -> Markup | None:
     """Median, middle 90 % and extremes of the judged residual in columns of speed and of position.
 
     Of a long log fifty thousand samples, evenly spread, stand for all.
@@ -124,7 +124,7 @@ def draw_against(trace: JointTrace, unit: str, prismatic: bool, name: str, label
     Args:
         trace: of the joint.
         unit: of its torque.
-        prismatic: whether it slides: m in place of rad.
+        speed_unit: rad/s, or m/s where it slides.
         name: id of the drawing, unique in the page.
         label: text for those who cannot see it.
 
@@ -139,12 +139,12 @@ def draw_against(trace: JointTrace, unit: str, prismatic: bool, name: str, label
     rows = rows[known]
     if rows.size < 10 * _LEAST_IN_COLUMN:
         return None
-    residual, length = trace.residual_nm[rows], "m" if prismatic else "rad"
+    residual = trace.residual_nm[rows]
     limit = (min(0.0, 1.05 * float(residual.min())), max(0.0, 1.05 * float(residual.max())))
     panels = []
     for left, x, words in (
-        (46, trace.velocity_rad_s, f"speed, {length}/s"),
-        (426, trace.position_rad, f"position, {length}"),
+        (46, trace.velocity_rad_s, f"speed, {speed_unit}"),
+        (426, trace.position_rad, f"position, {speed_unit.removesuffix('/s')}"),
     ):
         values = x[rows].astype(np.float64)
         panel = Panel((left, 18, 346, _AGAINST_HEIGHT - 52), (float(values.min()), float(values.max())), limit)
@@ -234,9 +234,7 @@ def draw_histogram(trace: JointTrace, name: str, label: str) -> Markup | None:
     panel = Panel(_SMALL_BOX, (-reach, reach), (0.0, float(counts.max())))
     across, up = np.repeat(edges, 2)[1:-1], np.repeat(counts, 2).astype(np.float64)
     panel.area(across, np.zeros(up.size), up, "bar-fill")
-    if np.isfinite(gamma):
-        for sign in (-1, 1):
-            panel.moments([sign * gamma], "gamma")
+    panel.moments([-gamma, gamma] if np.isfinite(gamma) else [], "gamma")
     return drawing(_SMALL_WIDTH, _SMALL_HEIGHT, label, [panel], name)
 
 

@@ -99,8 +99,7 @@ def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequenc
 def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
     """One joint's alarm in a contact: peak and its margin to γ, how long, the joint's speed."""
     joint_speed = None if contact.scene is None else contact.scene.joint_speed_rad_s.get(alarm.joint)
-    fit = result.friction.get(alarm.joint)
-    moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(fit) if fit is not None else 'rad/s')}"
+    moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(result.friction.get(alarm.joint)))}"
     margin = apart([height(alarm), 1.0])[0]
     delay = fixed(1e3 * (alarm.detected_s - alarm.onset_s), 0)
     return (

@@ -15,6 +15,7 @@ from collaudit.reports.values.words import NONE, counted, torque_unit, with_unit
 
 #: Shares of the time that tables show.
 SHOWN = (0.5, 0.95)
+_TORQUES = ("alarms 50 % of the time", "95 % of the time", "at any judged moment", "asked")
 _BY = {"stated": "stated", "default": "default", "arm-limits": "half of what the arm can exert there"}
 
 
@@ -41,19 +42,14 @@ def _shares(cover: JointCoverage) -> dict[str, str]:
 def _torques(joint: str, result: AuditResult) -> dict[str, str]:
     """Torques that would have alarmed in half, in 95 % and in all of the time in which anything can be told; asked."""
     s = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
-    found = {} if s is None else {level.share: level.torque_nm for level in s.levels}
-    unit, limit = torque_unit(result, joint), None if s is None or s.asked is None else s.asked.torque_nm
-    half, most, always = (
-        "" if s is None else NONE if value is None else f"{_against_limit(value, limit)} {unit}"
-        for value in (*(found.get(share) for share in SHOWN), None if s is None else s.largest_nm)
-    )
-    asked = None if s is None else s.asked
-    return {
-        "alarms 50 % of the time": half,
-        "95 % of the time": most,
-        "at any judged moment": always,
-        "asked": "" if asked is None else f"{stated(asked.torque_nm)} {unit}: {percent(asked.share)} of its motion",
-    }
+    if s is None:
+        return dict.fromkeys(_TORQUES, "")
+    unit, asked, levels = torque_unit(result, joint), s.asked, {level.share: level.torque_nm for level in s.levels}
+    limit = None if asked is None else asked.torque_nm
+    values = (*(levels.get(share) for share in SHOWN), s.largest_nm)
+    texts = [NONE if value is None else f"{_against_limit(value, limit)} {unit}" for value in values]
+    text = "" if asked is None else f"{stated(asked.torque_nm)} {unit}: {percent(asked.share)} of its motion"
+    return dict(zip(_TORQUES, (*texts, text), strict=True))
 
 
 def _against_limit(value: float, limit: float | None) -> str:

@@ -123,10 +123,6 @@ class ResultStore:
             parts.append(part.append_column("batch", pa.array([name] * part.num_rows, pa.string())))
         return pa.concat_tables(parts) if parts else pa.schema([*SCHEMA, ("batch", pa.string())]).empty_table()
 
-    def judgements(self) -> list[list[NightRow]]:
-        """The rows of each log as each batch has it, oldest batch first: a log that was judged twice is there twice."""
-        return list(self.by_batch().values())
-
     def by_batch(self) -> dict[tuple[str, tuple[str, str]], list[NightRow]]:
         """The rows of each log in each batch, by name of the batch and identity of the log, oldest batch first."""
         found: dict[tuple[str, tuple[str, str]], list[NightRow]] = {}
@@ -185,7 +181,7 @@ class ResultStore:
 
     def rows(self) -> list[NightRow]:
         """The rows that count: those of the latest batch with the log, in the order of robot, night and log."""
-        latest = {rows[0].identity: rows for rows in self.judgements()}
+        latest = {rows[0].identity: rows for rows in self.by_batch().values()}
         every = [row for rows in latest.values() for row in rows]
         return sorted(every, key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
 

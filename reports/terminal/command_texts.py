@@ -24,41 +24,29 @@ from collaudit.reports.values.visible_text import visible, wrapped
 from collaudit.reports.values.words import NONE, VERDICT_WORD, plural
 
 
-def plan_text(plan: PlanFile, width: int | None = None) -> str:
-    """The statement, how long the motion takes, and every section.
+def plan_text(plan: PlanFile, width: int | None = None, brief: bool = False) -> str:
+    """The statement, how long the motion takes, and every section; in brief a row a joint and what is assumed.
 
     Args:
         plan: the plan.
         width: columns of the terminal; None: any.
+        brief: for a screen.
     """
-    exciting = "none" if plan.exciting_s is None else (
-        f"{plan.exciting_moves} moves, {duration(plan.exciting_s[1] - plan.exciting_s[0])} from "
-        f"{plan.exciting_s[0]:.1f} s on")  # fmt: skip
-    of_arm = sum(one.joint is None for one in plan.predictions)
-    return (
+    exciting = "" if plan.exciting_s is None else (
+        f", with {plan.exciting_moves} exciting moves from {plan.exciting_s[0]:.1f} s on "
+        f"({duration(plan.exciting_s[1] - plan.exciting_s[0])})")  # fmt: skip
+    head = (
         f"{wrapped(plan.statement, width)}\n\nMotion: {duration(plan.duration_s)} of at most "
-        f"{plan.minutes_asked:g} min\nExciting trajectory: {exciting}\n"
-        f"{sections_text(plan_sections(plan, of_joints_only=True), width)}\n"
-        f"{of_arm} parameters of the whole arm besides: plan.html, plan.json\n"
+        f"{plan.minutes_asked:g} min{exciting}\n"
     )
-
-
-def brief_plan_text(plan: PlanFile, width: int | None = None) -> str:
-    """The statement, how long the motion takes, a row a joint, and what is taken for granted.
-
-    Args:
-        plan: the plan.
-        width: columns of the terminal; None: any.
-    """
-    exciting = "" if plan.exciting_s is None else f", {plan.exciting_moves} of them exciting moves"
+    if not brief:
+        of_arm = sum(one.joint is None for one in plan.predictions)
+        more = f"{of_arm} parameters of the whole arm besides: plan.html, plan.json\n"
+        return f"{head}{sections_text(plan_sections(plan, of_joints_only=True), width)}\n{more}"
     taken = [text.replace(", ".join(plan.limits), "every joint") for text in plan.assumed]
     said = f"Taken for granted: {'; '.join(taken)}."
-    return (
-        f"{wrapped(plan.statement, width)}\n\nMotion: {duration(plan.duration_s)} of at most "
-        f"{plan.minutes_asked:g} min{exciting}\n\n{section_text(brief_section(plan), width)}\n"
-        f"{wrapped(said, width)}\n"
-        "All half widths, limits and surroundings: plan.txt, plan.html.\n"
-    )
+    more = "All half widths, limits and surroundings: plan.txt, plan.html.\n"
+    return f"{head}\n{section_text(brief_section(plan), width)}\n{wrapped(said, width)}\n{more}"
 
 
 def fit_text(friction: FrictionFile, width: int | None = None, detail: bool = False) -> str:

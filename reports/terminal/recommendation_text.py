@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
-from collaudit.reports.sections.rule_sections import set_rule_section
+from collaudit.reports.sections.joint_sections import set_rule_section
 from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.terminal.text_table import sections_text
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate_words
 from collaudit.reports.values.visible_text import wrapped
-from collaudit.reports.values.words import plural, with_unit
+from collaudit.reports.values.words import by_joint, plural, with_unit
 
 
 def recommendation_text(
@@ -29,8 +29,9 @@ def recommendation_text(
     """
     rules = {joint: rule for joint, rule in found.joints.items() if rule.gamma_nm is not None}
     if rules:
-        gamma = _listed({joint: f"{rule.gamma_nm:g}" for joint, rule in rules.items()}, found.units)
-        torque = _listed({j: f"{r.noticed_nm:.3g}" for j, r in rules.items() if r.noticed_nm is not None}, found.units)
+        gamma = by_joint({joint: with_unit(f"{rule.gamma_nm:g}", joint, found.units) for joint, rule in rules.items()})
+        noticed = {joint: rule.noticed_nm for joint, rule in rules.items() if rule.noticed_nm is not None}
+        torque = by_joint({joint: with_unit(f"{x:.3g}", joint, found.units) for joint, x in noticed.items()})
         persistence = f"{1e3 * found.persistence_s:.4g} ms"
         n = " and ".join(sorted({str(rule.n) for rule in rules.values()}))
         lines = [
@@ -46,14 +47,6 @@ def recommendation_text(
     lines.insert(1, f"Rests on {claim(found.rate)}")
     text = "".join(f"{wrapped(line, width, ' ' * 9)}\n" for line in lines)
     return text + (sections_text(recommendation_sections(found), width) if detail else "")
-
-
-def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
-    """Values by joint; a unit that all share is said once."""
-    kinds = {units.get(joint, "N·m") for joint in shown}
-    if len(kinds) == 1:
-        return ", ".join(f"{joint} {text}" for joint, text in shown.items()) + f" {kinds.pop()}"
-    return ", ".join(f"{joint} {with_unit(text, joint, units)}" for joint, text in shown.items())
 
 
 def _forces(as_set: str) -> str:

@@ -74,10 +74,11 @@ QUIET = NightFacts()
 
 def left_out_entries(files: Sequence[LeftOut]) -> list[IndexEntry]:
     """The lines of files that count as logs that were not judged."""
-    errors = [
-        (file.name, NotJudgedError(f"not judged: {file.text}", where=file.name)) for file in files if file.not_judged
+    return [
+        entry_of_error(file.name, NotJudgedError(f"not judged: {file.text}", where=file.name))
+        for file in files
+        if file.not_judged
     ]
-    return [entry_of_error(name, error) for name, error in errors]
 
 
 #: Robots that the sentence tells of, clauses of each, times of a group, logs and joints that a row names.

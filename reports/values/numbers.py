@@ -99,8 +99,10 @@ def time_decimals(period_s: float) -> int:
     return min(9, max(3, math.ceil(-math.log10(period_s) - 1e-9)))
 
 
-def rate_words(per_hour: float) -> str:
-    """A rate as a person says it: 1 per 1,000 h, 2.4 per hour."""
+def rate_words(per_hour: float | None) -> str:
+    """A rate as a person says it: none, 1 per 1,000 h, 2.4 per hour; empty where it is not known."""
+    if not per_hour:
+        return "" if per_hour is None else "none"
     if per_hour >= 1.0:
         return f"{per_hour:.2g} per hour"
     hours = 1.0 / per_hour

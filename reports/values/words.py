@@ -73,9 +73,10 @@ def effort_unit(fit: FrictionFit) -> str:
     return fit.effort_unit if fit.effort_unit in ("N·m", "N", "raw") else "N·m"
 
 
-def speed_unit(fit: FrictionFit) -> str:
-    """Unit of a fit's speeds: m/s for prismatic joints, which their parameter names tell."""
-    prismatic = fit.effort_unit == "N" or any(name.endswith(("_per_m", "_s_per_m")) for name in fit.parameters)
+def speed_unit(fit: FrictionFit | None) -> str:
+    """Unit of a joint's speeds: m/s for prismatic ones, which the names of their friction's parameters tell."""
+    names = () if fit is None else fit.parameters
+    prismatic = (fit is not None and fit.effort_unit == "N") or any(name.endswith("_per_m") for name in names)
     return "m/s" if prismatic else "rad/s"
 
 
@@ -160,10 +161,13 @@ def noticed_n(result: AuditResult) -> float | None:
 def rule_text(result: AuditResult) -> str:
     """Detector, persistence in samples, and thresholds in their units; joints that share one are said together."""
     rule = result.rule
+    gamma = {
+        name: f"{stated(x)} {torque_unit(result, name)}" for name, x in rule.gamma_nm.items() if name in rule.watch
+    }
     asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
     return (
         f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
-        f"γ: {_thresholds(result, rule.gamma_nm)}{_room(result)}"
+        f"γ: {by_joint(gamma) or 'no joint is watched'}{_room(result)}"
     )
 
 
@@ -176,16 +180,13 @@ def _room(result: AuditResult) -> str:
     return f": {', '.join(known)}" if known else ""
 
 
-def _thresholds(result: AuditResult, gamma: Mapping[str, float]) -> str:
-    """Thresholds of the watched joints."""
+def by_joint(values: Mapping[str, str]) -> str:
+    """Values of joints; those that share one are said together."""
     shared: dict[str, list[str]] = {}
-    for name in [name for name in gamma if name in result.rule.watch]:
-        shared.setdefault(f"{stated(gamma[name])} {torque_unit(result, name)}", []).append(name)
-    if not shared:
-        return "no joint is watched"
-    if len(shared) == 1:
-        [(value, names)] = shared.items()
-        return f"all {len(names)} joints {value}" if len(names) > 1 else f"{names[0]} {value}"
+    for name, value in values.items():
+        shared.setdefault(value, []).append(name)
+    if len(shared) == 1 and len(values) > 1:
+        return f"all {len(values)} joints {next(iter(shared))}"
     return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())
 
 

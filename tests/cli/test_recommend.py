@@ -85,11 +85,11 @@ def test_three_lines_say_what_to_set(collaudit, run: Path) -> None:
     found = collaudit("recommend", run)
     lines = found.out.splitlines()
     assert [line.split()[0] for line in lines] == ["Set", "Rests", "Notices"] and len(found.out.split()) < 80
-    assert re.fullmatch(r"Set +γ joint1 \S+, joint2 \S+ N·m, n 13 \(26 ms, as set\)", lines[0])
+    assert re.fullmatch(r"Set +γ joint1 \S+ N·m; joint2 \S+ N·m, n 13 \(26 ms, as set\)", lines[0])
     assert re.search(
         r"9 min 59 s of clean motion: at most 18 per hour .* \(95 %\); 29 h .* more .* would show", lines[1]
     )
-    assert re.search(r"torques of joint1 \S+, joint2 \S+ N·m .*; in newtons not known$", lines[2])
+    assert re.search(r"torques of joint1 \S+ N·m; joint2 \S+ N·m .*; in newtons not known$", lines[2])
     assert "1 stretch was left out as possible contact" in found.err
 
 

@@ -18,7 +18,7 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.reports.formats.junit import junit_text
+from collaudit.reports.formats.ci_results import junit_text
 from collaudit.reports.terminal.screen_text import screen_text
 
 #: A pendulum of 2.4 N·m·sin(q) about a level axis, its encoder's count, and what noise its effort has.

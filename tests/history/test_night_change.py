@@ -7,7 +7,7 @@ import pytest
 from histories import dark_row, history, night, night_row
 
 from collaudit.core.history.night_row import change_of, joint_nights
-from collaudit.reports.sections.trend_sections import change_text
+from collaudit.reports.sections.joint_sections import change_text
 
 
 def nights(means: list[float], logs: int, seed: int = 0, spread: float = 0.01) -> list[tuple[str, list[float]]]:

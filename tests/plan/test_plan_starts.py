@@ -14,7 +14,7 @@ from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.truth import config_text
-from collaudit.reports.terminal.command_texts import brief_plan_text
+from collaudit.reports.terminal.command_texts import plan_text
 
 JOINTS = {"tiago_no_hand.urdf": [f"arm_{k}_joint" for k in range(1, 8)]}
 
@@ -62,7 +62,7 @@ def test_a_start_that_is_stated_is_never_moved(data_dir: Path, tmp_path: Path) -
 def test_a_plan_is_told_in_300_words(tmp_path: Path) -> None:
     loaded = load_config(shipped("seven", tmp_path))
     plan = make_plan(loaded, None, [], PlanRequest(1.0), make_provenance(loaded, None, None))
-    text = brief_plan_text(plan.file)
+    text = plan_text(plan.file, brief=True)
     assert len(text.split()) <= 300
     assert "A person must check it on the robot" in text and "start of every joint: not stated" in text
     assert all(joint in text for joint in plan.robot.joint_names)

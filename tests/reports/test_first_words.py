@@ -11,7 +11,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import AfterContact
 from collaudit.core.data.sensitivity_result import ForceLevel, ForceTime, NoticedForce, Sensitivity
 from collaudit.core.findings import Finding
-from collaudit.reports.formats.markdown import escaped, markdown_text
+from collaudit.reports.formats.night_texts import escaped, markdown_text
 from collaudit.reports.page.html import html_text
 from collaudit.reports.terminal.screen_text import screen_text
 from collaudit.reports.values.first_words import MOST_WORDS, first_lines

@@ -20,8 +20,8 @@ from collaudit.core.data.sensitivity_result import (
     TorqueLevel,
 )
 from collaudit.core.findings import Finding
-from collaudit.reports.formats.junit import junit_text
-from collaudit.reports.formats.markdown import markdown_text
+from collaudit.reports.formats.ci_results import junit_text
+from collaudit.reports.formats.night_texts import markdown_text
 from collaudit.reports.page.html import html_text
 from collaudit.reports.page.index import summarise
 from collaudit.reports.sections.judged_sections import judged_section

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collaudit.reports.formats.markdown import section_lines
+from collaudit.reports.formats.night_texts import section_lines
 from collaudit.reports.page.environment import environment
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.text_table import section_text, sections_text

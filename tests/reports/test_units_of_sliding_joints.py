@@ -13,7 +13,7 @@ from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.verdict.coverage import exclusions
-from collaudit.reports.sections.rule_sections import plane_section
+from collaudit.reports.sections.joint_sections import plane_section
 from collaudit.reports.terminal.recommendation_text import recommendation_text
 
 SLIDES = JOINTS[0]

@@ -1,13 +1,59 @@
-"""The nights of every joint as a table."""
+"""What is said of joints beside an audit: thresholds that are set, alarms over gamma and persistence, nights."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.history.night_row import Change, JointNights
+from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.reports.sections.section import Section, section_of
-from collaudit.reports.values.numbers import duration, significant, with_interval
-from collaudit.reports.values.words import NONE
+from collaudit.reports.values.numbers import duration, rate_words, significant, with_interval
+from collaudit.reports.values.words import NONE, with_unit
+
+
+def set_rule_section(set_rules: Mapping[str, SetRule], units: Mapping[str, str]) -> Section:
+    """Whether the thresholds that are set are too tight, too loose or supported; ``units`` by joint."""
+    title = "Verdict on what is set"
+    if set_rules and all(rule.opinion == "not judged" for rule in set_rules.values()):
+        return Section(title, (), (), ("Not judged, as the evidence supports no threshold.",))
+    records = (_set_rule(joint, one, units) for joint, one in set_rules.items())
+    return section_of(title, records, "False alarms as counted in the clean time.")
+
+
+def _set_rule(joint: str, one: SetRule, units: Mapping[str, str]) -> dict[str, str]:
+    unnoticed = "" if one.unnoticed_nm is None else " to ".join(significant(x) for x in one.unnoticed_nm)
+    return {
+        "joint": joint,
+        "set": with_unit(f"{one.gamma_nm:.3g}", joint, units),
+        "n": str(one.n) if one.n else "",
+        "asked for": "" if one.recommended_nm is None else with_unit(f"{one.recommended_nm:.3g}", joint, units),
+        "false alarms counted": rate_words(one.false_alarms_per_hour),
+        "at most (95 %)": rate_words(one.false_alarms_per_hour_upper95),
+        "goes unnoticed": with_unit(unnoticed, joint, units),
+        "verdict": one.opinion,
+    }
+
+
+def plane_section(planes: Mapping[str, AlarmPlane], units: Mapping[str, str]) -> Section:
+    """Alarms of every joint in its clean time, a row for each threshold, a column for each persistence.
+
+    Args:
+        planes: by joint.
+        units: by joint, of what its drive exerts.
+    """
+    records = (
+        {
+            "joint": joint,
+            "γ": with_unit(significant(gamma), joint, units),
+            **{f"{1e3 * s:.3g} ms": str(count) for s, count in zip(plane.persistence_s, row, strict=True)},
+            "clean time": duration(plane.clean_s),
+        }
+        for joint, plane in planes.items()
+        for gamma, row in zip(plane.gamma_nm, plane.alarms, strict=True)
+    )
+    note = "No alarm in a time T means at most 3 in T (95 %). γ is constant here."
+    return section_of("Alarms in the clean time, by γ and persistence", records, note)
 
 
 def nights_section(joints: Sequence[JointNights]) -> Section:

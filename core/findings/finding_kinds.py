@@ -271,8 +271,8 @@ KINDS: dict[str, Kind] = {
         setting="log.units",
     ),
     "effort-kind": Kind(
-        "What the effort looks like (torque, current, inverted, doubled), from all joints together; or it is not in "
-        "N·m, and thresholds in N·m cannot be judged; or the motion does not load a joint enough to tell its gain.",
+        "The effort is not in N·m, and thresholds in N·m cannot be judged; or the motion does not load a joint enough "
+        "to tell its gain.",
         "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign; or fit a motion that loads "
         "each joint by gravity, or with a known load: its gain is then identified.",
         _EITHER,

@@ -1,4 +1,4 @@
-"""The audit of a log's channels: their delays, and with them what the effort is and the wrist sensor."""
+"""The audit of a log's channels: their delays, the steps of the effort, and the wrist sensor."""
 
 from __future__ import annotations
 
@@ -11,18 +11,25 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, ChannelFacts
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
+from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stats import few_values
 from collaudit.core.prepare.effort.channel_shift import all_known, effort_shift, thinned
 from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.torque_table.block_sums import squares_left
 
-#: A shorter delay spoils neither gains nor residual; an interval wider than the other is no number to enter.
-_MATTERS_S, _UNSHARP_S = 0.02, 0.03
+#: An interval wider than this is no number to enter, s.
+_UNSHARP_S = 0.03
 #: So much of a log tells a delay as well as an hour does, s.
 _ENOUGH_S = 240.0
+#: Steps are coarse beyond this share of an effort's spread.
+_COARSE = 0.5
+#: Standard deviation of Gaussian noise over the median of |successive differences|: 1.4826 / sqrt(2).
+_SD_PER_MEDIAN_DIFFERENCE = 1.05
+#: An effort of more different values has no step.
+_MOST_VALUES = 200
 #: A delay, why there is none, or nothing to ask of.
 _Found = Delay | Undetermined | None
 
@@ -30,7 +37,6 @@ _Found = Delay | Undetermined | None
 def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, list[Finding]]:
     """Everything that can be said about the channels of one log."""
     effort, wrench = effort_delay(prepared), _wrench_delay(prepared, config)
-    late = effort if isinstance(effort, Delay) and _is_significant(effort, prepared.series.period_s) else None
     velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
         effort_delay_ms=_ms(effort),
@@ -40,8 +46,7 @@ def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, li
         wrench_delay_ci95_ms=_bounds_ms(wrench),
         sensor=calibrate_sensor(prepared, config),
     )
-    findings = audit_effort(prepared, late if late is not None and abs(late.seconds) > _MATTERS_S else None)
-    findings += audit_delays(prepared, config, effort, wrench)
+    findings = step_findings(prepared) + audit_delays(prepared, config, effort, wrench)
     return facts, findings + audit_force_sensor(prepared, config, facts.sensor)
 
 
@@ -141,3 +146,42 @@ def _wrench_delay(prepared: Prepared, config: Config) -> _Found:
         return lambda shifts: np.column_stack([squares_left(motion[pick], axis[at + shifts]) for axis in force.T])
 
     return best_shift(rows.size, costs, series.period_s)
+
+
+def step_findings(prepared: Prepared) -> list[Finding]:
+    """Joints whose effort comes in coarse steps."""
+    series = prepared.series
+    if series.effort is None:
+        return []
+    found = by_name(lambda joint: _coarse(series, joint), prepared.judged)
+    return [finding for finding in found.values() if finding is not None]
+
+
+def _coarse(series: UniformSeries, joint: str) -> Finding | None:
+    """What is to say of a joint whose effort comes in steps."""
+    assert series.effort is not None
+    j = series.column(joint)
+    moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
+    effort = series.effort[:, j][moving & np.isfinite(series.effort[:, j])]
+    step = _step(effort)
+    if step is None:
+        return None
+    noise = float(np.median(np.abs(np.diff(effort)))) * _SD_PER_MEDIAN_DIFFERENCE
+    if not (step > _COARSE * float(np.std(effort)) or (step > 2.0 * noise and np.ptp(effort) < 60 * step)):
+        return None
+    text = (
+        f"The effort of joint '{joint}' comes in steps of {step:.3g}, {np.ptp(effort) / step:.0f} steps from its "
+        "smallest to its largest: thresholds of less than a few steps are not reliable."
+    )
+    return Finding("effort-filtered", "warning", text, joint=joint)
+
+
+def _step(effort: FloatArray) -> float | None:
+    """The step of an effort that takes few different values, else None."""
+    values = few_values(effort, min(_MOST_VALUES, effort.size // 5))
+    if values is None or values.size < 3:
+        return None
+    gaps = np.diff(values)
+    step = float(np.median(gaps))
+    ratio = gaps / step
+    return step if np.mean(np.abs(ratio - np.round(ratio)) < 0.02) > 0.95 else None

@@ -19,6 +19,8 @@ from tables import put
 
 from collaudit.cli.main import run
 
+#: Findings on what an effort is.
+KINDS = ("effort-kind", "effort-gain", "effort-no-torque", "effort-sign-inverted")
 UR3 = ("Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3")
 MODEL = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 NAMES = "[log.joint_names]\n" + "".join(f'"{a}" = "{b}_joint"\n' for a, b in zip(UR3, MODEL, strict=True))
@@ -72,9 +74,9 @@ def kinds(data: Path) -> Iterator[str]:
         ("TIAGo", sorted((data / "tiago_csv").glob("*.csv")), "tiago_no_hand.urdf", COLUMNS + raw),
     ):
         found = fitted(logs, urdf / model, extra, ())
-        said = [f["text"] for f in found["findings"] if f["code"] == "effort-kind"]
+        said = [f["text"] for f in found["findings"] if f["code"] in KINDS]
         late = [f["text"] for f in found["findings"] if f["code"] == "effort-delay"]
-        text = " ".join([*(s.partition(" Effort per N·m")[0] for s in said), *late])
+        text = " ".join([*said, *late])
         yield f"| {title} | {text or 'not told'} |"
 
 

@@ -24,8 +24,8 @@ from collaudit.core.identification.channel_audit import (
     audit_delays,
     effort_delay,
     late_effort_findings,
+    step_findings,
 )
-from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.effort.channel_shift import effort_shift
@@ -79,35 +79,13 @@ def prepared(log: JointLog, config: Config):  # type: ignore[no-untyped-def]
     return prepare(log, build_robot(config.robot, Path(), NAMES), config)
 
 
-@pytest.mark.parametrize(
-    ("factor", "words"),
-    [
-        ((1.0, 1.0, 1.0), "looks like a torque in N·m."),
-        ((1.1, 0.92, 9.0), "looks like a torque in N·m."),  # one joint's model is off, not the unit
-        ((-1.0, -1.0, -1.0), "its sign is inverted"),
-        ((2.0, 2.0, 2.0), "about twice the torque"),
-        ((0.5, 0.5, 0.5), "all masses on file are too large by the same factor"),
-        ((0.07, -0.15, 0.12), "looks like a motor current or another unit, not like N·m, and its signs are mixed"),
-    ],
-)
-def test_effort_is_told_for_what_it_is(factor: tuple[float, ...], words: str) -> None:
-    log = moving_log()
-    assert log.effort is not None
-    found = audit_effort(prepared(replace(log, effort=log.effort * factor), settings()))
-    assert len(found) == 1
-    assert words in found[0].text
-    assert found[0].severity == ("info" if words.startswith(("looks like a torque", "its sign")) else "warning")
-    if min(factor) < 0:
-        assert "effort_sign" in found[0].text
-
-
 def test_coarse_steps_are_noticed_and_fine_ones_are_not() -> None:
     log = moving_log()
     assert log.effort is not None
-    coarse = audit_effort(prepared(replace(log, effort=np.round(log.effort / 4) * 4), settings()))
+    coarse = step_findings(prepared(replace(log, effort=np.round(log.effort / 4) * 4), settings()))
     assert {f.joint for f in coarse if f.code == "effort-filtered"} >= {"joint2", "joint3"}
     assert any("steps of 4" in f.text for f in coarse)
-    fine = audit_effort(prepared(replace(log, effort=np.round(log.effort, 3)), settings()))
+    fine = step_findings(prepared(replace(log, effort=np.round(log.effort, 3)), settings()))
     assert not any(f.code == "effort-filtered" for f in fine)
 
 
@@ -175,8 +153,6 @@ def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
     stated = prepared(moving_log(0.5, pace=4.0), settings(effort_delay_ms=0.0))
     again = next(f for f in stated.findings if f.code == "effort-delay")
     assert again.severity == "warning" and not again.forbids_pass, "what is stated wins, and the evidence is said"
-    kind = audit_channels(late, settings())[1][0]
-    assert "After correction of its delay of 500 ms: the effort looks like a torque in N·m." in kind.text
     turned = moving_log(pace=4.0)
     assert turned.effort is not None
     found = prepared(replace(turned, effort=-turned.effort), settings()).findings

@@ -14,7 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.joint_fits import fit_joints, refit_joints, sections_of
 from collaudit.core.friction.sections import SectionSet
 from collaudit.core.identification.coupled_axes import fit_coupled
-from collaudit.core.identification.identification import identify, identify_values
+from collaudit.core.identification.identification import identify
 from collaudit.core.identification.motion_sums import MotionSums, collect
 from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.numeric.arrays import BoolArray
@@ -77,10 +77,9 @@ def fit_arm(
     again = calibrated if known is None else recalibrated
     if known is None:
         sums = (sums or collect(seen(whole), config.fit.blocks)) if taken.estimate else None
-        identified = None if sums is None else identify(whole, config, taken, sums)
     else:
         sums = known.sums if known.sums is None or left_out is None else known.sums.without(left_out)
-        identified = None if sums is None else identify_values(whole, config, taken, sums)
+    identified = None if sums is None else identify(whole, config, taken, sums, only_values=known is not None)
     if identified is not None:
         starts = whole if known is None else known.logs
         drives = [replace(log.calibration, identified=identified, coupled={}) for log in starts]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -61,14 +60,11 @@ def friction_points(
     if not sections or series.effort is None:
         return ()
     j = series.column(sections[0].joint)
-    still = _match(series, sections, j)
-    back = _ways_back(series, sections, j)
-    pairs = [*still, *back] if len(still) + len(back) >= _ENOUGH else still
     points: list[FrictionPoint] = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
     effort = without_ripple(series, series.effort, sections, j, ripple)
-    for pair in pairs:
+    for pair in _pairs(series, sections, j):
         point = _pair_point(series, effort, model_torque, pair, j, ripple)
         if point is not None:
             points.append(point)
@@ -79,39 +75,21 @@ def friction_points(
     return tuple(sorted(points, key=lambda p: p.speed_rad_s))
 
 
-def _match(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
-    """Greedy matching of opposite sections by how well speed, stroke and pose agree."""
-    still = [s for s in sections if not s.others_moving]
-    candidates = [
-        pair
-        for plus in still
-        if plus.velocity_rad_s > 0
-        for minus in still
-        if minus.velocity_rad_s < 0
-        for pair in (_candidate(series, plus, minus, j),)
-        if pair is not None
-    ]
+def _pairs(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
+    """Sections with one the other way through the same poses, each at most once: those that agree best first."""
+    forward, backward = ([s for s in sections if s.velocity_rad_s * way > 0] for way in (1, -1))
+    up, down = np.array([s.velocity_rad_s for s in forward])[:, None], np.array([-s.velocity_rad_s for s in backward])
+    alike = np.argwhere(np.abs(up - down) <= _SPEED_TOLERANCE * 0.5 * (up + down))
+    found = [_overlapping(series, forward[a], backward[b]) for a, b in alike.tolist()]
+    candidates = [pair for pair in found if pair is not None]
     taken: set[int] = set()
     chosen = []
     for pair in sorted(candidates, key=lambda p: (p.cost, p.plus.span.start, p.minus.span.start)):
-        if id(pair.plus) not in taken and id(pair.minus) not in taken:
-            taken |= {id(pair.plus), id(pair.minus)}
+        own = {id(pair.plus), id(pair.minus)}
+        if not taken & own and _same_poses(series, pair, j):
+            taken |= own
             chosen.append(pair)
-    return chosen
-
-
-def _ways_back(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
-    """Sections of moves of several joints, each with the next one where that goes back along the same poses."""
-    moving = sorted((s for s in sections if s.others_moving), key=lambda s: s.span.start)
-    out: list[_Pair] = []
-    for one, other in pairwise(moving):
-        plus, minus = (one, other) if one.velocity_rad_s > 0 else (other, one)
-        if plus.velocity_rad_s < 0 or minus.velocity_rad_s > 0 or (out and one in (out[-1].plus, out[-1].minus)):
-            continue
-        pair = _overlapping(series, plus, minus)
-        if pair is not None and _same_poses(series, pair, j):
-            out.append(pair)
-    return out
+    return chosen if len(chosen) >= _ENOUGH else [pair for pair in chosen if not pair.plus.others_moving]
 
 
 def _same_poses(series: UniformSeries, pair: _Pair, j: int) -> bool:
@@ -125,24 +103,14 @@ def _same_poses(series: UniformSeries, pair: _Pair, j: int) -> bool:
     return bool(np.max(np.abs(ways[0] - ways[1])) <= _POSE_TOLERANCE_RAD)
 
 
-def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int) -> _Pair | None:
-    pair = _overlapping(series, plus, minus)
-    others = [k for k in range(len(series.joint_names)) if k != j]
-    if pair is not None and others:
-        pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
-        if np.max(np.abs(pose[0] - pose[1])) > _POSE_TOLERANCE_RAD:
-            return None
-    return pair
-
-
 def _overlapping(series: UniformSeries, plus: Section, minus: Section) -> _Pair | None:
-    """Both ways as a pair where their speeds are equal and they share positions, whatever the other joints do."""
+    """Both ways of one speed as a pair where they share positions, and the other joints rest or move in both."""
     up, down = plus.velocity_rad_s, -minus.velocity_rad_s
     difference = abs(up - down) / (0.5 * (up + down))
     low = max(plus.position_rad[0], minus.position_rad[0])
     high = min(plus.position_rad[1], minus.position_rad[1])
     stroke = min(np.ptp(plus.position_rad), np.ptp(minus.position_rad))
-    if difference > _SPEED_TOLERANCE or stroke <= 0 or high - low < _MIN_OVERLAP * stroke:
+    if stroke <= 0 or high - low < _MIN_OVERLAP * stroke or bool(plus.others_moving) != bool(minus.others_moving):
         return None
     distance_s = abs(plus.span.start - minus.span.start) * series.period_s
     cost = difference / _SPEED_TOLERANCE + (1.0 - (high - low) / stroke) + 1e-3 * distance_s

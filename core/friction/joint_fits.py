@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Literal
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
@@ -23,6 +24,7 @@ from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.prepared import Prepared
 
+Motion = Literal["sections", "any", "sensors"]
 #: A friction file may hold a joint without a law and without a reason.
 _UNSTATED = "the friction file has no law for it and does not say why"
 #: Sections that give no point of friction.
@@ -50,26 +52,14 @@ def fit_joints(
     units = {p.series.effort_unit for p in prepared}
     if len(units) > 1:
         raise ConfigError("the logs have efforts in different units", found=", ".join(sorted(units)))
-    points: dict[str, list[FrictionPoint]] = {}
-    counts: Counter[str] = Counter()
-    rejected: dict[str, Counter[str]] = {}
-    for log, found in zip(prepared, sections or sections_of(prepared, config), strict=True):
-        for joint in log.judged:
-            seen = _of_sections(joint, log, found)
-            count = len(found.of(joint))
-            counts[joint] += count
-            rejected.setdefault(joint, Counter()).update(dict(found.rejected[joint].most_common()))
-            alone = count - sum(2 if point.source == "pair" else 1 for point in seen)
-            if alone:
-                rejected[joint][_ALONE if log.rigid_nm is None else _UNKNOWN] += alone
-            points.setdefault(joint, []).extend(seen)
+    found = list(zip(prepared, sections or sections_of(prepared, config), strict=True))
     # Threads for the passes over all samples only: sections and fits are many small steps, in which they wait for each
     # other.
-    with_all = partial(_loose_points, prepared=prepared, config=config)
-    loose = by_name(with_all, points, stage(progress, 0.0, 0.75))
+    joints = dict.fromkeys(joint for log in prepared for joint in log.judged)
+    loose = by_name(partial(_loose_points, prepared=prepared, config=config), joints, stage(progress, 0.0, 0.75))
     return {
-        joint: _fit_joint(joint, found, loose[joint], prepared, config, counts, rejected)
-        for joint, found in points.items()
+        joint: _fit_joint(joint, [(log, its) for log, its in found if joint in log.judged], points, config)
+        for joint, points in loose.items()
     }
 
 
@@ -104,46 +94,44 @@ def refit_joints(
             points = [p for log, found in logs for p in _of_sections(joint, log, found)]
         else:
             points = _loose_points(joint, prepared, config)
-        robot = logs[0][0].robot
-        units = FrictionUnits.of(robot.joint_types[robot.joint_names.index(joint)], logs[0][0].series.effort_unit)
-        return _fitted(points, units, config, fit.model)
+        return _fitted(points, _units(joint, logs[0][0]), config, fit.model)
 
     return by_name(refit, known)
 
 
 def _fit_joint(
-    joint: str,
-    points: Sequence[FrictionPoint],
-    loose: Sequence[FrictionPoint],
-    prepared: Sequence[Prepared],
-    config: Config,
-    counts: Mapping[str, int],
-    rejected: Mapping[str, Counter[str]],
+    joint: str, logs: Sequence[tuple[Prepared, SectionSet]], loose: Sequence[FrictionPoint], config: Config
 ) -> FrictionFit:
     """Fit one joint from its sections; from arbitrary motion where that is asked for, or the sections are too few."""
-    robot = next(p.robot for p in prepared if joint in p.judged)
-    column = robot.joint_names.index(joint)
-    units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
+    points, rejected, count = list[FrictionPoint](), Counter[str](), 0
+    for log, found in logs:
+        seen, own = _of_sections(joint, log, found), len(found.of(joint))
+        alone = own - sum(2 if point.source == "pair" else 1 for point in seen)
+        rejected.update(dict(found.rejected[joint].most_common()))
+        rejected.update({_ALONE if log.rigid_nm is None else _UNKNOWN: alone} if alone else {})
+        points, count = [*points, *seen], count + own
+    units, prepared = _units(joint, logs[0][0]), [log for log, _ in logs]
     torque = _in_torque_units(prepared, joint)
     direct = bool(torque) and all(p.sensed(joint) for p in torque)
-    any_first = config.fit.motion != "sections" and (
-        config.fit.motion == "any" or direct or any_motion_tells_more(points, loose, moving_speeds(prepared, joint))
-    )
-    fit = None if any_first else _fitted(points, units, config)
-    if config.fit.motion != "sections" and (fit is None or fit.model is None):
-        other = _fitted(loose, units, config)
-        if other.model is not None:
-            fit = replace(other, motion="sensors" if direct else "any")
-    if fit is None:
-        fit = _fitted(points, units, config)
-    rated = float(robot.effort_limit_nm[column])
+    sources: list[tuple[Motion, Sequence[FrictionPoint]]] = [("sections", points)]
+    if config.fit.motion != "sections":
+        sources.append(("sensors" if direct else "any", loose))
+        if config.fit.motion == "any" or direct or any_motion_tells_more(points, loose, moving_speeds(prepared, joint)):
+            sources.reverse()
+    fits = (replace(_fitted(its, units, config), motion=motion) for motion, its in sources)
+    fit = next((fit for fit in fits if fit.model is not None), None) or _fitted(points, units, config)
+    robot = logs[0][0].robot
+    rated = float(robot.effort_limit_nm[robot.joint_names.index(joint)])
     share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
-    lost = dict(rejected[joint].most_common())
     known = fit.identifiability
     if known is not None and known.motion_needed:
         needed = tuple(f"{text} on joint '{joint}'" for text in known.motion_needed)
         fit = replace(fit, identifiability=replace(known, motion_needed=needed))
-    return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
+    return replace(fit, section_count=count, rejected=dict(rejected.most_common()), rmse_share=share)
+
+
+def _units(joint: str, log: Prepared) -> FrictionUnits:
+    return FrictionUnits.of(log.robot.joint_types[log.robot.joint_names.index(joint)], log.series.effort_unit)
 
 
 def _of_sections(joint: str, log: Prepared, found: SectionSet) -> tuple[FrictionPoint, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -31,7 +32,11 @@ _WORSE = 1.05
 
 
 def identify(
-    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, sums: MotionSums | None = None
+    prepared: Sequence[Prepared],
+    config: Config,
+    taken: Candidate | None = None,
+    sums: MotionSums | None = None,
+    only_values: bool = False,
 ) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
@@ -39,7 +44,8 @@ def identify(
         prepared: the logs.
         config: how.
         taken: of :func:`choose`; None to choose here.
-        sums: of the logs; None to gather them here.
+        sums: of the logs, or of what of them is not held out; None to gather them here.
+        only_values: without intervals and checks of the bodies: what a held-out fit needs.
 
     Raises:
         ConfigError, NotJudgedError: as of :func:`choose`.
@@ -50,7 +56,23 @@ def identify(
         return None
     found = solved(prepared, sums or collect(prepared, config.fit.blocks), config, taken)
     problem, solution = found.problem, found.solution
-    unknowns = problem.unknowns
+    unknowns, robot = problem.unknowns, problem.sums.robot
+    values = Identified(
+        estimate=("friction", *estimate),
+        joints={name: drive_of(found, j) for j, name in enumerate(robot.joint_names)},
+        bodies=bodies_of(robot, solution),
+        base_parameters=(),
+        tool=None,
+        prior=prior_words(estimate, taken.width),
+        prior_sd=taken.width,
+        consistent=False,
+        consistency="",
+        samples=problem.sums.rows,
+        sample_rate_hz=problem.sums.rate_hz,
+        loss=problem.sums.loss,
+    )
+    if only_values:
+        return values
     free = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd]) > 0.0
     best, count = np.concatenate([solution.inertials, solution.armature, solution.gain]), unknowns.inertials.size
     made = make_consistent(best, problem.possible_precision(solution, free), free, count // 10)
@@ -58,22 +80,17 @@ def identify(
     held = Problem.of(problem.sums, unknowns.held(best[:count], best[count : -unknowns.gain.size]))
     final = held.fitted(problem.sums.total, solution)
     made, final = _kept_if_it_fits(found, made, final)
-    tool = 10 * problem.sums.robot.in_joint(config.robot.tool.frame)[2]
+    tool = 10 * robot.in_joint(config.robot.tool.frame)[2]
     errors = problem.errors(solution, slice(tool, tool + 4))
     job = Report(problem, final, found.gains, errors, estimate)
-    return Identified(
-        estimate=("friction", *estimate),
+    return replace(
+        values,
         joints=joints_of(job),
-        bodies=bodies_of(problem.sums.robot, final),
+        bodies=bodies_of(robot, final),
         base_parameters=base_parameters_of(job) if "inertials" in estimate else (),
         tool=tool_of(job, config) if "tool" in estimate else None,
-        prior=prior_words(estimate, taken.width),
-        prior_sd=taken.width,
         consistent=made.consistent,
         consistency=made.how,
-        samples=problem.sums.rows,
-        sample_rate_hz=problem.sums.rate_hz,
-        loss=problem.sums.loss,
         load_sd=load_sd_of(job, config),
     )
 
@@ -93,32 +110,6 @@ def _kept_if_it_fits(found: Solved, made: Consistent, final: Solution) -> tuple[
     bodies = free.inertials.size // 10
     possible = all(is_consistent(free.inertials[10 * k : 10 * k + 10]) for k in range(bodies))
     return Consistent(made.free, possible, how), free
-
-
-def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate, sums: MotionSums) -> Identified:
-    """The values that :func:`identify` finds, without intervals and checks: what a held-out fit needs.
-
-    Args:
-        prepared: the logs.
-        config: how.
-        taken: what is identified.
-        sums: of what is not held out.
-    """
-    found, robot = solved(prepared, sums, config, taken), sums.robot
-    return Identified(
-        estimate=("friction", *taken.estimate),
-        joints={name: drive_of(found, j) for j, name in enumerate(robot.joint_names)},
-        bodies=bodies_of(robot, found.solution),
-        base_parameters=(),
-        tool=None,
-        prior="",
-        prior_sd=taken.width,
-        consistent=False,
-        consistency="",
-        samples=sums.rows,
-        sample_rate_hz=sums.rate_hz,
-        loss=sums.loss,
-    )
 
 
 def identified_findings(identified: Identified | None) -> list[Finding]:

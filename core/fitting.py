@@ -29,11 +29,8 @@ from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, settled_motion
-from collaudit.core.recommend.held_out_residual import (
-    FrictionCovariates,
-    held_out_residuals,
-)
+from collaudit.core.recommend.fitted_thresholds import fitted_thresholds, settled_motion
+from collaudit.core.recommend.held_out_residual import held_out_residuals
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import known_contact_times
 from collaudit.core.torque_table.folds import fold_count, fold_of_sample
@@ -41,13 +38,12 @@ from collaudit.core.torque_table.folds import fold_count, fold_of_sample
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fit:
-    """A fit on its way to its file: the logs as they were fitted, what was chosen, and what friction goes with."""
+    """A fit with its file: the logs as they were fitted, and what was chosen."""
 
     file: FrictionFile
     logs: Sequence[Prepared]
     taken: Candidate
     arm: ArmFit
-    covariates: FrictionCovariates
 
 
 def fit_logs(
@@ -96,9 +92,7 @@ def _fit(
     taken, choice = choose(known, config, sums)
     arm = fit_arm(known, taken, config, sums=sums, progress=stage(progress, 0.4, 0.55))
     settled = settled_motion(arm.logs, arm.fits, stage(progress, 0.55, 0.65))
-    covariates = FrictionCovariates(settled.variation, settled.corrections)
-    residuals = held_out_residuals(known, arm, taken, covariates, config, stage(progress, 0.65, 0.95))
-    corrections = corrections_that_help(residuals, settled.corrections)
+    residuals = held_out_residuals(known, arm, taken, settled.variation, config, stage(progress, 0.65, 0.95))
     thresholds = fitted_thresholds(residuals, arm.fits, config)
     stage(progress, 0.95, 1.0)(1, 1)
     findings = [
@@ -114,7 +108,7 @@ def _fit(
     gains = [gain for log in arm.logs for gain in log.gains]
     findings += identified_findings(arm.identified) + friction_findings(arm.fits, gains)
     findings += friction_variation_findings(settled.variation)
-    findings += correction_findings(corrections)
+    findings += correction_findings(settled.corrections)
     findings += exceeded_findings(thresholds, arm.fits)
     file = FrictionFile(
         schema=FRICTION_SCHEMA,
@@ -131,11 +125,11 @@ def _fit(
         left_out=clean.left_out,
         coupled=dict(arm.coupled),
         thresholds=thresholds,
-        corrections=corrections,
+        corrections=settled.corrections,
         recorded=_recorded(prepared),
         choice=choice,
     )
-    return _Fit(file, known, taken, arm, covariates)
+    return _Fit(file, known, taken, arm)
 
 
 def fit_by_parts(
@@ -160,7 +154,7 @@ def fit_by_parts(
         if unsure:
             anew = fit_joints([without_samples(log, own) for log in rest.logs], config)
             rest = replace(rest, fits={**rest.fits, **{joint: anew[joint] for joint in unsure}})
-        residuals = held_out_residuals(whole.logs, rest, whole.taken, whole.covariates, config, left_out=[own])
+        residuals = held_out_residuals(whole.logs, rest, whole.taken, whole.file.trends, config, left_out=[own])
         fitted = replace(
             whole.file,
             joints=dict(rest.fits),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -12,11 +13,11 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import Settled
-from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
+from collaudit.core.friction.slopes import any_law, friction_slope
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stats import quantile_of
 
-_MIN_RUN_S = 60.0
+Against = Literal["time", "temperature", "load"]
+_MIN_RUN_MIN = 1.0
 _MIN_KELVIN = 2.0
 _MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads shows nothing
 _MOST_SAMPLES = 60_000
@@ -32,31 +33,27 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
         left: the joint's settled motion in it.
     """
     thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
-    time_s, friction = left.time_s[thin], left.friction[thin]
-    compared = time_s, left.residual[thin], friction, any_law(friction, left.speed[thin], left.torque_rate[thin])
-    trends, undetermined = list[Trend](), list[str]()
-    seconds = float(np.ptp(left.time_s))
-    found = friction_slope(*compared, time_s / 60.0) if seconds >= _MIN_RUN_S else None
-    if found is not None:
-        trends.append(Trend("time", *found[:2], seconds / 60.0, name))
-    else:
-        why = f"{seconds:.0f} s of motion are too short" if seconds < _MIN_RUN_S else _ALONG
-        undetermined.append(f"change with running time: {why}")
+    time_s, residual, friction = left.time_s[thin], left.residual[thin], left.friction[thin]
+    beside, trends, undetermined = (
+        any_law(friction, left.speed[thin], left.torque_rate[thin]),
+        list[Trend](),
+        list[str](),
+    )
+    asked: list[tuple[Against, FloatArray, FloatArray, float, str]] = [
+        ("time", time_s / 60.0, friction, _MIN_RUN_MIN, "min"),
+        ("load", left.load[thin], np.sign(friction), _MIN_LOAD * float(np.mean(np.abs(friction))), "N·m"),
+    ]
     if left.temperature is not None:
-        low, high = float(left.temperature.min()), float(left.temperature.max())
-        found = friction_slope(*compared, left.temperature[thin]) if high - low >= _MIN_KELVIN else None
+        asked.insert(1, ("temperature", left.temperature[thin], friction, _MIN_KELVIN, "K"))
+    for what, against, goes, least, unit in asked:
+        low, high = float(against.min()), float(against.max())
+        found = friction_slope(time_s, residual, goes, beside, against) if high - low >= least else None
         if found is not None:
-            trends.append(Trend("temperature", *found[:2], high - low, name, TrendFit(low, high, *found[2:])))
+            fit = TrendFit(low, high, *found[2:]) if what == "temperature" else None
+            trends.append(Trend(what, *found[:2], high - low, name, fit))
         else:
-            why = f"it moved by {high - low:.2g} K only" if high - low < _MIN_KELVIN else _ALONG
-            undetermined.append(f"change with temperature: {why}")
-    span = quantile_of(left.load, 0.95) - quantile_of(left.load, 0.05)
-    least = _MIN_LOAD * float(np.mean(np.abs(left.friction)))
-    loaded = load_slope(*compared, left.load[thin]) if span >= least else None
-    if loaded is not None:
-        trends.append(Trend("load", *loaded, span, name))
-    else:
-        undetermined.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
+            why = f"it moved by {high - low:.2g} {unit} only" if high - low < least else _ALONG
+            undetermined.append(f"change with {what}: {why}")
     return FrictionVariation(tuple(trends), tuple(undetermined))
 
 

@@ -24,7 +24,8 @@ def friction_slope(
     """Slope of residual/friction over something else, compared at equal speeds (t interval over stretches of time).
 
     Args:
-        time_s, residual, friction: (n,) settled samples: time, torque that is left, friction as fitted, signed.
+        time_s, residual: (n,) settled samples: time, torque that is left.
+        friction: (n,) what the slope is a share of: friction as fitted, signed; its sign alone for a slope in N·m.
         nuisance: (n, k) what may be in the residual besides, from :func:`any_law`.
         against: (n,) what friction may go with.
 
@@ -35,22 +36,9 @@ def friction_slope(
     if not weight > 0:
         return None
     middle = float(friction**2 @ against) / weight
-    found = _over_time(time_s, friction * (against - middle), residual, nuisance)
-    return None if found is None else (*found, middle, float(residual @ friction) / weight)
-
-
-def load_slope(
-    time_s: FloatArray, residual: FloatArray, friction: FloatArray, nuisance: FloatArray, load: FloatArray
-) -> tuple[float, Bounds] | None:
-    """N·m of friction per N·m of the gear's load (n,), a torque's size; compared as by :func:`friction_slope`."""
-    return _over_time(time_s, np.sign(friction) * (load - load.mean()), residual, nuisance)
-
-
-def _over_time(
-    time_s: FloatArray, column: FloatArray, target: FloatArray, others: FloatArray
-) -> tuple[float, Bounds] | None:
     _, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
-    return jackknifed(column, target, others, label // _TOGETHER)
+    found = jackknifed(friction * (against - middle), residual, nuisance, label // _TOGETHER)
+    return None if found is None else (*found, middle, float(residual @ friction) / weight)
 
 
 def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:

@@ -113,24 +113,6 @@ def fitted_thresholds(
     return FittedThresholds(config.detect.detector, config.detect.causal, joints, forces=forces)
 
 
-def corrections_that_help(
-    residuals: Sequence[HeldOutResidual], corrections: Mapping[str, FrictionCorrection]
-) -> dict[str, FrictionCorrection]:
-    """The corrections of friction that make the held-out residual of their joint in motion smaller."""
-
-    def rms(joint: str, corrected: bool) -> float:
-        left = []
-        for one in residuals:
-            if one.corrected_nm is not None and joint in one.series.joint_names:
-                j = one.series.column(joint)
-                tried = one.judged[:, j] & np.isfinite(one.corrected_nm[:, j])
-                left.append((one.corrected_nm if corrected else one.torque_nm)[tried, j])
-        every = np.concatenate(left) if left else np.empty(0)
-        return float(np.sqrt(np.mean(every**2))) if every.size else 0.0
-
-    return {joint: one for joint, one in corrections.items() if rms(joint, True) <= rms(joint, False)}
-
-
 def _joint(
     joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], config: Config, joints: int
 ) -> JointThreshold:

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config, DetectConfig
-from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
-from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.identification.solved_problem import Candidate
@@ -42,7 +42,6 @@ class HeldOutResidual:
     Attributes:
         prepared: the log, as the fit of all of it has it.
         torque_nm: (n, j) residual.
-        corrected_nm: (n, j) the same with the friction's corrections, in the first fold; None without any.
         evidence: (n, j) samples on which the rule could fire.
         judged: (n, j) those of them at which friction is a value.
         held_out: (n, j) those whose law was fitted without them.
@@ -52,7 +51,6 @@ class HeldOutResidual:
 
     prepared: Prepared
     torque_nm: FloatArray
-    corrected_nm: FloatArray | None
     evidence: BoolArray
     judged: BoolArray
     held_out: BoolArray
@@ -71,19 +69,11 @@ class HeldOutResidual:
         return np.asarray(effort[:, j] - self.torque_nm[:, j])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FrictionCovariates:
-    """What friction goes with besides speed: trends with temperature, and corrections, by joint."""
-
-    variation: Mapping[str, FrictionVariation]
-    corrections: Mapping[str, FrictionCorrection]
-
-
 def held_out_residuals(
     logs: Sequence[Prepared],
     whole: ArmFit,
     taken: Candidate,
-    covariates: FrictionCovariates,
+    variation: Mapping[str, FrictionVariation],
     config: Config,
     progress: Progress | None = None,
     left_out: Sequence[BoolArray] | None = None,
@@ -94,7 +84,7 @@ def held_out_residuals(
         logs: as :func:`fit_arm` was given them.
         whole: the fit of all of them, or of what is not left out.
         taken: what is identified.
-        covariates: of the whole fit.
+        variation: trends of the whole fit.
         config: detector, number of folds.
         progress: called with steps done and in all.
         left_out: of each log the samples (n,) that no fold is fitted on, and that are no evidence; None for none.
@@ -104,12 +94,12 @@ def held_out_residuals(
     count = fold_count([log.series for log in logs], config.fit.blocks)
     folds = [fold_of_sample(log.series, count) for log in logs]
     unseen = left_out or [np.zeros(fold.size, dtype=np.bool_) for fold in folds]
-    out = [_Filling.of(log, bool(covariates.corrections)) for log in whole.logs]
+    out = [_Filling.of(log) for log in whole.logs]
     for k in range(count):
         held = [(fold == k) | left for fold, left in zip(folds, unseen, strict=True)]
         rest = fit_arm(logs, taken, config, held, whole)
         for log, fold, filling in zip(rest.logs, folds, out, strict=True):
-            filling.fill(log, fold == k, whole, rest, covariates, config)
+            filling.fill(log, fold == k, whole, rest, variation, config)
         if progress is not None:
             progress(k + 1, count)
     return [filling.made(log, left) for filling, log, left in zip(out, whole.logs, unseen, strict=True)]
@@ -120,17 +110,16 @@ class _Filling:
     """The residual of one log on its way, fold by fold; arrays are (n, j)."""
 
     torque: FloatArray
-    corrected: FloatArray | None
     state: NDArray[np.int8]
     held_out: BoolArray
     doubts: list[FloatArray]
 
     @classmethod
-    def of(cls, log: Prepared, corrected: bool) -> _Filling:
+    def of(cls, log: Prepared) -> _Filling:
         shape = log.judged_series.position_rad.shape
         torque = np.full(shape, np.nan, order="F")
         state = np.full(shape, State.NO_FRICTION, dtype=np.int8, order="F")
-        return cls(torque, torque.copy(order="K") if corrected else None, state, np.zeros(shape, dtype=np.bool_), [])
+        return cls(torque, state, np.zeros(shape, dtype=np.bool_), [])
 
     def fill(
         self,
@@ -138,7 +127,7 @@ class _Filling:
         own_fold: BoolArray,
         whole: ArmFit,
         rest: ArmFit,
-        covariates: FrictionCovariates,
+        variation: Mapping[str, FrictionVariation],
         config: Config,
     ) -> None:
         """Fill the samples of one fold by the fit without it; joints that it cannot carry keep the law of the whole."""
@@ -152,19 +141,16 @@ class _Filling:
         kept = {joint: _carries(rest.fits[joint], fit) for joint, fit in whole.fits.items() if joint in own}
         own = {joint: law for joint, law in own.items() if joint in laws and kept[joint]}
         held = np.array([joint in own for joint in series.joint_names])
-        laws = laws_at_temperature({**laws, **own}, covariates.variation, series)[0]
+        laws = laws_at_temperature({**laws, **own}, variation, series)[0]
         found = residual_by(part, laws, config.detect)
         self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[inside], found.state[inside], held
         self.doubts.append(_usual_doubt(found, inside))
-        if self.corrected is not None and not np.isfinite(self.corrected).any():  # one fold tells whether they help
-            with_them = corrected_laws(laws, covariates.corrections)
-            self.corrected[rows] = residual_by(part, with_them, config.detect).torque_nm[inside]
 
     def made(self, log: Prepared, left_out: BoolArray) -> HeldOutResidual:
         """The whole of it."""
         usable = np.isfinite(self.torque) & ~log.judged_series.saturated & ~left_out[:, None]
         evidence, judged = (np.asarray((self.state <= s) & usable) for s in (State.FRICTION_INTERVAL, State.JUDGED))
-        return HeldOutResidual(log, self.torque, self.corrected, evidence, judged, self.held_out, np.array(self.doubts))
+        return HeldOutResidual(log, self.torque, evidence, judged, self.held_out, np.array(self.doubts))
 
 
 def _usual_doubt(found: Residual, inside: BoolArray) -> FloatArray:

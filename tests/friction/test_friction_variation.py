@@ -7,7 +7,7 @@ import pytest
 
 from collaudit.core.data.identification_result import Trend, TrendFit
 from collaudit.core.friction.friction_model import temperature_doubt, temperature_share
-from collaudit.core.friction.slopes import any_law, friction_slope, load_slope
+from collaudit.core.friction.slopes import any_law, friction_slope
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
 
@@ -72,7 +72,7 @@ def test_a_trend_with_load_lies_in_its_interval() -> None:
     for seed in range(40):
         noise = 0.5 * np.random.default_rng(seed).standard_normal(t.size)
         residual = np.sign(friction) * 0.03 * (load - 20.0) + noise
-        found = load_slope(t, residual, friction, beside(t, friction), load)
+        found = friction_slope(t, residual, np.sign(friction), beside(t, friction), load)
         assert found is not None
         assert found[0] == pytest.approx(0.03, abs=0.003)
         hits += found[1][0] <= 0.03 <= found[1][1]
@@ -83,7 +83,7 @@ def test_too_little_says_nothing() -> None:
     t, friction = motion(15.0)
     assert friction_slope(t, np.zeros(t.size), friction, beside(t, friction), t) is None
     t, friction = motion()
-    assert load_slope(t, np.zeros(t.size), friction, beside(t, friction), np.full(t.size, 7.0)) is None
+    assert friction_slope(t, np.zeros(t.size), np.sign(friction), beside(t, friction), np.full(t.size, 7.0)) is None
     none = np.zeros(t.size)
     assert friction_slope(t, none, none, beside(t, friction), t) is None, "a law without friction"
 

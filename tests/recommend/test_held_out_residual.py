@@ -24,7 +24,6 @@ from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
 from collaudit.core.recommend.held_out_residual import (
-    FrictionCovariates,
     HeldOutResidual,
     _carries,
     fold_of_sample,
@@ -81,7 +80,7 @@ def held(made: Callable[..., SimulatedFiles]) -> Held:
     log = open_log(files.log, settings)
     prepared, config = prepare(log, load_robot(settings, log.joint_names), settings.config), settings.config
     arm = fit_arm([prepared], TAKEN, config)
-    (found,) = held_out_residuals([prepared], arm, TAKEN, FrictionCovariates({}, {}), config)
+    (found,) = held_out_residuals([prepared], arm, TAKEN, {}, config)
     return found, arm, prepared, config
 
 

@@ -15,7 +15,6 @@ from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm, without_samples
-from collaudit.core.friction.friction_variation import friction_variation_findings
 from collaudit.core.friction.gear_corrections import correction_findings
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
@@ -107,7 +106,6 @@ def _fit(
     ]
     gains = [gain for log in arm.logs for gain in log.gains]
     findings += identified_findings(arm.identified) + friction_findings(arm.fits, gains)
-    findings += friction_variation_findings(settled.variation)
     findings += correction_findings(settled.corrections)
     findings += exceeded_findings(thresholds, arm.fits)
     file = FrictionFile(

@@ -10,8 +10,7 @@ from collaudit.core.causes.excess import Excess, rms
 from collaudit.core.causes.trials import Trial
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.residual.friction_level import LARGEST
-from collaudit.core.residual.torque_zero import BOUND_SHARE
+from collaudit.core.residual.followed_offsets import BOUND_SHARE, LARGEST
 from collaudit.core.torque_table.block_sums import Estimate, estimate, products_of
 
 #: Standard errors by which one cause must leave less than another to be told from it.

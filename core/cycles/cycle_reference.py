@@ -32,9 +32,8 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.stats import median_of, robust_sd
-from collaudit.core.residual.friction_level import follow_level
+from collaudit.core.residual.followed_offsets import balanced_zero, follow_level, follow_zero
 from collaudit.core.residual.residual import FRICTION_LEVEL_SD, Residual, ResidualInputs
-from collaudit.core.residual.torque_zero import balanced_zero, follow_zero
 
 #: At a place the speed of a sample may differ from the usual one by such a share, and by so many places a second where
 #: the arm hardly moves.

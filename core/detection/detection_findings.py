@@ -19,7 +19,7 @@ from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.friction_level import LARGEST
+from collaudit.core.residual.followed_offsets import LARGEST
 from collaudit.core.residual.residual import Residual
 
 #: A level this far from the calibration is worth saying.

@@ -23,7 +23,7 @@ from collaudit.core.identification.contact_mask import find_contact
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.torque_zero import BOUND_SHARE
+from collaudit.core.residual.followed_offsets import BOUND_SHARE
 
 
 def settled(

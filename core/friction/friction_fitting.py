@@ -22,6 +22,7 @@ from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, Sep
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 
 _MIN_SPEED_RATIO = 1.5
+_ONLY_A_CURVE = "The law is data-driven: only its curve means anything, which the page draws."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -229,7 +230,7 @@ def _line(job: _Job, line: Candidate, reasons: tuple[str, ...], reference: Candi
 def _law_fit(job: _Job, found: Candidate) -> FrictionFit:
     """Any other law, with the reservations that go with it."""
     law = found.law
-    notes = [*found.reasons, *law.remarks(found.ci95)]
+    notes = [*found.reasons, *([_ONLY_A_CURVE] if law.data_driven else [])]
     identifiable = not found.reasons and not law.data_driven
     return replace(_assembled(job, found, None), identifiable=identifiable, not_identifiable=tuple(notes))
 

@@ -8,13 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from collaudit.core.data.identification_result import FrictionVariation, Trend, TrendFit
+from collaudit.core.data.identification_result import Bounds, FrictionVariation, Trend, TrendFit
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import Settled
-from collaudit.core.friction.slopes import any_law, friction_slope
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.torque_table.block_sums import BlockSums
 
 Against = Literal["time", "temperature", "load"]
 _MIN_RUN_MIN = 1.0
@@ -23,6 +23,12 @@ _MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads shows nothing
 _MOST_SAMPLES = 60_000
 _NEAR_K = 1.0  # beyond the fit's temperatures and not worth a word
 _ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
+_BLOCK_S = 2.0
+_KNOTS = 8
+_TOGETHER = 4  # neighbouring blocks err alike
+_LEAST_OWN = 0.01  # of the column's standard deviation, to be separated from a law
+#: Share of friction per unit with its interval, and a point of the line: the mean of the other, and what is off there.
+Slope = tuple[float, Bounds, float, float]
 
 
 def joint_variation(name: str, left: Settled) -> FrictionVariation:
@@ -68,35 +74,6 @@ def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionV
     return out
 
 
-def friction_variation_findings(joints: Mapping[str, FrictionVariation]) -> list[Finding]:
-    """Trends with time and temperature whose interval excludes zero.
-
-    Load and ripple are said where they are shown well enough to be used: core/friction/gear_corrections.py.
-    """
-    findings = []
-    for joint, found in joints.items():
-        for trend in found.trends:
-            if trend.shown and trend.against in ("time", "temperature"):
-                text = f"The friction of joint '{joint}' {trend_words(trend)}."
-                findings.append(fact(text, joint=joint))
-    return findings
-
-
-def trend_words(trend: Trend) -> str:
-    """A trend as the end of a sentence."""
-    low, high = (x or 0.0 for x in trend.ci95)
-    if trend.against == "load":
-        return (
-            f"rises with the load on the gear by {trend.per_unit:.2g} N·m per N·m (95 %: {low:.2g} to {high:.2g}, "
-            f"over {trend.span:.2g} N·m of load)"
-        )
-    unit = "a minute of running" if trend.against == "time" else "a kelvin"
-    return (
-        f"changes by {100 * trend.per_unit:.2g} % {unit} (95 %: {100 * low:.2g} to {100 * high:.2g} %, "
-        f"over {trend.span:.2g} {'min' if trend.against == 'time' else 'K'})"
-    )
-
-
 def laws_at_temperature(
     laws: Mapping[str, FrictionModel], variation: Mapping[str, FrictionVariation], series: UniformSeries
 ) -> tuple[dict[str, FrictionModel], list[Finding]]:
@@ -140,9 +117,10 @@ def _temperature_findings(joint: str, trend: Trend, heat: FloatArray) -> list[Fi
     assert trend.fit is not None
     low, high = trend.fit.lowest, trend.fit.highest
     here = f"{heat.min():.1f} to {heat.max():.1f} °C"
+    least, most = (100 * (end or 0.0) for end in trend.ci95)
     text = (
-        f"The friction of joint '{joint}' is taken at its temperature, {here}: it {trend_words(trend)} in the log "
-        "it was fitted on."
+        f"The friction of joint '{joint}' is taken at its temperature, {here}: in the log it was fitted on it changes "
+        f"by {100 * trend.per_unit:.2g} % a kelvin (95 %: {least:.2g} to {most:.2g} %, over {trend.span:.2g} K)."
     )
     findings = [fact(text, joint=joint)]
     beyond = float(np.mean((heat < low - _NEAR_K) | (heat > high + _NEAR_K)))
@@ -153,3 +131,57 @@ def _temperature_findings(joint: str, trend: Trend, heat: FloatArray) -> list[Fi
         )
         findings.append(Finding("evidence-range", "warning", text, joint=joint))
     return findings
+
+
+def friction_slope(
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, nuisance: FloatArray, against: FloatArray
+) -> Slope | None:
+    """Slope of residual/friction over something else, compared at equal speeds (t interval over stretches of time).
+
+    Args:
+        time_s, residual: (n,) settled samples: time, torque that is left.
+        friction: (n,) what the slope is a share of: friction as fitted, signed; its sign alone for a slope in N·m.
+        nuisance: (n, k) what may be in the residual besides, from :func:`any_law`.
+        against: (n,) what friction may go with.
+
+    Returns:
+        The line; None with too little time, or nothing to compare.
+    """
+    weight = float(friction @ friction)
+    if not weight > 0:
+        return None
+    middle = float(friction**2 @ against) / weight
+    _, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    found = jackknifed(friction * (against - middle), residual, nuisance, label // _TOGETHER)
+    return None if found is None else (*found, middle, float(residual @ friction) / weight)
+
+
+def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:
+    """(n, k) columns of what a law of speed, an effort stamped late or early, and a constant can explain.
+
+    The law was fitted on the same motion: where the other rises while the speeds do, as in an experiment that goes
+    through the speeds while the arm warms up, the law has taken up part of the trend. What any law of speed could
+    take up (hats over speed) is therefore left aside; where that leaves little, the interval is wide.
+    """
+    log = np.log(np.maximum(speed, 1e-6))
+    knots = np.unique(np.quantile(log, np.linspace(0.0, 1.0, _KNOTS)))
+    hats = [np.interp(log, knots, row) for row in np.eye(knots.size)]
+    return np.column_stack([np.ones_like(speed), torque_rate, *(np.sign(friction) * hat for hat in hats)])
+
+
+def jackknifed(
+    column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
+) -> tuple[float, Bounds] | None:
+    """Coefficient of one column beside others, its 95 % interval from stretches of time.
+
+    A stretch that alone separates some of the others from the column weighs as it should: without it the coefficient
+    moves (MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38, 2023: the cluster jackknife).
+
+    Args:
+        column, target: (n,); others: (n, k).
+        cluster: (n,) number of the stretch that a sample belongs to, rising.
+    """
+    names = ("left", "column", *map(str, range(others.shape[1])))
+    sums = BlockSums.of(cluster, names, np.column_stack([target, column, others]))
+    found = sums.slope(*names, least_own=_LEAST_OWN)
+    return None if found is None else (found.value, (found.value - found.half, found.value + found.half))

@@ -15,9 +15,9 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import load_torque
+from collaudit.core.friction.friction_variation import any_law, jackknifed
 from collaudit.core.friction.gear_ripple import gear_ripple
 from collaudit.core.friction.motion_points import Settled
-from collaudit.core.friction.slopes import any_law, jackknifed
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.torque_table.block_sums import solutions

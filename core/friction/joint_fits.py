@@ -12,7 +12,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
-from collaudit.core.findings import Finding, fact
+from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.law_candidates import FrictionUnits
@@ -184,19 +184,6 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             findings.append(Finding("fit-doubtful", "warning", text, joint=joint))
             continue
         findings += _physics_findings(joint, fit, [gain for gain in gains if gain.joint == joint and gain.known])
-        if fit.motion == "sensors":
-            text = (
-                f"The friction of joint '{joint}' is the difference between effort and the torque behind the gear: no "
-                "error of the model goes into it, but an error of either channel's gain does."
-            )
-            findings.append(fact(text, joint=joint))
-        elif fit.motion == "any":
-            text = (
-                f"The friction of joint '{joint}' was estimated from arbitrary motion: {fit.section_count} "
-                "constant-velocity sections show too few of the speeds it is used at, or were not asked for. Errors of "
-                "the model's torque go into it."
-            )
-            findings.append(fact(text, joint=joint))
     return findings
 
 

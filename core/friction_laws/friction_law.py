@@ -17,9 +17,9 @@ from collaudit.core.numeric.arrays import FloatArray
 
 Values = Mapping[str, float]
 Interval = tuple[float | None, float | None]
-Coefficients = tuple[FloatArray, float]
 Shape = Callable[[FloatArray, float | FloatArray], tuple[FloatArray, ...]]
 ParameterKind = Literal["friction", "viscous", "rate", "speed", "number"]
+_OF_RATE = ("rate", "speed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +59,6 @@ class RateTerm:
     unknown: tuple[str, ...]
 
 
-def no_remarks(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
-    """Nothing has to be said about a fit of the law."""
-    return ()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionLaw(ABC):
     """Facts about a law that do not depend on how it is fitted.
@@ -75,7 +70,6 @@ class FrictionLaw(ABC):
         parameters: in the order of the file.
         breakaway: whether its value towards zero speed is breakaway, once its parameters are determined.
         data_driven: whether only the curve means anything, and not its parameters.
-        remarks: sentences on what a fit means, from its intervals by symbol.
     """
 
     name: str
@@ -84,7 +78,6 @@ class FrictionLaw(ABC):
     parameters: tuple[Parameter, ...]
     breakaway: bool = False
     data_driven: bool = False
-    remarks: Callable[[Mapping[str, Interval | None]], tuple[str, ...]] = no_remarks
 
     def __post_init__(self) -> None:
         """Check that keys of friction.json can be told apart: a symbol ends at the first underscore."""
@@ -122,20 +115,16 @@ class FrictionLaw(ABC):
 class SeparableLaw(FrictionLaw):
     """A law that is linear in its parameters at a fixed rate C, so that one separable least squares fits it.
 
-    ``shape`` gives the columns; ``named`` and ``natural`` translate between their coefficients and C on one side and
-    the parameters a reader knows on the other.
+    ``shape`` gives the columns. The parameters are their coefficients, in this order, and among them C itself (of the
+    kind ``rate``) or 1/C (``speed``); a law of which that does not hold translates between both in a class of its own.
 
     Attributes:
         shape: columns (n,) of the k linear coefficients from speed (n,) and C; (m, n) from (m, 1) of C.
-        named: coefficients (k,) and C to parameters by symbol.
-        natural: the way back.
         rate: the term that C belongs to; None for a law without one.
         as_line: of the reference law: what level and slope of the straight line stand for, by the interval of C.
     """
 
     shape: Shape
-    named: Callable[[FloatArray, float], dict[str, float]]
-    natural: Callable[[Values], Coefficients]
     rate: RateTerm | None = None
     as_line: Callable[[Interval], tuple[str, str]] | None = None
 
@@ -145,9 +134,29 @@ class SeparableLaw(FrictionLaw):
         return tuple(p.symbol for p in self.parameters)
 
     @property
+    def linear(self) -> tuple[Parameter, ...]:
+        """Those that are coefficients of columns."""
+        return tuple(p for p in self.parameters if p.kind not in _OF_RATE)
+
+    @property
     def viscous_columns(self) -> tuple[int, ...]:
         """Coefficients that are viscous friction: columns whose parameter is of that kind."""
-        return tuple(_column(self, p.symbol) for p in self.parameters if p.kind == "viscous")
+        return tuple(k for k, p in enumerate(self.linear) if p.kind == "viscous")
+
+    def named(self, coefficients: FloatArray, c: float) -> dict[str, float]:
+        """Parameters by symbol from coefficients (k,) and C."""
+        known = dict(zip((p.symbol for p in self.linear), coefficients.tolist(), strict=True))
+        turned = {"rate": float(c), "speed": 1.0 / c if c else np.inf}
+        return {p.symbol: known[p.symbol] if p.symbol in known else turned[p.kind] for p in self.parameters}
+
+    def natural(self, values: Values) -> tuple[FloatArray, float]:
+        """The way back; at a Stribeck speed of 0 all that fades is gone."""
+        c = 0.0
+        for p in self.parameters:
+            if p.kind in _OF_RATE:
+                value = values[p.symbol]
+                c = value if p.kind == "rate" else 1.0 / value if value else np.inf
+        return np.array([values[p.symbol] for p in self.linear]), c
 
     def curve(self, values: Values, speed: FloatArray) -> FloatArray:
         """Friction against the motion; see :meth:`FrictionLaw.curve`."""
@@ -181,50 +190,12 @@ class RidgeLaw(FrictionLaw):
         return np.asarray(values["A"] + values["D"] * speed + columns @ weights)
 
 
-def _column(law: SeparableLaw, symbol: str) -> int:
-    """Number of the coefficient that alone moves a parameter."""
-    size = len(law.symbols) - (law.rate is not None)
-    base = law.named(np.zeros(size), 1.0)[symbol]
-    (column,) = (i for i in range(size) if law.named(np.eye(size)[i], 1.0)[symbol] != base)
-    return column
-
-
 def without_column(law: SeparableLaw, symbol: str) -> SeparableLaw:
-    """The law with one parameter, that a coefficient of its own stands for, held at zero and left out."""
-    column = _column(law, symbol)
+    """The law with one parameter, a coefficient of its own, held at zero and left out."""
+    column = [p.symbol for p in law.linear].index(symbol)
 
     def shape(speed: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
         columns = law.shape(speed, c)
         return (*columns[:column], *columns[column + 1 :])
 
-    def named(linear: FloatArray, c: float) -> dict[str, float]:
-        every = law.named(np.insert(linear, column, 0.0), c)
-        return {name: value for name, value in every.items() if name != symbol}
-
-    def natural(values: Values) -> Coefficients:
-        linear, c = law.natural({**values, symbol: 0.0})
-        return np.delete(linear, column), c
-
-    parameters = tuple(p for p in law.parameters if p.symbol != symbol)
-    return replace(law, parameters=parameters, shape=shape, named=named, natural=natural)
-
-
-def plain(
-    *symbols: str, rate: str = ""
-) -> tuple[Callable[[FloatArray, float], dict[str, float]], Callable[[Values], Coefficients]]:
-    """``named`` and ``natural`` of a law whose parameters are its coefficients and its rate themselves.
-
-    Args:
-        symbols: parameters in the order of the file.
-        rate: which of them is C.
-    """
-    linear = tuple(s for s in symbols if s != rate)
-
-    def named(x: FloatArray, c: float) -> dict[str, float]:
-        known = dict(zip(linear, (float(v) for v in x), strict=True))
-        return {s: known.get(s, float(c)) for s in symbols}
-
-    def natural(values: Values) -> Coefficients:
-        return np.array([values[s] for s in linear]), values.get(rate, 0.0)
-
-    return named, natural
+    return replace(law, parameters=tuple(p for p in law.parameters if p.symbol != symbol), shape=shape)

@@ -10,7 +10,6 @@ de Wit et al., "A new model for control of systems with friction", IEEE Trans. A
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -18,7 +17,6 @@ import numpy as np
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.friction_laws.friction_law import (
-    Coefficients,
     FrictionLaw,
     Interval,
     Parameter,
@@ -26,7 +24,6 @@ from collaudit.core.friction_laws.friction_law import (
     RidgeLaw,
     SeparableLaw,
     Values,
-    plain,
 )
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -35,24 +32,18 @@ def _line(v: FloatArray, _c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), v
 
 
-_LINE_NAMED, _LINE_NATURAL = plain("A", "D")
-
 COULOMB_VISCOUS = SeparableLaw(
     name="coulomb-viscous",
     title="Coulomb and viscous",
     formula="f(v) = A + D·v",
     parameters=(Parameter("A", "friction", "level of the line"), Parameter("D", "viscous", "slope of the line")),
     shape=_line,
-    named=_LINE_NAMED,
-    natural=_LINE_NATURAL,
 )
 
 
 def _smooth(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.tanh(c * v), v
 
-
-_SMOOTH_NAMED, _SMOOTH_NATURAL = plain("A", "C", "D", rate="C")
 
 SMOOTH_COULOMB_VISCOUS = SeparableLaw(
     name="smooth-coulomb-viscous",
@@ -64,8 +55,6 @@ SMOOTH_COULOMB_VISCOUS = SeparableLaw(
         Parameter("D", "viscous", "viscous friction"),
     ),
     shape=_smooth,
-    named=_SMOOTH_NAMED,
-    natural=_SMOOTH_NATURAL,
     rate=RateTerm("tanh(C·v)", "a hyperbolic tangent", "C", "level", ("C",)),
 )
 
@@ -73,8 +62,6 @@ SMOOTH_COULOMB_VISCOUS = SeparableLaw(
 def _levelling(v: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), -np.expm1(-c * v), v
 
-
-_RISE_NAMED, _RISE_NATURAL = plain("A", "R", "C", "D", rate="C")
 
 #: The curve of static LuGre with the opposite sign of its exponential: either law is refused where the other holds.
 SATURATING_VISCOUS = SeparableLaw(
@@ -88,8 +75,6 @@ SATURATING_VISCOUS = SeparableLaw(
         Parameter("D", "viscous", "viscous friction at high speed"),
     ),
     shape=_levelling,
-    named=_RISE_NAMED,
-    natural=_RISE_NATURAL,
     rate=RateTerm("exp(-C·v)", "an exponential", "C", "gone", ("R", "C")),
 )
 
@@ -111,26 +96,17 @@ def _as_line(c_interval: Interval) -> tuple[str, str]:
     return "A + B (A alone if C is large)", "D - B·C (D alone if C is large)"
 
 
-def _negative_breakaway(ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
-    bounds = ci95["B"]
-    if bounds is None or (bounds[1] or 0.0) >= 0:
-        return ()
-    return (
-        "B is negative: friction rises towards a level instead of falling from breakaway; A is not a Coulomb level.",
-    )
+class _BreakawayLaw(SeparableLaw):
+    """A law that names breakaway itself, Fs, where the coefficient is what it lies above Fc."""
+
+    def named(self, coefficients: FloatArray, c: float) -> dict[str, float]:
+        values = super().named(coefficients, c)
+        return {**values, "Fs": values["Fc"] + values["Fs"]}
+
+    def natural(self, values: Values) -> tuple[FloatArray, float]:
+        return super().natural({**values, "Fs": values["Fs"] - values["Fc"]})
 
 
-def _stribeck_named(x: FloatArray, c: float) -> dict[str, float]:
-    a, b, d = (float(v) for v in x)
-    return {"Fc": a, "Fs": a + b, "vs": 1.0 / c, "sigma2": d}
-
-
-def _stribeck_natural(values: Values) -> Coefficients:
-    linear = np.array([values["Fc"], values["Fs"] - values["Fc"], values["sigma2"]])
-    return linear, 1.0 / values["vs"] if values["vs"] else np.inf  # at a Stribeck speed of 0 the rest is gone
-
-
-_LUGRE_NAMED, _LUGRE_NATURAL = plain("A", "B", "C", "D", rate="C")
 _STRIBECK = (
     Parameter("Fc", "friction", "Coulomb friction"),
     Parameter("Fs", "friction", "breakaway friction"),
@@ -149,23 +125,18 @@ STATIC_LUGRE = SeparableLaw(
         Parameter("D", "viscous", "viscous friction"),
     ),
     breakaway=True,
-    remarks=_negative_breakaway,
     shape=_exponential,
-    named=_LUGRE_NAMED,
-    natural=_LUGRE_NATURAL,
     rate=RateTerm("exp(-C·v)", "an exponential", "C", "gone", ("B", "C")),
     as_line=_as_line,
 )
 
-STRIBECK_GAUSS = SeparableLaw(
+STRIBECK_GAUSS = _BreakawayLaw(
     name="stribeck-gauss",
     title="Stribeck (Gauss)",
     formula="f(v) = Fc + (Fs − Fc)·exp(−(v/vs)²) + sigma2·v",
     parameters=_STRIBECK,
     breakaway=True,
     shape=_gaussian,
-    named=_stribeck_named,
-    natural=_stribeck_natural,
     rate=RateTerm("exp(-(v/v_s)²)", "a Gaussian", "1/v_s", "gone", ("Fs", "vs")),
 )
 
@@ -188,10 +159,6 @@ def _bumps(speed: FloatArray, values: Values) -> FloatArray:
     return np.asarray(np.exp(-0.5 * ((x[..., None] - np.log(centres)) / values["w"]) ** 2))
 
 
-def _only_the_curve(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
-    return ("The law is data-driven: only its curve means anything, which the page draws.",)
-
-
 RBF = RidgeLaw(
     name="rbf",
     title="data-driven",
@@ -204,7 +171,6 @@ RBF = RidgeLaw(
         Parameter("w", "number"),
     ),
     data_driven=True,
-    remarks=_only_the_curve,
     layout=_layout,
     columns=_bumps,
     least_points=8,

@@ -71,25 +71,22 @@ def audit_delays(prepared: Prepared, config: Config, effort: _Found, wrench: _Fo
         (effort, "effort-delay", "effort", "effort_delay_ms", config.log.effort_delay_ms),
         (wrench, "log-wrench", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
     ):
-        if delay is None or (channel == "effort" and prepared.sign_delay is not None):  # preparation said it
-            continue
-        if isinstance(delay, Undetermined):
-            findings.append(Finding(code, "info", f"The delay of the {channel} is not determinable: {delay.why}."))
-            continue
+        if not isinstance(delay, Delay) or (channel == "effort" and prepared.sign_delay is not None):
+            continue  # nothing is told, or preparation said it
         low, high = delay.ci95
+        unsharp = high - low > _UNSHARP_S
+        if not (low > prepared.series.period_s if unsharp else _is_significant(delay, prepared.series.period_s)):
+            continue
         size, span = f"{1e3 * abs(delay.seconds):.1f} ms", f"95 %: {1e3 * low:.1f} to {1e3 * high:.1f} ms"
         side = "behind" if delay.seconds > 0 else "ahead of"
-        text = f"The {channel} is {size} {side} the motion ({span})"
+        mend = (
+            ": too uncertain to be taken off, but late."
+            if unsharp
+            else f". To correct it: [log] {key} = {on + 1e3 * delay.seconds:.1f}."
+        )
         lag = _velocity_words(prepared.series) if channel == "effort" else ""
-        if high - low > _UNSHARP_S and low > prepared.series.period_s:
-            findings.append(Finding(code, "warning", f"{text}: too uncertain to be taken off, but late.{lag}"))
-        elif high - low > _UNSHARP_S:
-            findings.append(Finding(code, "info", f"{text}: too uncertain to show an offset.{lag}"))
-        elif not _is_significant(delay, prepared.series.period_s):
-            findings.append(Finding(code, "info", f"{text}: no offset beyond one sample is shown.{lag}"))
-        else:
-            mend = f"To correct it: [log] {key} = {on + 1e3 * delay.seconds:.1f}."
-            findings.append(Finding(code, "warning" if delay.seconds > 0 else "info", f"{text}. {mend}{lag}"))
+        text = f"The {channel} is {size} {side} the motion ({span}){mend}{lag}"
+        findings.append(Finding(code, "warning" if delay.seconds > 0 else "info", text))
     return findings
 
 
@@ -105,7 +102,7 @@ def late_effort_findings(prepared: Prepared, config: Config) -> list[Finding]:
 def _is_significant(delay: Delay, period_s: float) -> bool:
     """Whether an offset is shown: clearly not zero, and beyond what one sample's stamp leaves open."""
     low, high = delay.ci95
-    return high - low <= _UNSHARP_S and not low <= 0 <= high and abs(delay.seconds) >= period_s
+    return not low <= 0 <= high and abs(delay.seconds) >= period_s
 
 
 def effort_delay(prepared: Prepared) -> _Found:

@@ -16,7 +16,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.findings import Finding, fact
+from collaudit.core.findings import Finding
 from collaudit.core.identification.motion_sums import MotionSums, collect
 from collaudit.core.identification.torque_columns import FRICTION_COLUMNS
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -80,9 +80,7 @@ def fit_coupled(
             findings.append(_undetermined(coupling, "its motion cannot be separated from that of the joints"))
             continue
         found = values[3 * c : 3 * c + 3], spread[3 * c : 3 * c + 3]
-        fit = _result(coupling, *found, sums.axis_speeds[c], sums.rows, with_inertia)
-        fits[coupling.joint] = fit
-        findings.append(_said(coupling, fit))
+        fits[coupling.joint] = _result(coupling, *found, sums.axis_speeds[c], sums.rows, with_inertia)
     return fits, findings
 
 
@@ -148,12 +146,3 @@ def _undetermined(coupling: Coupling, why: str) -> Finding:
         "single joints."
     )
     return Finding("fit-doubtful", "warning", text, joint=coupling.joint)
-
-
-def _said(coupling: Coupling, fit: CoupledFriction) -> Finding:
-    (low, high), (slow, fast) = fit.ci95["coulomb_nm"], fit.ci95["viscous_nm_s_per_rad"]
-    text = (
-        f"The axis {coupling.words} has friction of its own: {fit.coulomb_nm:.3g} N·m (95 %: {low:.3g} to {high:.3g}) "
-        f"and {fit.viscous_nm_s_per_rad:.3g} N·m·s/rad ({slow:.3g} to {fast:.3g}). It is subtracted from the effort."
-    )
-    return fact(text, joint=coupling.joint)

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.residual.friction_level import FrictionLevel
+from collaudit.core.residual.followed_offsets import FrictionLevel, TorqueZero
 from collaudit.core.residual.residual import Residual
-from collaudit.core.residual.torque_zero import TorqueZero
-
-Levels = dict[str, FrictionLevel]
-Zeros = dict[str, TorqueZero]
 
 
 def joined_residual(parts: Iterable[tuple[BoolArray, Residual]]) -> Residual:
@@ -27,15 +23,17 @@ def joined_residual(parts: Iterable[tuple[BoolArray, Residual]]) -> Residual:
     """
     remaining = iter(parts)
     rows, first = next(remaining)
-    made = replace(first, effort_nm=None if first.effort_nm is None else first.effort_nm.copy(order="K"))
-    levels, zeros = _levels_and_zeros(made, None, rows)
+    share = float(np.mean(rows))
+    levels = {joint: replace(level, mean=share * level.mean) for joint, level in first.levels.items()}
+    effort = None if first.effort_nm is None else first.effort_nm.copy(order="K")
+    made = replace(first, effort_nm=effort, levels=levels, zeros=dict(first.zeros))
     for rows, part in remaining:
         for mine, its in zip(_arrays(made), _arrays(part), strict=True):
             mine[rows] = its[rows]
-        levels, zeros = _levels_and_zeros(part, (levels, zeros), rows)
+        _take_offsets(made, part, rows)
         for joint, amplitude in part.ripple_not_shown_nm.items():
             made.ripple_not_shown_nm[joint] = max(amplitude, made.ripple_not_shown_nm.get(joint, 0.0))
-    return replace(made, levels=levels, zeros=zeros)
+    return made
 
 
 def _arrays(residual: Residual) -> list[NDArray[Any]]:
@@ -53,27 +51,15 @@ def _arrays(residual: Residual) -> list[NDArray[Any]]:
     return [array for array in every if array is not None]
 
 
-def _levels_and_zeros(part: Residual, made: tuple[Levels, Zeros] | None, rows: BoolArray) -> tuple[Levels, Zeros]:
-    """Those of the part in its rows, of what was made before elsewhere; 0 where neither knows."""
-    share, size = float(np.mean(rows)), rows.size
-    before, known = made or ({}, {})
-    none = FrictionLevel(np.zeros(size), np.zeros(size))
-    levels = {}
-    for joint in before.keys() | part.levels.keys():
-        old, new = before.get(joint, none), part.levels.get(joint, none)
-        levels[joint] = FrictionLevel(
-            np.where(rows, new.deviation, old.deviation),
-            np.where(rows, new.sd, old.sd),
-            old.mean + share * new.mean,
-        )
-    zeros = {}
-    for joint in known.keys() | part.zeros.keys():
-        both = [zero for zero in (known.get(joint), part.zeros.get(joint)) if zero is not None]
-        old_nm, new_nm = (0.0 if joint not in its else its[joint].offset_nm for its in (known, part.zeros))
-        zeros[joint] = TorqueZero(
-            np.where(rows, new_nm, old_nm),
-            min(zero.lowest_nm for zero in both),
-            max(zero.highest_nm for zero in both),
-            max(zero.bound_nm for zero in both),
-        )
-    return levels, zeros
+def _take_offsets(made: Residual, part: Residual, rows: BoolArray) -> None:
+    """Levels of friction and zeros of a part, in its rows."""
+    share, none = float(np.mean(rows)), np.zeros(rows.size)
+    for joint, level in part.levels.items():
+        own = made.levels.get(joint, FrictionLevel(none.copy(), none.copy()))
+        own.deviation[rows], own.sd[rows] = level.deviation[rows], level.sd[rows]
+        made.levels[joint] = replace(own, mean=own.mean + share * level.mean)
+    for joint, zero in part.zeros.items():
+        found = made.zeros.get(joint, TorqueZero(none.copy(), np.inf, -np.inf, 0.0))
+        found.offset_nm[rows] = zero.offset_nm[rows]
+        lowest, highest = min(found.lowest_nm, zero.lowest_nm), max(found.highest_nm, zero.highest_nm)
+        made.zeros[joint] = TorqueZero(found.offset_nm, lowest, highest, max(found.bound_nm, zero.bound_nm))

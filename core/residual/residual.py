@@ -21,9 +21,8 @@ from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance
+from collaudit.core.residual.followed_offsets import FrictionLevel, TorqueZero, balanced_zero, follow_level, follow_zero
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
-from collaudit.core.residual.friction_level import FrictionLevel, follow_level
-from collaudit.core.residual.torque_zero import TorqueZero, balanced_zero, follow_zero
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05

@@ -7,7 +7,7 @@ import pytest
 
 from collaudit.core.data.identification_result import Trend, TrendFit
 from collaudit.core.friction.friction_model import temperature_doubt, temperature_share
-from collaudit.core.friction.slopes import any_law, friction_slope
+from collaudit.core.friction.friction_variation import any_law, friction_slope
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
 

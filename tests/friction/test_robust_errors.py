@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import t as student
 from statsmodels.regression.linear_model import OLS
 
-from collaudit.core.friction.slopes import friction_slope
+from collaudit.core.friction.friction_variation import friction_slope
 
 
 def wander(rng: np.random.Generator, n: int, alike: int) -> np.ndarray:

@@ -56,8 +56,6 @@ STRIBECK_LORENTZ = SeparableLaw(
     ),
     breakaway=True,
     shape=_lorentz,
-    named=lambda x, c: {"Fc": float(x[0]), "F1": float(x[1]), "vs": 1.0 / c, "sigma2": float(x[2])},
-    natural=lambda values: (np.array([values["Fc"], values["F1"], values["sigma2"]]), 1.0 / values["vs"]),
     rate=RateTerm("1/(1 + (v/v_s)²)", "a Lorentz curve", "1/v_s", "gone", ("F1", "vs")),
 )
 TRUTH = {"Fc": 6.0, "F1": 3.0, "vs": 0.15, "sigma2": 4.0}
@@ -213,8 +211,6 @@ def test_symbols_that_keys_could_not_tell_apart_are_refused() -> None:
                 formula="",
                 parameters=tuple(Parameter(s, "friction") for s in symbols),
                 shape=LINE.shape,
-                named=LINE.named,
-                natural=LINE.natural,
             )
 
 

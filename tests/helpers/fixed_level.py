@@ -7,7 +7,7 @@ import pytest
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.residual import residual
-from collaudit.core.residual.friction_level import FrictionLevel
+from collaudit.core.residual.followed_offsets import FrictionLevel
 
 
 def fixed_level(

@@ -88,8 +88,7 @@ def test_the_truth_lies_in_the_intervals() -> None:
             assert high is not None
             assert high - low < 1.5
             held += low <= truth <= high
-        assert [f.code for f in findings] == ["fact"]
-        assert "'joint2' + 'joint3'" in findings[0].text
+        assert findings == []
     assert held >= 10  # of 12; over 30 seeds 27 and 29 held
 
 

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.residual.friction_level import follow_level
-from collaudit.core.residual.torque_zero import BOUND_SHARE, balanced_zero, follow_zero
+from collaudit.core.residual.followed_offsets import BOUND_SHARE, balanced_zero, follow_level, follow_zero
 
 PERIOD, GAMMA = 0.01, 0.5
 TIME = np.arange(0.0, 300.0, PERIOD)

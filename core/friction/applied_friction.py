@@ -122,16 +122,10 @@ def _circular(config: Config, auto: bool) -> Finding:
 
 
 def _left_out(friction: FrictionFile) -> list[Finding]:
-    """What the fit of the file did without, in a word."""
+    """What looks like contact in the fitted logs, and was fitted as a person stated."""
     out = []
     for name, facts in friction.left_out.items():
-        if facts.spans and facts.by != "stated":
-            text = (
-                f"The friction was fitted without {100 * facts.share:.2g} % of the motion in {name}: "
-                f"{len(facts.spans)} stretches that look like contact, or are labelled so, were left out."
-            )
-            out.append(Finding("fit-left-out", "info", text, where=name))
-        elif facts.spans:
+        if facts.spans and facts.by == "stated":
             from collaudit.core.identification.log_cleaning import times_text
 
             text = (

@@ -91,19 +91,9 @@ def with_scatter(points: ls.Points) -> ls.Points:
 def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
     """The variance that the points need about the law that needs least, and that law."""
     laws = _flexible(data) or [LINE]
-    least, found = _variance_needed(_excess(data, laws[0]), _top(data)), laws[0]
-    for law in laws[1:]:
-        if least == 0.0:
-            break
-        excess = _excess(data, law)
-        if excess(least) < 0.0:  # as it falls, it is zero at less
-            least, found = _variance_needed(excess, _top(data)), law
-    return least, found
-
-
-def _top(data: ls.Points) -> float:
-    """More variance than points can need."""
-    return float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
+    most = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
+    needed = [_variance_needed(_excess(data, law), most) for law in laws]
+    return min(needed), laws[int(np.argmin(needed))]
 
 
 def _variance_needed_beyond(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
@@ -122,8 +112,7 @@ def _variance_needed_beyond(pairs: ls.Points, rest: ls.Points, law: SeparableLaw
         mean = 0.0 if rest.offset is None else float(np.sum(weight * left * rest.offset) / np.sum(weight))
         return float(np.sum(weight * (left - mean * rest.direction) ** 2)) - freedom
 
-    top = rest.n * float(np.max(left**2)) + 1e-12
-    return 0.0 if excess(0.0) <= 0 else float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top))
+    return _variance_needed(excess, rest.n * float(np.max(left**2)) + 1e-12)
 
 
 def _flexible(data: ls.Points) -> list[SeparableLaw]:

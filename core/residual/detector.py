@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.errors import ConfigError
@@ -17,12 +16,8 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance, balance_from_acceleration, balance_from_momentum
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
-
-class KernelOf(Protocol):
-    """The kernel G(s) of a detector on a log."""
-
-    def __call__(self, prepared: Prepared, config: DetectConfig) -> Kernel:
-        """``config``: gain of an observer; whether the kernel runs forward only."""
+#: The kernel G(s) of a detector on a log: its gain, and whether it runs forward only.
+KernelOf = Callable[[Prepared, DetectConfig], Kernel]
 
 
 @dataclass(frozen=True, slots=True)

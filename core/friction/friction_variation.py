@@ -63,15 +63,10 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
     return FrictionVariation(tuple(trends), tuple(undetermined))
 
 
-def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionVariation]:
-    """Friction variation of several logs, joint by joint."""
-    out: dict[str, FrictionVariation] = {}
-    for part in parts:
-        for joint, found in part.items():
-            before = out.get(joint, FrictionVariation((), ()))
-            undetermined = tuple(dict.fromkeys((*before.untold, *found.untold)))
-            out[joint] = FrictionVariation((*before.trends, *found.trends), undetermined)
-    return out
+def of_logs(parts: Sequence[FrictionVariation]) -> FrictionVariation:
+    """Friction variation of one joint over several logs."""
+    untold = dict.fromkeys(text for part in parts for text in part.untold)
+    return FrictionVariation(tuple(trend for part in parts for trend in part.trends), tuple(untold))
 
 
 def laws_at_temperature(

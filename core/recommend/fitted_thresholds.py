@@ -27,7 +27,7 @@ from collaudit.core.detection.rule_reach import known_limits
 from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.friction_variation import joint_variation, merged
+from collaudit.core.friction.friction_variation import joint_variation, of_logs
 from collaudit.core.friction.gear_corrections import joint_correction
 from collaudit.core.friction.motion_points import settled_residual
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
@@ -55,10 +55,6 @@ class SettledMotion:
     patterns: tuple[list[Finding], ...]
 
 
-#: Of one joint: its correction, and of each log that has settled motion, by its number, variation and findings.
-_Shown = tuple[FrictionCorrection | None, dict[int, FrictionVariation], dict[int, list[Finding]]]
-
-
 def settled_motion(
     prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], progress: Progress | None = None
 ) -> SettledMotion:
@@ -70,24 +66,26 @@ def settled_motion(
         progress: called with joints done and in all.
     """
 
-    def of_joint(joint: str) -> _Shown:
+    def of_joint(joint: str) -> tuple[FrictionCorrection | None, FrictionVariation | None, dict[int, list[Finding]]]:
         law = FrictionModel.of(fits[joint])
         if law is None or fits[joint].effort_unit == "raw":
-            return None, {}, {}
+            return None, None, {}
         logs = {k: log for k, log in enumerate(prepared) if joint in log.judged}
         parts = {k: left for k, log in logs.items() if (left := settled_residual(log, joint, law)) is not None}
         in_torque = [part for k, part in parts.items() if logs[k].series.effort_unit == "Nm"]
         return (
             joint_correction(in_torque) if in_torque else None,
-            {k: joint_variation(logs[k].series.source.name, part) for k, part in parts.items()},
+            of_logs([joint_variation(logs[k].series.source.name, part) for k, part in parts.items()])
+            if parts
+            else None,
             {k: settled_pattern_findings(joint, part) for k, part in parts.items()},
         )
 
-    joints, numbers = by_name(of_joint, fits, progress), range(len(prepared))
+    joints = by_name(of_joint, fits, progress)
     return SettledMotion(
         {joint: correction for joint, (correction, _, _) in joints.items() if correction is not None},
-        merged([{joint: its[k] for joint, (_, its, _) in joints.items() if k in its} for k in numbers]),
-        tuple([finding for _, _, patterns in joints.values() for finding in patterns.get(k, [])] for k in numbers),
+        {joint: variation for joint, (_, variation, _) in joints.items() if variation is not None},
+        tuple([f for _, _, found in joints.values() for f in found.get(k, [])] for k in range(len(prepared))),
     )
 
 

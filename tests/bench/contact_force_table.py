@@ -20,7 +20,7 @@ import numpy as np
 
 from collaudit.core.data.detection_result import Contact
 from collaudit.fixtures.compare import audit_simulated, fit_simulated, read_truth
-from collaudit.fixtures.simulation import Reduction, simulate_to
+from collaudit.fixtures.simulation import simulate_to
 
 ROBOTS = ("paper6", "seven")
 HEAD = (
@@ -41,7 +41,7 @@ class Found:
 
 def found(robot: str, logs: int, folder: Path) -> Iterator[Found]:
     """Pushes that made one contact each."""
-    fit = fit_simulated(simulate_to("friction", robot, 1, "csv", folder / f"{robot}-f", reduction=Reduction(speeds=14)))
+    fit = fit_simulated(simulate_to("friction", robot, 1, "csv", folder / f"{robot}-f", speeds=14))
     for seed in range(11, 11 + logs):
         files = simulate_to("free-hits", robot, seed, "csv", folder / f"{robot}-{seed}")
         contacts = audit_simulated(files, fit).result.contacts

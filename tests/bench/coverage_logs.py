@@ -17,8 +17,8 @@ from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment, carry_out
 from collaudit.fixtures.imperfections import geared, given_way, loads_nm, spoiled
 from collaudit.fixtures.plant import LuGre, Trace
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
+from collaudit.fixtures.simulated_robot import FixtureRobot
 
 #: Symbols of other laws with the same meaning: the Coulomb level and the viscous slope.
 SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}
@@ -64,22 +64,21 @@ def logged(
         imperfections: of the recording.
     """
     recording = spoiled(record(trace, arm, replace(model, tool=None), rng), imperfections, arm, rng)
-    joints = recording.publishers[0]
-    back = [joints.names.index(name) for name in arm.log.names]
+    back = [recording.names.index(name) for name in arm.log.names]
     angle = np.pi / 180.0 if arm.log.degrees else 1.0
     scale = np.array(arm.log.effort_sign, dtype=float) * np.array(arm.log.torque_constant_nm_per_a or 1.0)
-    time_s = (joints.stamp_ns - joints.stamp_ns[0]) * 1e-9
+    time_s = (recording.stamp_ns - recording.stamp_ns[0]) * 1e-9
     log = JointLog(
         time_s,
         arm.joints,
-        angle * joints.position[:, back],
-        angle * joints.velocity[:, back],
-        joints.effort[:, back] * scale,
+        angle * recording.position[:, back],
+        angle * recording.velocity[:, back],
+        recording.effort[:, back] * scale,
         "Nm",
         None,
         LogSource("simulated", "0" * 64, "test", None, "column", "/joint_states"),
     )
-    return replace(log, effort=joints.effort[:, back], effort_unit="raw") if raw else log
+    return replace(log, effort=recording.effort[:, back], effort_unit="raw") if raw else log
 
 
 def truth(joint: LuGre) -> tuple[str, dict[str, float]]:

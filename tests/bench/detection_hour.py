@@ -16,7 +16,7 @@ from mcap.writer import CompressionType
 
 from collaudit.core.data.audit_result import FRICTION_SCHEMA, FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 from collaudit.reports.files.run_files import write_friction
 
 ARM = robot_named("seven")

@@ -23,8 +23,8 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import JudgedResidual, Score, score
 from collaudit.fixtures import simulation
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.arms import robot_named
+from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.reports.files.run_files import read_friction, write_friction
 
 #: Pushes count when their true torque exceeds 1.3 gamma for longer than n.

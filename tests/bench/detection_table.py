@@ -18,7 +18,7 @@ from tables import put
 
 from collaudit.core.data.detection_result import Score
 from collaudit.core.residual.detector import DETECTORS
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 #: Seeds that nothing was tuned on.
 SEEDS = range(7101, 7111)

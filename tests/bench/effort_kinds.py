@@ -17,7 +17,7 @@ from tables import put
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.prepare.preparation import prepare
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.simulation import plan
 
 SCENARIO, SECONDS, SEED = "free-clean", 40.0, 11

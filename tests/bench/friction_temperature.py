@@ -24,9 +24,9 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.fixtures.simulation import plan
 
 PER_KELVIN, TRUE_AT_C = -0.01, 30.0

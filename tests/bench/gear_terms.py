@@ -47,7 +47,8 @@ def simulated(arms: Sequence[str], work: Path) -> Iterator[Recordings]:
         for name in _IMPERFECTIONS:
             made = [
                 simulate_to("free-clean", arm, seed, "csv", work / f"{arm}-{name}-{seed}.csv", duration_s=SECONDS,
-                            imperfections=(name,) if name else ())
+                            mismatch_percent=10.0 if name == "wrong-cad" else 0.0,
+                            imperfections=(name,) if name not in ("", "wrong-cad") else ())
                 for seed in (1, 2)
             ]  # fmt: skip
             settings = load_config(made[0].config, {"detect.gamma_nm": "auto"})

@@ -31,7 +31,7 @@ from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.recommend.fitted_thresholds import settled_motion
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 T = TypeVar("T")
 

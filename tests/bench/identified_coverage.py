@@ -28,10 +28,10 @@ from collaudit.core.identification.inertial_parameters import base_map
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
+from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.fixtures.simulation import plan
 
 SECONDS, FIRST, WORKERS, OFF = 60.0, 101, 2, 0.1
@@ -117,8 +117,8 @@ def by_sensor(robot: str, seed: int, cache: Path) -> Iterator[Row]:
     trace = motion(experiment, arm, model, cache / f"{robot}-tool-{number}.npz")
     recording = record(trace, arm, model, streams("tool-calibration", seed)[2])
     log = logged(trace, arm, model, streams("tool-calibration", seed)[2])
-    time_s = (recording.wrench_stamp_ns - recording.wrench_stamp_ns[0]) * 1e-9
-    log = replace(log, wrench=WrenchSeries(time_s, recording.wrench, recording.wrench_topic))
+    time_s = (recording.stamp_ns - recording.stamp_ns[0]) * 1e-9
+    log = replace(log, wrench=WrenchSeries(time_s, recording.wrench, "/ft_sensor/wrench"))
     keys = {"wrench_frame": arm.sensor_frame, "wrench_sign": arm.log.wrench_sign}
     config = Config.of({"log": keys})
     facts, tool = calibrate_sensor(prepare(log, model, config), config), model.tool

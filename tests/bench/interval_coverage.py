@@ -29,10 +29,10 @@ from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.law_candidates import FrictionUnits, parameter_symbol
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
 from collaudit.fixtures.imperfections import geared, loads_nm
-from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import plan
 
 ROBOTS = ("paper6", "seven")

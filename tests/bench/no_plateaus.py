@@ -27,7 +27,7 @@ from collaudit.core.friction.friction_model import FrictionModel, half_width
 from collaudit.core.friction.joint_fits import sections_of
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.simulation import plan
 
 SECONDS, RUN_S = 90.0, (2.0, 6.0)

@@ -10,13 +10,12 @@ import numpy as np
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.fixtures import experiments
+from collaudit.fixtures.arms import PAPER6, robot_named
 from collaudit.fixtures.experiments import Experiment, carry_out
 from collaudit.fixtures.experiments import Path as MotionPath
 from collaudit.fixtures.plant import SAMPLE_S, lugre
-from collaudit.fixtures.robots.robot_paper6 import PAPER6
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import Description, FixtureRobot
 from collaudit.fixtures.sensors import record
+from collaudit.fixtures.simulated_robot import Description, FixtureRobot
 from collaudit.fixtures.truth import config_text
 from collaudit.fixtures.writers import write_log
 

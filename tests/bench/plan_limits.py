@@ -31,7 +31,7 @@ from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.parallel import use_threads
 from collaudit.core.plan.planning import CLEARANCE_M, PlanRequest, make_plan
 from collaudit.fixtures.experiments import Experiment
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.fixtures.truth import config_text
 from collaudit.reports.exports.plan_files import csv_text
 from collaudit.reports.files.run_files import read_friction, write_friction

@@ -30,7 +30,7 @@ from collaudit.core.plan.planning import Plan, PlanRequest, make_plan, move_chec
 from collaudit.core.plan.prediction import delivered
 from collaudit.core.plan.timing import MoveCheck
 from collaudit.fixtures import experiments
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.reports.files.run_files import write_friction
 
 NONE = Provenance("0", {})

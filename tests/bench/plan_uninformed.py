@@ -16,7 +16,7 @@ from collaudit.core.plan import sweeps as sw
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
 from collaudit.core.plan.planning import Plan
 from collaudit.core.plan.timing import MoveCheck
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot
 
 
 def uninformed_ratios(

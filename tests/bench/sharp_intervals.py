@@ -21,10 +21,10 @@ from collaudit.core.config import LoadedConfig, parse_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.prepare.preparation import prepare
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.fixtures.simulation import plan
 
 ROBOTS, GAIN_S = ("paper6", "seven"), 60.0

@@ -20,7 +20,7 @@ from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.simulation import simulate_to
 
 RATE_HZ = 100.0

@@ -38,8 +38,8 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.pushes import Direction, Push
-from collaudit.fixtures.robots.robot_registry import robot_named
 
 KEPT = Path(__file__).resolve().parents[2] / "build" / "spoilt"
 FAULTS = tuple(

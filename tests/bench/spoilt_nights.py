@@ -28,8 +28,8 @@ from simulated_arm import ARMS
 from tables import put
 
 from collaudit.cli.main import run
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.pushes import Push
-from collaudit.fixtures.robots.robot_registry import robot_named
 
 SECONDS = 30.0
 #: Ends of names that recorders, loggers and archives leave.

@@ -29,10 +29,10 @@ from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import Experiment, Path
 from collaudit.fixtures.pushes import Push, apply_push
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot
 
 GAMMA_NM = 4.0
 

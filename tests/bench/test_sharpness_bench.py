@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.joint_log import JointLog, LogSource
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 
 @pytest.fixture(autouse=True)

@@ -11,9 +11,9 @@ import pytest
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.detection_result import Contact
 from collaudit.fixtures import experiments
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.compare import audit_simulated
 from collaudit.fixtures.pushes import Push
-from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import simulate_to
 from collaudit.reports.values.words import after_text
 

@@ -10,7 +10,7 @@ import pytest
 from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
 from collaudit.core.data.signals import State
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 
 @pytest.mark.parametrize("lost", [(), (1,), (1, 2, 4), (0, 1, 2, 3, 4, 5)])

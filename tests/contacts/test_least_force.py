@@ -10,7 +10,7 @@ import numpy as np
 from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.contacts import SURFACE_M, longest_levers, with_least
 from collaudit.core.data.detection_result import ContactForce, LeastForce, LinkForce
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 from collaudit.reports.values.contact_alarms import force_text
 
 

@@ -10,7 +10,7 @@ from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.external_force import Unsmoothed
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 
 def test_lever_arms_of_all_samples_are_those_of_each() -> None:

@@ -15,7 +15,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError
 from collaudit.core.prepare.phases import commanded_share, excess_findings
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 T = 0.002
 

@@ -17,7 +17,7 @@ from collaudit.core.api import fit
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.fixtures.compare import audit_simulated, fit_simulated
-from collaudit.fixtures.simulation import Reduction, SimulatedFiles, simulate_to
+from collaudit.fixtures.simulation import SimulatedFiles, simulate_to
 
 ROBOTS = ("paper6", "seven")
 FEWER_SPEEDS, TEN_SPEEDS = 14, 10
@@ -68,7 +68,7 @@ def friction_of(made: Maker, once: Once) -> Callable[[str], FrictionFile]:
     """Friction identified from a robot's shorter identification run."""
 
     def fit(robot: str) -> FrictionFile:
-        files = made("friction", robot, reduction=Reduction(speeds=FEWER_SPEEDS))
+        files = made("friction", robot, speeds=FEWER_SPEEDS)
         fitted: FrictionFile = once(("fitted", robot), lambda _: fit_simulated(files))
         return fitted
 
@@ -142,7 +142,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def friction(made: Maker, once: Once) -> FrictionFile:
     """Friction of the paper's arm from ten speeds: enough to judge with."""
-    files = made("friction", "paper6", reduction=Reduction(speeds=TEN_SPEEDS))
+    files = made("friction", "paper6", speeds=TEN_SPEEDS)
     fitted: FrictionFile = once(("fitted", "paper6", TEN_SPEEDS), lambda _: fit_simulated(files))
     return fitted
 

@@ -18,11 +18,11 @@ from collaudit.core.prepare.calibration import Calibration, with_tool
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_building import build_robot
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import Path as Motion
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
+from collaudit.fixtures.simulated_robot import FixtureRobot
 
 
 def quiet(arm: FixtureRobot) -> FixtureRobot:
@@ -50,8 +50,7 @@ def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tup
     arm, trace = moved
     model = arm.model()
     recording = record(trace, arm, model, np.random.default_rng(1))
-    joints = recording.publishers[0]
-    time_s = (joints.stamp_ns - joints.stamp_ns[0]) * 1e-9
+    time_s = (recording.stamp_ns - recording.stamp_ns[0]) * 1e-9
     keys = dict(arm.describe(lambda: 0.0).keys)
     keys["tool"] = {**keys["tool"], "mass_kg": mass_kg}
     config = Config.of(
@@ -63,7 +62,7 @@ def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tup
     robot = build_robot(RobotConfig.of(keys), Path(), arm.joints)
     source = log_source("simulated")
     wrench = WrenchSeries(time_s, recording.wrench, "/w")
-    log = JointLog(time_s, arm.joints, joints.position, None, joints.effort, "Nm", wrench, source)
+    log = JointLog(time_s, arm.joints, recording.position, None, recording.effort, "Nm", wrench, source)
     return prepare(log, robot, config), config
 
 

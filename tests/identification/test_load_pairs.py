@@ -15,7 +15,7 @@ from collaudit.core.identification.identification import identified_findings, id
 from collaudit.core.prepare.known_load import KnownLoad, loaded
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Maker = Callable[..., SimulatedFiles]
@@ -84,7 +84,7 @@ def test_a_known_load_is_part_of_the_torque_of_the_model(made: Maker) -> None:
 
 @pytest.mark.parametrize("text", ["", "heavy", "1,2", "-1", "1,nan,0,0"])
 def test_what_is_no_load_is_refused(text: str, tmp_path: Path) -> None:
-    from collaudit.cli.log_arguments import known_loads
+    from collaudit.cli.shared_steps import known_loads
     from collaudit.core.errors import ConfigError
 
     with pytest.raises(ConfigError):

@@ -23,7 +23,7 @@ from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.scoring.detection_score import TruthFile
-from collaudit.fixtures.simulation import Reduction, SimulatedFiles
+from collaudit.fixtures.simulation import SimulatedFiles
 
 FREE = {"duration_s": 60.0}
 
@@ -184,7 +184,7 @@ def test_polishing_is_no_contact_to_leave_out(made: Any, robot: str) -> None:
 
 
 def test_an_identification_run_is_left_whole(made: Any, robot: str) -> None:
-    files = made("friction", robot, reduction=Reduction(speeds=FEWER_SPEEDS))  # the run that other tests fit
+    files = made("friction", robot, speeds=FEWER_SPEEDS)  # the run that other tests fit
     _, facts = find_contact(api.prepare(files.log, load_config(files.config)))
     assert facts.spans == ()
 

@@ -11,8 +11,8 @@ from collaudit.core.config import load_config
 from collaudit.core.errors import ConfigError
 from collaudit.core.plan.planning import PlanRequest, make_plan, move_check
 from collaudit.core.provenance import make_provenance
+from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import Experiment
-from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.truth import config_text
 from collaudit.reports.terminal.command_texts import plan_text
 

@@ -15,7 +15,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.robot.arm_places import Place, arm_places, asked_forces, exerted_force
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.arms import robot_named
 
 
 def dh(*rows: dict[str, float], convention: str = "standard", **keys: Any) -> RobotModel:

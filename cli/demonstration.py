@@ -67,7 +67,7 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
         out: folder for what is written.
         progress: called with steps done and in all.
     """
-    from collaudit.cli.log_arguments import audit_files
+    from collaudit.cli.shared_steps import audit_files
     from collaudit.core import api
     from collaudit.core.config import load_config
     from collaudit.reports.files.run_files import write_friction, write_run

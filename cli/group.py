@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import difflib
-import glob
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from textwrap import wrap
 
 import click
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.linear_algebra import room_for_linear_algebra
 
-#: In a context: all options are explained.
-ALL_OPTIONS = "collaudit.help.all"
-_MORE = "Explain all options and exit."
 #: An option is suggested for one at least so like it: "--fricton" and "--friction" are 0.95, "--st" and "--set" 0.89.
 _ALIKE = 0.75
 _RUN_FILES = ("audit.json", "signals.parquet", "friction.json")
@@ -34,34 +30,7 @@ class ExamplesFirst(click.Command):
 
 
 class ExampleCommand(ExamplesFirst):
-    """A command that refuses an output which is one of its inputs, and may explain its common options only."""
-
-    common: frozenset[str] = frozenset()
-
-    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """With ``--more`` where only the common options are explained at first."""
-        own = super().get_params(ctx)
-        more = click.Option(["--more"], is_flag=True, is_eager=True, expose_value=False, callback=_more, help=_MORE)
-        return [*own[:-1], more, *own[-1:]] if self.common else own
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The common options, and the names of the others; with ``--more`` those are explained, too."""
-        if not self.common:
-            super().format_options(ctx, formatter)
-            return
-        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
-        known = [(param, record) for param in options if (record := param.get_help_record(ctx))]
-        first = [record for param, record in known if {param.name, *param.opts} & {*self.common, "--more", "--help"}]
-        rest = [record for _, record in known if record not in first]
-        with formatter.section("Options"):
-            formatter.write_dl(first)
-        with formatter.section("More"):
-            if ctx.meta.get(ALL_OPTIONS):
-                formatter.write_dl(rest)
-            else:
-                names = ", ".join(record[0].split(" ")[0].rstrip(",") for record in rest)
-                lines = wrap(names, formatter.width - formatter.current_indent, break_on_hyphens=False)
-                formatter.write("".join(f"{'':{formatter.current_indent}}{line}\n" for line in lines))
+    """A command that refuses an output which is one of its inputs."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """As click does it, with suggestions for an unknown option only where they are alike."""
@@ -123,27 +92,17 @@ class LazyGroup(ExamplesFirst, click.Group):
             formatter.write_dl(list(self.summaries.items()))
 
 
-def _more(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
-    if given:
-        ctx.meta[ALL_OPTIONS] = True
-        click.echo(ctx.get_help())
-        ctx.exit()
-
-
-def example_command(
-    name: str, *examples: str, common: Sequence[str] = ()
-) -> Callable[[Callable[..., int]], ExampleCommand]:
+def example_command(name: str, *examples: str) -> Callable[[Callable[..., int]], ExampleCommand]:
     """Make a function into a command; its docstring is the help, its return value the exit code.
 
     Args:
         name: the command's name.
         examples: shell lines, shown first.
-        common: options that the help explains, the others being named only; none: it explains all.
     """
 
     def wrap(function: Callable[..., int]) -> ExampleCommand:
         command = click.command(cls=ExampleCommand, name=name)(function)
-        command.examples, command.common = examples, frozenset(common)
+        command.examples = examples
         return command
 
     return wrap
@@ -180,27 +139,15 @@ def refuse_input_as_output(params: Mapping[str, object]) -> None:
 
 def _files(value: object, runs: bool) -> Iterator[Path]:
     """Existing files that a parameter names: itself, what its pattern matches, the logs or results in its folder."""
-    values: Iterable[object] = value if isinstance(value, list | tuple) else [value]
-    for item in values:
-        if not isinstance(item, str | Path):
-            continue
-        path = Path(item)
-        if path.is_dir():
-            yield from (file for file in _inside(path, runs) if file.is_file())
-        elif path.is_file():
-            yield path
-        elif glob.has_magic(str(item)):
-            from collaudit.core.logs.inputs import matching_paths
-
-            yield from (match for match in matching_paths(str(item)) if match.is_file())
-
-
-def _inside(folder: Path, runs: bool) -> list[Path]:
-    if runs:
-        return [folder / name for name in _RUN_FILES]
     from collaudit.core.logs.inputs import expand_inputs
 
-    try:
-        return expand_inputs([folder])
-    except CollauditError:
-        return []  # the command itself says what is wrong with its input
+    values: Iterable[object] = value if isinstance(value, list | tuple) else [value]
+    for item in values:
+        if not item or not isinstance(item, str | Path):
+            continue
+        path = Path(item)
+        if runs or path.is_file():
+            yield from (file for file in (path, *(path / name for name in _RUN_FILES)) if file.is_file())
+        else:
+            with suppress(CollauditError):  # the command itself says what is wrong with its input
+                yield from expand_inputs([str(item)])

@@ -16,7 +16,14 @@ import click
 
 from collaudit.cli.console import note, say_json, silence_library_warnings
 from collaudit.cli.group import LazyGroup
-from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
+from collaudit.core.errors import (
+    EXIT_INTERRUPTED,
+    EXIT_NOT_JUDGED,
+    EXIT_TERMINATED,
+    EXIT_USAGE,
+    CollauditError,
+    NotJudgedError,
+)
 from collaudit.core.numeric.linear_algebra import memory_is_limited, one_thread_of_linear_algebra
 
 #: Objects made before a round of garbage collection. Imports make many and leave next to no garbage.
@@ -93,10 +100,22 @@ def _again(_number: int, _frame: object) -> None:
 
 
 def _cause(error: BaseException) -> BaseException:
-    """What ended the command: the signal where one arrived, whatever a library made of its exception."""
+    """What ended the command: the signal where one arrived, and what is short where libraries fail for want of it."""
     if signal.getsignal(signal.SIGTERM) is _again:
         return _Terminated()
-    return KeyboardInterrupt() if signal.getsignal(signal.SIGINT) is _again else error
+    if signal.getsignal(signal.SIGINT) is _again:
+        return KeyboardInterrupt()
+    short, said = "", str(error)
+    if isinstance(error, MemoryError):
+        error.__traceback__ = error.__context__ = None  # its frames hold the memory that is missing
+        short = "not enough memory for this log"
+    elif isinstance(error, ImportError) and any(words in said for words in _WITHOUT_MEMORY):
+        short = "not enough memory to load the program"
+    elif isinstance(error, SystemError):  # compiled code that finds no memory for its own error
+        short = "a library ended without a reason, as where memory is short"
+    elif not isinstance(error, CollauditError) and any(words in said for words in _WITHOUT_THREAD):
+        short = "no thread could be started, which memory or the number of processes forbids"
+    return NotJudgedError(f"{short}: nothing was judged", found=said or None) if short else error
 
 
 def main(args: Sequence[str] | None = None) -> None:
@@ -171,8 +190,6 @@ def run(args: list[str]) -> int:
 
 def _answer(error: BaseException, args: list[str], debug: bool) -> int:
     """Say what ended the command, to whoever still reads it, and return its exit code."""
-    if isinstance(error, MemoryError) and not debug:
-        error.__traceback__ = error.__context__ = None  # its frames hold the memory that is missing
     try:
         code = _say_error(error, args, debug)
     except BrokenPipeError:
@@ -201,19 +218,6 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
     if isinstance(error, CollauditError):
         note(error.render())
         return error.exit_code
-    if isinstance(error, MemoryError):
-        found = f"\n  found:    {error}" if str(error) else ""
-        note(f"not enough memory for this log: nothing was judged{found}")
-        return EXIT_NOT_JUDGED
-    if isinstance(error, ImportError) and any(words in str(error) for words in _WITHOUT_MEMORY):
-        note(f"not enough memory to load the program: nothing was judged\n  found:    {error}")
-        return EXIT_NOT_JUDGED
-    if isinstance(error, SystemError):  # compiled code that finds no memory for its own error
-        note(f"a library ended without a reason, as where memory is short: nothing was judged\n  found:    {error}")
-        return EXIT_NOT_JUDGED
-    if isinstance(error, Exception) and any(words in str(error) for words in _WITHOUT_THREAD):
-        note("no thread could be started, which memory or the number of processes forbids: nothing was judged")
-        return EXIT_NOT_JUDGED
     if debug:
         traceback.print_exception(error)
     if isinstance(error, OSError):

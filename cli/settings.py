@@ -47,18 +47,12 @@ def given_paths() -> dict[str, str]:
 
 def overrides() -> dict[str, object]:
     """Dotted key to value, of the flags given; files are absolute."""
-    return {key: _absolute(value) for key, value in _stated().items()}
+    return {key: str(value.absolute()) if isinstance(value, Path) else value for key, value in _stated().items()}
 
 
 def _stated() -> dict[str, object]:
     stated: dict[str, object] = click.get_current_context().meta.get(_OVERRIDES, {})
     return stated
-
-
-def _absolute(value: object) -> object:
-    if isinstance(value, list):
-        return [_absolute(item) for item in value]
-    return str(value.absolute()) if isinstance(value, Path) else value
 
 
 def load_settings(replaced: Path | None = None) -> LoadedConfig:
@@ -81,34 +75,22 @@ def load_settings(replaced: Path | None = None) -> LoadedConfig:
     return load_config(path, overrides())
 
 
-def all_of(*flags: Decorator) -> Decorator:
-    """Several options as one decorator, in their order."""
-
-    def add(function: CommandFunction) -> CommandFunction:
-        for flag in reversed(flags):
-            function = flag(function)
-        return function
-
-    return add
-
-
 def _keep_config(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
     ctx.meta[_PATH] = value
 
 
-def _flag(name: str, key: str, kind: Any, metavar: str, words: str, multiple: bool = False) -> Decorator:
-    """An option whose value, of a type or by a function from its text, overrides ``key``; without one it has keys."""
+def _keep_assignments(ctx: click.Context, _param: click.Parameter, given: tuple[tuple[str, object], ...]) -> None:
+    ctx.meta.setdefault(_OVERRIDES, {}).update(given)
 
-    def keep(ctx: click.Context, _param: click.Parameter, given: Any) -> None:
-        stated = ctx.meta.setdefault(_OVERRIDES, {})
-        if not key:
-            stated.update(given)
-        elif given not in (None, ()):
-            stated[key] = list(given) if multiple else given
 
-    return click.option(
-        name, type=kind, callback=keep, expose_value=False, metavar=metavar, help=words, multiple=multiple
-    )
+def _flag(name: str, key: str, kind: Any, metavar: str, words: str) -> Decorator:
+    """An option whose value overrides ``key``."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, given: object) -> None:
+        if given is not None:
+            ctx.meta.setdefault(_OVERRIDES, {})[key] = given
+
+    return click.option(name, type=kind, callback=keep, expose_value=False, metavar=metavar, help=words)
 
 
 def _assignment(text: str) -> tuple[str, object]:
@@ -123,9 +105,18 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), value.strip()
 
 
-#: ``-c``, and any key.
-config_option = all_of(
-    click.option(
+def config_option(function: CommandFunction) -> CommandFunction:
+    """``-c``, and any key."""
+    any_key = click.option(
+        "--set",
+        type=_assignment,
+        multiple=True,
+        callback=_keep_assignments,
+        expose_value=False,
+        metavar="KEY=VALUE",
+        help='Any key of docs/config.md, value as in TOML: detect.n=13, \'robot.joints=["a", "b"]\'.',
+    )
+    file = click.option(
         "-c",
         "--config",
         type=_FILE,
@@ -133,22 +124,17 @@ config_option = all_of(
         expose_value=False,
         metavar="FILE",
         help="Configuration (see collaudit init).",
-    ),
-    _flag(
-        "--set",
-        "",
-        _assignment,
-        "KEY=VALUE",
-        'Any key of docs/config.md, value as in TOML: detect.n=13, \'robot.joints=["a", "b"]\'.',
-        True,
-    ),
-)
+    )
+    return file(any_key(function))
+
+
+def part_options(function: CommandFunction) -> CommandFunction:
+    """Which part of a log."""
+    begin = _flag("--from", "log.from_s", float, "S", "Judge the log from here on only, s from its first sample.")
+    return begin(_flag("--to", "log.to_s", float, "S", "Judge it up to here only.")(function))
+
+
 #: Which robot.
 urdf_option = _flag("--urdf", "robot.urdf", _FILE, "FILE", "Robot model.")
-#: Which part of a log.
-part_options = all_of(
-    _flag("--from", "log.from_s", float, "S", "Judge the log from here on only, s from its first sample."),
-    _flag("--to", "log.to_s", float, "S", "Judge it up to here only."),
-)
 #: What it is judged by.
 friction_option = _flag("--friction", "friction.file", _FILE, "FILE", "Friction to judge with (see collaudit fit).")

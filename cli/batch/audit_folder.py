@@ -19,8 +19,6 @@ from collaudit.reports.page.environment import ASSETS_FOLDER, asset_names
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"
-#: Of earlier versions: they would speak of another audit.
-_FORMER = ("policy.json", "manifest.json", "manifest.json.minisig")
 
 
 @contextmanager
@@ -48,7 +46,7 @@ def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str]) ->
     atomic_write(marker, json_text({"note": note, **owner, "runs": sorted(runs)}))
     assets = (f"{ASSETS_FOLDER}/{file.name}" for file in (out / ASSETS_FOLDER).glob("*-*.js"))
     frictions = (f"{FRICTION_FOLDER}/{file.name}" for file in (out / FRICTION_FOLDER).glob("*.json"))
-    for name in (*own_files(), *assets, *frictions, CHECKSUMS_NAME, *_FORMER):
+    for name in (*own_files(), *assets, *frictions, CHECKSUMS_NAME):
         _remove(out / name)
     for folder in sorted(runs.difference(kept)):
         remove_run(out / folder)

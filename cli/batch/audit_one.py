@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import shlex
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from datetime import date
 from importlib.metadata import version
@@ -17,9 +17,10 @@ from pathlib import Path
 
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.remote_logs import local_copy, remote_stamp
-from collaudit.cli.log_arguments import audit_files
+from collaudit.cli.shared_steps import audit_files
 from collaudit.core.api import LogFiles, Progress
 from collaudit.core.contacts.contact_states import Precedents, day_refusal
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.logs.log_reading import sha256_of
 from collaudit.core.provenance import versions
@@ -33,7 +34,7 @@ from collaudit.reports.values.entries import entry_of, entry_of_error
 
 #: Says that all files of a run were written; the first to go and the last to come.
 FINISHED = "finished.json"
-_SCHEMA = "collaudit/finished/1"
+_SCHEMA = "collaudit/finished/2"
 #: A file of that name is no longer than this.
 _MOST_BYTES = 1 << 16
 _RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", CYCLES_NAME, "report.html", "overlay.html")
@@ -60,37 +61,33 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     except Exception as error:  # noqa: BLE001 - one log's bug is that log's, said as such
         reason = _bug(error, job.files, name)
     remove_run(run)
-    return Outcome(entry_of_error(name, reason, job.owner), None)
+    return Outcome(entry_of_error(name, reason, job.robot), None)
 
 
 def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     if job.problem is not None:
         raise job.problem
-    if job.url is None:
-        return _written(job, job.files, out, progress)
-    stamp = remote_stamp(job.url)
-    with local_copy(job.url) as file:
-        return _written(job, (file,), out, progress, stamp)
-
-
-def _written(
-    job: LogJob, files: LogFiles, out: Path, progress: Progress | None, stamp: Mapping[str, str] | None = None
-) -> Outcome:
-    """Judge files and write the run; ``stamp`` is what tells that a remote log was replaced."""
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
-    audit, _ = audit_files(files, job.loaded, progress, known=job.known, earlier=job.earlier)
+    origin = None if job.url is None else _origin(job)
+    with ExitStack() as fetched:
+        files = job.files if job.url is None else (fetched.enter_context(local_copy(job.url)),)
+        audit, _ = audit_files(files, job.loaded, progress, known=job.known, earlier=job.earlier)
     audit = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=job.name)))
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, None)  # its friction file stands once in the audit's folder
     if audit.reference is not None:
         atomic_write(run / CYCLES_NAME, reference_bytes(audit.reference))
     write_html(run / "report.html", [open_run(run)], f"../{ASSETS_FOLDER}")
-    note_finished(run, audit.result.log.sha256, job, stamp)
-    entry = entry_of(audit.result, f"{job.folder}/report.html")
-    rows = () if job.wanted is None else job.wanted.of_result(audit.result)
-    return Outcome(replace(entry, robot=job.owner), audit.result, rows)
+    rested = rests_on(audit.result.log.sha256 if job.url is None else origin, job)
+    atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
+    return _outcome(audit.result, job)
+
+
+def _outcome(result: AuditResult, job: LogJob) -> Outcome:
+    entry = entry_of(result, f"{job.folder}/report.html")
+    return Outcome(replace(entry, robot=job.robot), result)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:
@@ -119,23 +116,6 @@ def remove_run(run: Path) -> None:
         run.rmdir()
 
 
-def note_finished(run: Path, log_sha256: str, job: LogJob, origin: Mapping[str, str] | None = None) -> None:
-    """Write down, after all its other files, the inputs of a run.
-
-    Args:
-        run: its folder.
-        log_sha256, job: as of :func:`rests_on`.
-        origin: of a remote log what tells that it was replaced.
-
-    Raises:
-        CollauditError: it cannot be written.
-    """
-    rested = rests_on(log_sha256, job)
-    if origin is not None:
-        rested["origin"] = origin
-    atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
-
-
 def read_note(run: Path) -> object:
     """The inputs that a run names; None where they cannot be read."""
     file = run / FINISHED
@@ -145,11 +125,11 @@ def read_note(run: Path) -> object:
     return content.get("rests_on") if content.get("schema") == _SCHEMA else None
 
 
-def rests_on(log_sha256: str, job: LogJob) -> dict[str, object]:
+def rests_on(origin: object, job: LogJob) -> dict[str, object]:
     """The inputs of the run of a log, as they are written.
 
     Args:
-        log_sha256: hash of the log.
+        origin: what tells that the log was replaced.
         job: its settings, whose files count by their content, and what is known of its robot's contacts.
 
     Raises:
@@ -161,10 +141,10 @@ def rests_on(log_sha256: str, job: LogJob) -> dict[str, object]:
     for folder in config.log.msg_path:
         other_files += sorted(folder.rglob("*.msg"))
     return {
-        "log": log_sha256,
+        "log": origin,
         "settings": loaded.sha256,
         "known": _digest(job.known),
-        "cycles": [(one.version, one.night) for one in job.earlier],
+        "cycles": [[one.version, one.night] for one in job.earlier],
         "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in other_files],
         "versions": {"collaudit": version("collaudit"), **versions()},
     }
@@ -190,22 +170,18 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
     if job.problem is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
-        if job.url is None and note != rests_on(sha256_of(job.files), job):
-            return None
-        if job.url is not None and not _unchanged(job, note):
+        origin = _origin(job)
+        if origin is None or note != rests_on(origin, job):
             return None
         result = open_run(run).result
     except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
         return None
-    entry = entry_of(result, f"{job.folder}/report.html")
-    rows = () if job.wanted is None else job.wanted.of_result(result)
-    return Outcome(replace(entry, robot=job.owner), result, rows)
+    return _outcome(result, job)
 
 
-def _unchanged(job: LogJob, note: object) -> bool:
-    """Whether a remote log is as it was, by what its store tells, with settings as they were; not where in doubt."""
-    if not isinstance(note, dict) or job.url is None:
-        return False
+def _origin(job: LogJob) -> object:
+    """What tells that a log was replaced: its hash, or what its store says; None where that is its size at most."""
+    if job.url is None:
+        return sha256_of(job.files)
     stamp = remote_stamp(job.url)
-    alike = note == {**rests_on(str(note.get("log")), job), "origin": stamp}
-    return alike and not set(stamp) <= {"size"}
+    return None if set(stamp) <= {"size"} else stamp

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerProcess
-from typing import Any, Literal
+from typing import Any
 
 from collaudit.core.numeric.linear_algebra import one_thread_of_linear_algebra
 
@@ -44,17 +44,9 @@ _UNSENT = (pickle.PicklingError, AttributeError, ImportError, MemoryError, TypeE
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """No result: the process died, took too long, could not be started, or could not send what it had.
+    """No result: the process died, took too long, could not be started, or could not send what it had; and why."""
 
-    Attributes:
-        how: which of these.
-        exit_code: of the process, below 0 the signal that ended it; None where it lives.
-        text: what the process said.
-    """
-
-    how: Literal["died", "late", "not started", "not sent"]
-    exit_code: int | None = None
-    text: str = ""
+    why: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +93,9 @@ def results_of(
                 if connection in spoke:
                     result = _heard(connection, child.process)
                 elif over:
-                    result = Lost("died", text="was ended with the audit")
+                    result = Lost("it was ended with the audit")
                 elif child.until is not None and child.until <= now:
-                    result = Lost("late")
+                    result = Lost(f"it took longer than the {timeout_s:g} s that --timeout allows")
                 else:
                     continue
                 del running[connection]
@@ -132,7 +124,7 @@ def _begin(
         process.start()
     except (OSError, EOFError, *_UNSENT) as error:
         ours.close()
-        return Lost("not started", text=_said(error))
+        return _not_started(error)
     finally:
         theirs.close()  # or its death would not end what is read from it
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -144,10 +136,10 @@ def _heard(connection: Connection[Any, Any], process: ForkServerProcess) -> Any:
     try:
         return connection.recv()
     except _UNSENT as error:
-        return Lost("not sent", text=_said(error))
+        return _not_sent(error)
     except (EOFError, OSError):
         process.join(_END_S)
-        return Lost("died", process.exitcode or 0)
+        return Lost(f"the process that judged it {_cause_of_death(process.exitcode or 0)}")
 
 
 def _end(connection: Connection[Any, Any], process: ForkServerProcess) -> None:
@@ -167,13 +159,13 @@ def _work(
     try:
         prepare()
     except Exception as error:  # noqa: BLE001 - whatever it is, it is told in a line, not in a traceback
-        connection.send(Lost("not started", text=_said(error)))
+        connection.send(_not_started(error))
         return
     result = function(*arguments)
     try:
         connection.send(result)
     except _UNSENT as error:
-        connection.send(Lost("not sent", text=_said(error)))
+        connection.send(_not_sent(error))
 
 
 def _end_with_parent() -> None:
@@ -184,5 +176,19 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _said(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}"
+def _not_started(error: BaseException) -> Lost:
+    return Lost(f"no process could be started to judge it ({type(error).__name__}: {error})")
+
+
+def _not_sent(error: BaseException) -> Lost:
+    return Lost(f"its result could not be received ({type(error).__name__}: {error})")
+
+
+def _cause_of_death(exit_code: int) -> str:
+    if exit_code >= 0:
+        return f"ended with exit code {exit_code}"
+    number = -exit_code
+    name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
+    if number == signal.SIGKILL:
+        return f"was killed ({name}); the system does this when memory runs out"
+    return f"was ended by {name}" + (", which libraries do at a memory limit" if number == signal.SIGABRT else "")

@@ -18,6 +18,7 @@ from collaudit.cli.batch.child_processes import Lost, results_of
 from collaudit.core.errors import CollauditError
 
 _CONNECT_S = "10s"
+_GONE = "it was lost with its worker, again and again"
 _SILENT = logging.CRITICAL + 1  # what a reader of the audit's stderr needs is said by the audit
 
 
@@ -48,10 +49,11 @@ def results_on_dask(
         try:
             for future in as_completed(list(futures), loop=client.loop):
                 index = futures.pop(future)
-                yield index, _result(future)
+                done = future.status == "finished"
+                yield index, future.result() if done else Lost(f"{_GONE} ({type(future.exception()).__name__})")
                 future.release()
         finally:
-            _end(client, list(futures))
+            client.cancel([future for future in futures if future.status == "pending"], force=True)
 
 
 def _dask() -> Any:
@@ -90,17 +92,4 @@ def _run(
             return next(results)[1]
     except AssertionError as error:  # of multiprocessing: a daemon may not start processes
         hint = "start workers with --no-nanny, or with DASK_DISTRIBUTED__WORKER__DAEMON=False"
-        return Lost("not started", text=f"{error}; {hint}")
-
-
-def _result(future: Any) -> Any:
-    if future.status == "finished":
-        return future.result()
-    return Lost("died", text=f"was lost with its worker, again and again ({type(future.exception()).__name__})")
-
-
-def _end(client: Any, futures: Sequence[Any]) -> None:
-    """What is not done is not to be done any more."""
-    left = [future for future in futures if future.status == "pending"]
-    if left:
-        client.cancel(left, force=True)
+        return Lost(f"no process could be started to judge it ({error}; {hint})")

@@ -23,61 +23,6 @@ from collaudit.reports.values.entries import IndexEntry
 FOLDER = "{folder}"
 
 
-@dataclass(frozen=True, slots=True)
-class RecordWanted:
-    """That records are to be made: whose logs they are, and the night they count to.
-
-    Attributes:
-        robot: name of the robot.
-        night: ISO date, None: of the log's first stamp in UTC, else ``today``.
-        today: date of the audit.
-    """
-
-    robot: str
-    night: str | None
-    today: str
-
-    def of_result(self, result: AuditResult) -> tuple[NightRow, ...]:
-        """The rows of an audit."""
-        return rows_of_result(result, self.robot, *self._night(result.log.start))
-
-    def of_unread(self, files: LogFiles, name: str, error: str) -> tuple[NightRow, ...]:
-        """The row of a log that could not be audited, and why: a night without evidence is no quiet night."""
-        try:
-            digest = sha256_of(files) if files else None
-        except (CollauditError, OSError, ValueError):
-            digest = None
-        night, source = self._night(None)
-        return (
-            NightRow(
-                robot=self.robot,
-                night=night,
-                night_from=source,
-                log=name,
-                log_sha256=digest,
-                start=None,
-                verdict="not_judged",
-                why=error.partition("\n")[0],
-                joint=None,
-                tested=False,
-                judged_s=0.0,
-                level_nm=None,
-                gamma_nm=None,
-                friction_nm=None,
-                near_misses=0,
-                contacts=(),
-                config_sha256=None,
-                friction_sha256=None,
-                collaudit=version("collaudit"),
-            ),
-        )
-
-    def _night(self, start: str | None) -> tuple[str, NightFrom]:
-        if self.night is not None:
-            return self.night, "stated"
-        return (start[:10], "log") if start else (self.today, "audit")
-
-
 class LogJob(NamedTuple):
     """One log of an audit.
 
@@ -86,9 +31,8 @@ class LogJob(NamedTuple):
         name: what all files of the audit call it, unique among its logs.
         folder: name of its run folder.
         loaded: its effective configuration.
-        robot: whose log it is, None without a fleet.
+        robot: whose log it is, by the fleet or by ``--robot``; None where neither says.
         problem: why it cannot be judged, where that is known beforehand.
-        wanted: what is to be recorded of it for a store, if anything.
         url: where a remote log is fetched from.
         known: what is known of its robot's contacts beforehand.
         earlier: what passed nights of the store say of its program's cycles, in their order.
@@ -100,15 +44,9 @@ class LogJob(NamedTuple):
     loaded: LoadedConfig
     robot: str | None = None
     problem: CollauditError | None = None
-    wanted: RecordWanted | None = None
     url: str | None = None
     known: Precedents | None = None
     earlier: tuple[CycleReference, ...] = ()
-
-    @property
-    def owner(self) -> str | None:
-        """Whose log it is, by the fleet or by ``--robot``."""
-        return self.robot if self.wanted is None else self.wanted.robot
 
     @property
     def place(self) -> str:
@@ -131,57 +69,73 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one log: its line in the index, its result unless it could not be judged, its rows if wanted."""
+    """What became of one log: its line in the index, and its result unless it could not be judged."""
 
     entry: IndexEntry
     result: AuditResult | None
-    rows: tuple[NightRow, ...] = ()
 
 
-def with_records(
-    jobs: Sequence[LogJob], store: str | None, robot: str | None, night: datetime | None
-) -> Sequence[LogJob]:
-    """The jobs, told what to record of each log; unchanged without a store.
-
-    Args:
-        jobs: the logs.
-        store: folder or URL, made where it is new.
-        robot: whose logs they are, with :data:`FOLDER` for a log's folder; None: as a fleet's configuration says.
-        night: that they count to, None: their own.
-
-    Raises:
-        ConfigError: a log's robot is not known. CollauditError: the store cannot be used.
-    """
-    if store is None:
-        return jobs
-    from collaudit.reports.store.result_store import ResultStore
-
-    stated = None if night is None else night.date().isoformat()
-    today = datetime.now(UTC).date().isoformat()
-    made = []
-    for job in jobs:
-        name = _robot(job, robot)
-        made.append(job if name is None else job._replace(wanted=RecordWanted(name, stated, today)))
-    ResultStore(store).check()
-    return made
-
-
-def night_rows(jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> dict[str, tuple[NightRow, ...]]:
-    """The rows of all logs of which they are wanted, by name.
+def night_rows(
+    jobs: Sequence[LogJob], outcomes: Sequence[Outcome], stated: str | None
+) -> dict[str, tuple[NightRow, ...]]:
+    """What a store keeps of each log whose robot is known, by name.
 
     Args:
         jobs, outcomes: of the audit, in one order.
+        stated: ISO date of the night that they count to; None: of each log's first stamp in UTC, else today.
     """
-    made = {}
+    today, made = datetime.now(UTC).date().isoformat(), {}
     for job, one in zip(jobs, outcomes, strict=True):
-        if job.wanted is not None:
-            rows = one.rows or job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
-            made[one.entry.name] = rows
+        start = None if one.result is None else one.result.log.start
+        night: tuple[str, NightFrom] = (start[:10], "log") if start else (today, "audit")
+        if stated is not None:
+            night = stated, "stated"
+        if job.robot is not None and one.result is not None:
+            made[one.entry.name] = rows_of_result(one.result, job.robot, *night)
+        elif job.robot is not None:
+            made[one.entry.name] = (_unread_row(job, one.entry, job.robot, *night),)
     return made
 
 
-def _robot(job: LogJob, stated: str | None) -> str | None:
-    """Whose log it is; None for one that cannot be judged because no robot is known for it."""
+def _unread_row(job: LogJob, entry: IndexEntry, robot: str, night: str, night_from: NightFrom) -> NightRow:
+    """The row of a log that could not be audited, and why: a night without evidence is no quiet night."""
+    try:
+        digest = sha256_of(job.files) if job.files else None
+    except (CollauditError, OSError, ValueError):
+        digest = None
+    return NightRow(
+        robot=robot,
+        night=night,
+        night_from=night_from,
+        log=entry.name,
+        log_sha256=digest,
+        start=None,
+        verdict="not_judged",
+        why=(entry.error or "").partition("\n")[0],
+        joint=None,
+        tested=False,
+        judged_s=0.0,
+        level_nm=None,
+        gamma_nm=None,
+        friction_nm=None,
+        near_misses=0,
+        contacts=(),
+        config_sha256=None,
+        friction_sha256=None,
+        collaudit=version("collaudit"),
+    )
+
+
+def robot_of(job: LogJob, stated: str | None) -> str | None:
+    """Whose log it is in a store; None for one that cannot be judged because no robot is known for it.
+
+    Args:
+        job: the log.
+        stated: whose it is, with :data:`FOLDER` for its folder; None: as a fleet's configuration says.
+
+    Raises:
+        ConfigError: nothing says whose it is.
+    """
     name = stated or job.robot
     if not name and job.problem is not None:
         return None

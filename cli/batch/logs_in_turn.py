@@ -6,7 +6,6 @@ In worker processes one that dies, hangs or runs out of memory costs its own log
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
@@ -82,7 +81,11 @@ def outcomes_of_processes(
         with closing(_results(items, limits)) as results:
             for index, result in results:
                 job = left.pop(index)
-                yield index, _not_judged(result, job, out, limits) if isinstance(result, Lost) else result
+                if isinstance(result, Lost):
+                    remove_run(out / job.folder)
+                    reason = NotJudgedError(f"not judged: {result.why}", where=job.name)
+                    result = Outcome(entry_of_error(job.name, reason, job.robot), None)
+                yield index, result
     finally:
         for job in left.values():
             remove_run(out / job.folder)
@@ -99,7 +102,8 @@ def _memory_gb(limits: Limits) -> float | None:
 def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tuple[int, Any], None, None]:
     """Results of :func:`audit_one`: from processes of this program, or from those of a cluster's workers."""
     if limits.scheduler is None:
-        prepare = partial(_begin_worker, _memory_gb(limits), _threads(limits, len(items)))
+        alone = limits.workers if len(items) == 1 else 1  # of a single log all threads that were asked for
+        prepare = partial(_begin_worker, _memory_gb(limits), None if limits.workers == 1 else alone)
         return results_of(audit_one, items, limits.workers, prepare, limits.time_s)
     if find_spec("distributed") is None:
         raise CollauditError(
@@ -109,37 +113,6 @@ def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tupl
 
     begin = partial(_begin_worker, _memory_gb(limits), 1)
     return results_on_dask(audit_one, items, begin, limits.time_s, limits.scheduler)
-
-
-def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
-    remove_run(out / job.folder)
-    cause = lost.text or _cause_of_death(lost.exit_code or 0, limits)
-    reason = {
-        "late": f"it took longer than the {limits.time_s or 0:g} s that --timeout allows",
-        "died": f"the process that judged it {cause}",
-        "not started": f"no process could be started to judge it ({cause})",
-        "not sent": f"its result could not be received ({lost.text})",
-    }[lost.how]
-    return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name), job.owner), None)
-
-
-def _cause_of_death(exit_code: int, limits: Limits) -> str:
-    if exit_code >= 0:
-        return f"ended with exit code {exit_code}"
-    number = -exit_code
-    name = signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
-    if number == signal.SIGKILL:
-        return f"was killed ({name}); the system does this when memory runs out"
-    if number == signal.SIGABRT and limits.memory_gb:
-        return f"gave up ({name}), which libraries do at the memory limit of {limits.memory_gb:g} GB"
-    return f"was ended by {name}"
-
-
-def _threads(limits: Limits, logs: int) -> int | None:
-    """Threads of each worker: all that were asked for on a single log, one beside others; None for its own choice."""
-    if limits.workers == 1:
-        return None
-    return limits.workers if logs == 1 else 1
 
 
 def _begin_worker(memory_gb: float | None, threads: int | None) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -19,24 +18,9 @@ from collaudit.cli.console import (
 )
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, friction_option, load_settings, overrides, part_options
-from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
+from collaudit.reports.formats.registry import formats_of_many
 
-#: Lines of a screen.
-_MOST_LOGS = 20
-#: Files that are left out, and entries of accepted.toml, are named up to so many.
-_MOST_NAMED = 5
 _DAY = click.DateTime(["%Y-%m-%d"])
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from datetime import date
-
-    from collaudit.cli.batch.log_jobs import LogJob, Outcome
-    from collaudit.core.config.accepted import Acceptance
-    from collaudit.core.data.audit_result import AuditResult, Verdict
-    from collaudit.core.data.left_out import LeftOut
-    from collaudit.reports.values.entries import IndexEntry
-    from collaudit.reports.values.night import NightFacts
 
 
 @example_command(
@@ -45,17 +29,6 @@ if TYPE_CHECKING:
     "collaudit audit nightly/ -c collaudit.toml --friction friction.json -o out/ -j 4",
     "find nightly -name '*.mcap' | collaudit audit - -c fleet.toml -o out/",
     "collaudit audit 'logs/*.bag' -c collaudit.toml --set detect.gamma_nm=4 -o out/ --format junit",
-    common=(
-        "--output",
-        "--jobs",
-        "--format",
-        "--resume",
-        "--baseline",
-        "--store",
-        "--config",
-        "--friction",
-        "--verbose",
-    ),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB|URL|-...")
 @click.option(
@@ -168,10 +141,19 @@ def command(
     """
     from collaudit.cli.batch.audit_folder import audit_under_way, own_files
     from collaudit.cli.batch.audit_one import finished_outcomes
-    from collaudit.cli.batch.log_jobs import Limits, night_rows, with_records
+    from collaudit.cli.batch.log_jobs import Limits, night_rows, robot_of
     from collaudit.cli.batch.logs_in_turn import audit_logs
-    from collaudit.cli.batch.overlays import changes_since, write_overlays
-    from collaudit.cli.exit_codes import exit_code
+    from collaudit.cli.batch.night_pages import (
+        changes_since,
+        night_facts,
+        say_copies,
+        say_error,
+        say_left_out,
+        say_night,
+        say_stale,
+        write_night,
+        write_overlays,
+    )
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.precedents import (
         is_store,
@@ -182,6 +164,7 @@ def command(
         with_references,
     )
     from collaudit.cli.formats import parse_formats
+    from collaudit.cli.shared_steps import exit_code
     from collaudit.core.history.night_groups import night_groups
     from collaudit.core.history.night_row import joint_nights
     from collaudit.reports.files.atomic import write_checksums
@@ -197,15 +180,18 @@ def command(
     loaded = load_settings()
     accepted = read_accepted(loaded)
     found, of_robots, others = night_of(logs, loaded, overrides(), root)
-    _say_left_out(others)
+    say_left_out(others)
     frictions = sorted({path for settings in of_robots if (path := settings.friction_path) is not None})
     for friction in frictions:
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     nights = store or (baseline if baseline is not None and is_store(baseline) else None)
-    jobs_of_night = with_records(found, nights, robot, day)
+    counts_to = None if nights is None or day is None else day.date().isoformat()
+    if nights is not None:
+        found = [job._replace(robot=robot_of(job, robot)) for job in found]
+        ResultStore(nights).check()
     history = [one for place in dict.fromkeys([baseline, nights]) if place is not None for one in read_history(place)]
     today = (as_of or datetime.now(UTC)).date()
-    work = with_precedents(jobs_of_night, history, accepted, today)
+    work = with_precedents(found, history, accepted, today, counts_to)
     work = work if nights is None else with_references(work, nights)
     kept = finished_outcomes(work, output) if resume else {}
     folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
@@ -216,12 +202,12 @@ def command(
         left = len(work) - len(kept)
         with progress(f"auditing {left} log{'s' if left != 1 else ''}") as report:
             limits = Limits(jobs, timeout, memory_limit, scheduler)
-            outcomes = audit_logs(work, kept, output, limits, report, _say_error)
+            outcomes = audit_logs(work, kept, output, limits, report, say_error)
         entries = [*(outcome.entry for outcome in outcomes), *left_out_entries(others)]
         results = [outcome.result for outcome in outcomes if outcome.result is not None]
-        tonight = night_rows(work, outcomes)
+        tonight = {} if nights is None else night_rows(work, outcomes, counts_to)
         stored = [] if nights is None else ResultStore(nights).rows()
-        night = _night_facts(work, outcomes, others, accepted, today)
+        night = night_facts(work, outcomes, others, accepted, today)
         rows = [*stored, *(row for own in tonight.values() for row in own)]
         since = max((row.night for own in tonight.values() for row in own), default=today.isoformat())
         groups = night_groups(results, night.robots, history, since, joint_nights(rows))
@@ -231,120 +217,20 @@ def command(
         night = replace(night, groups=groups, reports=reports, link=link, overlays=overlays)
         if against is not None:
             night = replace(night, changes=changes_since(output, work, outcomes, against))
-        _write_night(output, entries, results, night, nights_before(tonight, stored), extra)
+        write_night(output, entries, results, night, nights_before(tonight, stored), extra)
         write_checksums(output, own_files(), [FRICTION_FOLDER, *folders], others)
         if store is not None:
             ResultStore(store).append([row for rows in tonight.values() for row in rows])
             keep_references(store, output, work, outcomes, tonight)
             note(f"{len(tonight)} logs added to the store {store}")
         code = exit_code([night.verdict(entries)])
-    _say_copies(results)
-    _say_stale(night)
+    say_copies(results)
+    say_stale(night)
     if as_json:
         say_json(json_text(summarise(entries, night)))
     else:
-        _say(entries, results, night, verbose)
+        say_night(entries, results, night, verbose)
         if night.changes:
             say_result(f"\n{section_text(change_section(night.changes), terminal_width())}")
     note(f"index page: {output / 'index.html'}")
     return code
-
-
-def _night_facts(
-    jobs: Sequence[LogJob],
-    outcomes: Sequence[Outcome],
-    others: Sequence[LeftOut],
-    accepted: Sequence[Acceptance],
-    today: date,
-) -> NightFacts:
-    """What is said of the night beside its logs; ``others`` are files that were left out."""
-    from collaudit.core.contacts.acceptance_use import acceptance_uses
-    from collaudit.core.verdict.verdict import budget_breaches
-    from collaudit.reports.values.night import NightFacts
-
-    judged = [(job, one.result) for job, one in zip(jobs, outcomes, strict=True) if one.result is not None]
-    looked_at = [(job.known, result) for job, result in judged if job.known is not None]
-    return NightFacts(
-        breaches=tuple(budget_breaches([(job.owner, result) for job, result in judged])),
-        left_out=tuple(others),
-        accepted=tuple(acceptance_uses(accepted, looked_at, today)),
-        robots={job.name: job.owner for job in jobs if job.owner is not None},
-    )
-
-
-def _write_night(
-    output: Path,
-    entries: Sequence[IndexEntry],
-    results: Sequence[AuditResult],
-    night: NightFacts,
-    before: Mapping[str, Sequence[Verdict]],
-    formats: Sequence[str],
-) -> None:
-    """Write what speaks of all logs together: the index page and summaries.
-
-    Args:
-        output: folder of the audit.
-        entries: a line for every log, and for every file that counts as one.
-        results: of the logs that were audited.
-        night: what is said of all of them.
-        before: by name of log, what became of it in earlier nights.
-        formats: of the summaries.
-    """
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.page.environment import write_assets
-    from collaudit.reports.page.index import write_index
-
-    write_index(output, entries, night, before)
-    write_assets(output)
-    unread = [entry for entry in entries if entry.error is not None]
-    for name in formats:
-        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread, night))
-
-
-def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], night: NightFacts, verbose: bool) -> None:
-    """Print as much as was asked for: of one log its screen, of several the worst."""
-    from collaudit.reports.terminal.command_texts import summary_table
-    from collaudit.reports.terminal.screen_text import audit_text, screen_text
-    from collaudit.reports.values.visible_text import visible, wrapped
-
-    width = terminal_width()
-    if len(entries) == 1 and results:
-        text = audit_text(results[0], width) if verbose else screen_text(results[0], width, "-v; the index page")
-        say_result(text)
-        return
-    say_result(f"{wrapped(visible(night.sentence(entries)), width)}\n\n")
-    say_result(summary_table(entries, width, None if verbose else _MOST_LOGS))
-    for text in night.breaches:
-        say_result(f"FAIL  {visible(text)}\n")
-
-
-def _say_left_out(others: Sequence[LeftOut]) -> None:
-    """Name files that were not taken as logs, companions of logs aside."""
-    named = [f"{file.name} ({file.text})" for file in others if file.kind != "companion"]
-    more = [f"{len(named) - _MOST_NAMED} more"] if len(named) > _MOST_NAMED else []
-    if named:
-        note(f"not taken as logs: {'; '.join([*named[:_MOST_NAMED], *more])}")
-
-
-def _say_stale(night: NightFacts) -> None:
-    """Name entries of accepted.toml that a person should look at."""
-    for use in night.stale[:_MOST_NAMED]:
-        note(f"accepted.toml, entry {use.number}, {use.state}: {use.text}")
-    if night.stale:
-        note(f"{len(night.stale)} of {len(night.accepted)} entries: collaudit accept OUT --prune takes them out")
-
-
-def _say_copies(results: Sequence[AuditResult]) -> None:
-    """Name logs of the same content: each counts."""
-    names: dict[str, dict[str, None]] = {}
-    for result in results:
-        names.setdefault(result.log.sha256, {})[result.log.name] = None
-    for alike in names.values():
-        if len(alike) > 1:
-            note(f"the same log {len(alike)} times, and judged as often: {', '.join(alike)}")
-
-
-def _say_error(outcome: Outcome) -> None:
-    error = outcome.entry.error
-    if error is not None:
-        note(f"{outcome.entry.name}: not judged\n  " + error.replace("\n", "\n  "))

@@ -9,13 +9,13 @@ import click
 
 from collaudit.cli.console import note, progress, say, say_json, say_result, terminal_width, verbose_option
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import audit_files, one_log
 from collaudit.cli.settings import (
     config_option,
     friction_option,
     load_settings,
     part_options,
 )
+from collaudit.cli.shared_steps import audit_files, exit_code, one_log
 from collaudit.core.data.audit_result import AuditResult
 
 SCORE_SCHEMA = "collaudit/score/1"
@@ -51,7 +51,6 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
-    from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.precedents import precedents_of_log
     from collaudit.reports.files.atomic import atomic_write, refuse_link
     from collaudit.reports.files.json_files import json_text

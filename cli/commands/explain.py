@@ -6,8 +6,8 @@ import click
 
 from collaudit.cli.console import progress, say, say_object, say_result, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import audit_files, one_log
 from collaudit.cli.settings import config_option, friction_option, load_settings
+from collaudit.cli.shared_steps import audit_files, exit_code, one_log
 
 EXPLAIN_SCHEMA = "collaudit/explain/1"
 
@@ -29,7 +29,6 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
 
     Exit codes: as of detect.
     """
-    from collaudit.cli.exit_codes import exit_code
     from collaudit.reports.terminal.screen_text import causes_text
     from collaudit.reports.values.visible_text import visible, wrapped
     from collaudit.reports.values.words import cause_sentence, verdict_word

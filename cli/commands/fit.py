@@ -9,8 +9,8 @@ import click
 
 from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import known_contact, known_loads, truth_option
 from collaudit.cli.settings import config_option, load_settings
+from collaudit.cli.shared_steps import known_contact, known_loads, truth_option
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 

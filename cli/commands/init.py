@@ -50,7 +50,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     from collaudit.cli.drafts.draft import Known
     from collaudit.cli.drafts.drafted_log import arms_in, drafted, key_paths
     from collaudit.cli.drafts.trial import next_step
-    from collaudit.cli.log_arguments import one_log
+    from collaudit.cli.shared_steps import one_log
     from collaudit.core.config import load_config
     from collaudit.core.logs.column_guess import guess_csv_columns, guess_layout
     from collaudit.core.logs.log_description import describe
@@ -157,7 +157,7 @@ def _say_trial(made: Drafted) -> None:
 
 
 def _say_missing(made: Drafted, output: Path | None) -> None:
-    from collaudit.cli.exit_codes import forbidding
+    from collaudit.cli.shared_steps import forbidding
 
     listed = "\n".join(f"- {each}" for each in made.missing)
     note(f"the log cannot be judged with this configuration yet; missing:\n{listed}")

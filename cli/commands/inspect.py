@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 import click
 
 from collaudit.cli.console import note, print_findings, progress, say, say_object, terminal_width
-from collaudit.cli.exit_codes import forbidding
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, urdf_option
+from collaudit.cli.shared_steps import forbidding
 from collaudit.core.api import LogFiles, find_logs, open_log, prepare
 from collaudit.core.config import LoadedConfig
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError

@@ -11,8 +11,8 @@ import click
 
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.log_arguments import truth_option
 from collaudit.cli.settings import config_option, friction_option, load_settings, overrides
+from collaudit.cli.shared_steps import truth_option
 from collaudit.core.data.recommendation_result import PersistenceReason
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import click
@@ -181,6 +179,7 @@ def _write_clips(runs: tuple[Path, ...], folder: Path, log: Path | None, as_json
 
 
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
+    from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.page.plane_page import body_regions_html
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section, read_limits
     from collaudit.reports.terminal.command_texts import body_region_text
@@ -197,23 +196,12 @@ def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as
         for result in results
     ]
     content = {"schema": "collaudit/body-regions/1", "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
-    page, text = (
-        partial(body_regions_html, results, stated),
-        partial(body_region_text, results, stated, terminal_width()),
-    )
-    return _show(content, page, text, output, as_json)
-
-
-def _show(content: object, page: Callable[[], str], text: Callable[[], str], output: Path | None, as_json: bool) -> int:
-    """Write what is no report of the formats: as a page, as JSON, or on the terminal."""
-    from collaudit.reports.files.atomic import atomic_write
-
     to_file = output if output is not None and str(output) != "-" else None
     if to_file is not None:
-        atomic_write(to_file, page())
+        atomic_write(to_file, body_regions_html(results, stated))
         note(f"page written to {to_file}")
     if as_json:
         say_json(json_text(content, indent=2))
     elif to_file is None:
-        say(text(), nl=False)
+        say(body_region_text(results, stated, terminal_width()), nl=False)
     return EXIT_PASS

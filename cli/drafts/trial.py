@@ -13,11 +13,11 @@ from typing import Literal
 import numpy as np
 
 from collaudit.cli.console import progress
-from collaudit.cli.exit_codes import forbidding
+from collaudit.cli.shared_steps import forbidding
 from collaudit.core.api import LogFiles, load_robot, open_log
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
-from collaudit.core.data.joint_log import Annotation, JointLog
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
@@ -48,6 +48,7 @@ class Trial:
         result: of the audit; None where it could not be made.
         findings: of reading and preparing, as ``inspect`` shows them.
         obstacle: the error that ended the trial.
+        friction: fitted on the log; None where nothing was.
         unfitted: the error for which nothing was fitted on it.
         own_fit: whether friction and thresholds were fitted on the log itself, which no policy takes for evidence.
     """
@@ -58,6 +59,7 @@ class Trial:
     result: AuditResult | None = None
     findings: tuple[Finding, ...] = ()
     obstacle: CollauditError | None = None
+    friction: FrictionFile | None = None
     unfitted: CollauditError | None = None
     own_fit: bool = False
 
@@ -124,6 +126,7 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
             trial = replace(trial, unfitted=fitted)
         elif fitted is not None:
             friction, prepared = fitted, calibrated(prepared, Calibration.of(fitted, config), config)
+            trial = replace(trial, friction=fitted)
         report(6, 10)
         if loaded.friction_path is None:
             # What is fitted on the log itself is no evidence, and enough to see whether the log can be judged.
@@ -166,15 +169,7 @@ def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:
     if log.time_s.shape[0] <= rows:
         return log
     start = _liveliest(log.position_rad, rows) if moving else 0
-    part = slice(start, start + rows)
-    origin, end = float(log.time_s[start]), float(log.time_s[start + rows - 1])
-
-    wrench = log.wrench
-    if wrench is not None:
-        within = (wrench.time_s >= origin) & (wrench.time_s <= end)
-        wrench = replace(wrench, time_s=wrench.time_s[within] - origin, wrench=wrench.wrench[within])
-    marks = {"annotations": _within(log.annotations, origin, end), "phases": _within(log.phases, origin, end)}
-    return replace(log.samples(part), time_s=log.time_s[part] - origin, wrench=wrench, **marks)  # type: ignore[arg-type]
+    return log.samples(slice(start, start + rows))
 
 
 def _liveliest(position: FloatArray, rows: int) -> int:
@@ -183,15 +178,6 @@ def _liveliest(position: FloatArray, rows: int) -> int:
     usual = np.nanmax(np.nan_to_num(steps), axis=0) * 1e-3
     moves = np.cumsum(np.concatenate([[0], (steps > usual).sum(axis=1)]))
     return int(np.argmax(moves[rows:] - moves[:-rows]))
-
-
-def _within(marks: Sequence[Annotation], start: float, end: float) -> tuple[Annotation, ...]:
-    kept = []
-    for mark in marks:
-        spans = tuple((a - start, b - start) for a, b in mark.intervals_s if b >= start and a <= end)
-        if spans:
-            kept.append(replace(mark, intervals_s=spans))
-    return tuple(kept)
 
 
 def _duration(log: JointLog) -> float:

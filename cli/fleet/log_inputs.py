@@ -75,23 +75,16 @@ def night_of(
     robots = loaded.config.fleet.robots
     settings = robot_settings(loaded, flags, robots)
     asked = with_stdin(arguments)
-    listed, missing = _there(asked, loaded)
-    if not listed:  # nothing would be judged: an error, and not a night
-        listed, missing = asked, []
-    local = [argument for argument in listed if not is_url(argument)]
-    logs: list[LogFiles] = find_logs(local, loaded) if local else []
-    urls = [None] * len(logs) + list(
-        dict.fromkeys(url for argument in listed if is_url(argument) for url in remote_logs(argument))
-    )
-    logs += [(Path(url),) for url in urls if url is not None]
-    jobs = [
-        job
-        for files, url in zip(logs, urls, strict=True)
-        for job in _jobs(LogJob(files, "", "", loaded, url=url), robots, settings)
-    ]
+    local, urls, missing = _looked_up(asked, loaded)
+    logs = [LogJob(files, "", "", loaded) for files in (find_logs(local, loaded) if local else [])]
+    logs += [LogJob((), "", "", loaded, url=url) for url in dict.fromkeys(urls)]
+    if not logs:  # nothing would be judged: an error, and not a night
+        raise missing[0][1]
+    jobs = [one for job in logs for one in _jobs(job, robots, settings)]
     for name, error in missing:
-        remote = is_url(name)
-        jobs.append(LogJob(() if remote else (Path(name),), "", "", loaded, None, error, url=name if remote else None))
+        problem = NotJudgedError(error.message, where=name, hint=error.hint)
+        files, url = ((), name) if is_url(name) else ((Path(name),), None)
+        jobs.append(LogJob(files, "", "", loaded, problem=problem, url=url))
     places = [job.files or (Path(job.url or ""),) for job in jobs]
     beside = None if loaded.path is None else loaded.path.parent
     names = log_identities(asked, places, [job.robot for job in jobs], root, beside)
@@ -127,18 +120,23 @@ def with_stdin(arguments: Sequence[str]) -> list[str]:
     return [*arguments[:at], *lines, *arguments[at + 1 :]]
 
 
-def _there(arguments: Sequence[str], loaded: LoadedConfig) -> tuple[list[str], list[tuple[str, CollauditError]]]:
-    """Arguments that name logs, and those that do not, with the reason."""
-    there: list[str] = []
+def _looked_up(
+    arguments: Sequence[str], loaded: LoadedConfig
+) -> tuple[list[str], list[str], list[tuple[str, CollauditError]]]:
+    """Arguments that name logs here, URLs of logs that others stand for, and those that name none, with the reason."""
+    local: list[str] = []
+    urls: list[str] = []
     missing: list[tuple[str, CollauditError]] = []
     for argument in arguments:
         try:
-            remote_logs(argument) if is_url(argument) else find_logs([argument], loaded)
+            if is_url(argument):
+                urls += remote_logs(argument)
+            else:
+                find_logs([argument], loaded)
+                local.append(argument)
         except (ConfigError, LogError) as error:
-            missing.append((argument, NotJudgedError(error.message, where=argument, hint=error.hint)))
-        else:
-            there.append(argument)
-    return there, missing
+            missing.append((argument, error))
+    return local, urls, missing
 
 
 def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str | None, LoadedConfig]) -> list[LogJob]:
@@ -147,17 +145,16 @@ def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: Mapping[str |
     names: Sequence[str | None] = [None]
     problem = None
     with ExitStack() as fetched:
-        url, files = job.url, job.files
-        there = (lambda: files) if url is None else cache(lambda: (fetched.enter_context(local_copy(url)),))
+        url = job.url
+        there = (lambda: job.files) if url is None else cache(lambda: (fetched.enter_context(local_copy(url)),))
         try:
             names = robots_of(LogTraits(place, there, job.loaded), robots) if robots else names
         except CollauditError as error:
             problem = error
         except OSError as error:
             problem = NotJudgedError(str(error), where=place)
-    own = job._replace(files=() if url else files, problem=problem)
     by_name: dict[str | None, LoadedConfig] = {None: job.loaded, **settings}
-    return [own._replace(loaded=by_name[name], robot=name) for name in names]
+    return [job._replace(loaded=by_name[name], robot=name, problem=problem) for name in names]
 
 
 def log_identities(

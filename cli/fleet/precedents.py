@@ -11,10 +11,10 @@ from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.core.api import LogFiles, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.accepted import ACCEPTED_NAME, Acceptance, load_accepted
-from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, Precedents, program_of, tool_place
+from collaudit.core.contacts.contact_states import EarlierContact, EarlierLog, Precedents, program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
-from collaudit.core.history.night_row import NightRow
+from collaudit.core.history.night_row import NightRow, rows_of_result
 from collaudit.core.small_files import read_object
 from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME, CYCLES_NAME
@@ -45,7 +45,11 @@ def precedents_of_log(files: LogFiles, loaded: LoadedConfig) -> Precedents:
 
 
 def with_precedents(
-    jobs: Sequence[LogJob], history: Sequence[EarlierLog], accepted: Sequence[Acceptance], today: date
+    jobs: Sequence[LogJob],
+    history: Sequence[EarlierLog],
+    accepted: Sequence[Acceptance],
+    today: date,
+    night: str | None = None,
 ) -> list[LogJob]:
     """The jobs, told what is known of each log's robot.
 
@@ -54,17 +58,18 @@ def with_precedents(
         history: judged logs of before.
         accepted: entries of accepted.toml.
         today: day on which they are looked at.
+        night: ISO date that the logs count to in a store; None: their own.
     """
     made = []
     for job in jobs:
-        own = [log for log in history if log.robot in (None, job.owner)]
+        own = [log for log in history if log.robot in (None, job.robot)]
         program = program_of(job.name)
         known = Precedents(
-            robot=job.owner,
+            robot=job.robot,
             log=job.name,
             path=job.place,
             today=today,
-            night=None if job.wanted is None else job.wanted.night,
+            night=night,
             contacts=tuple(contact for log in own for contact in log.contacts),
             nights=tuple(sorted({log.night for log in own if log.program == program})),
             accepted=tuple(accepted),
@@ -86,7 +91,7 @@ def with_references(jobs: Sequence[LogJob], store: str) -> list[LogJob]:
     from collaudit.reports.store.result_store import ResultStore
 
     known = cache(ResultStore(store).references)
-    return [job if job.owner is None else job._replace(earlier=known(job.owner, program_of(job.name))) for job in jobs]
+    return [job if job.robot is None else job._replace(earlier=known(job.robot, program_of(job.name))) for job in jobs]
 
 
 def keep_references(
@@ -111,10 +116,10 @@ def keep_references(
 
     for job, outcome in zip(jobs, outcomes, strict=True):
         file, result = out / job.folder / CYCLES_NAME, outcome.result
-        if job.owner is None or result is None or result.verdict != "pass" or result.contacts or not file.is_file():
+        if job.robot is None or result is None or result.verdict != "pass" or result.contacts or not file.is_file():
             continue
         of_log = rows[outcome.entry.name][0].night, result.log.sha256
-        ResultStore(store).keep_reference(job.owner, program_of(job.name), *of_log, file.read_bytes())
+        ResultStore(store).keep_reference(job.robot, program_of(job.name), *of_log, file.read_bytes())
 
 
 def is_store(place: str) -> bool:
@@ -132,16 +137,37 @@ def read_history(place: str) -> list[EarlierLog]:
         ConfigError: there is no audit. CollauditError: a file of it is damaged.
     """
     if is_store(place):
-        return list(_of_store(place))
-    found = [_of_result(result, robot) for result, robot in audited_results(Path(place))]
-    if not found:
-        raise ConfigError(
-            "there is no audit to compare with",
-            where=place,
-            expected=f"a store of nights, the folder of an audit or a run, or an {AUDIT_NAME}",
-            hint="collaudit audit LOGS -c collaudit.toml -o BASELINE makes one",
-        )
-    return [one for one in found if one is not None]
+        from collaudit.reports.store.result_store import ResultStore
+
+        judged: list[Sequence[NightRow]] = [*ResultStore(place).by_batch().values()]
+    else:
+        judged = [
+            rows_of_result(result, robot or "", (result.log.start or "")[:10], "log")
+            for result, robot in audited_results(Path(place))
+        ]
+        if not judged:
+            raise ConfigError(
+                "there is no audit to compare with",
+                where=place,
+                expected=f"a store of nights, the folder of an audit or a run, or an {AUDIT_NAME}",
+                hint="collaudit audit LOGS -c collaudit.toml -o BASELINE makes one",
+            )
+    return [known for rows in judged if (known := _earlier(rows)) is not None]
+
+
+def _earlier(rows: Sequence[NightRow]) -> EarlierLog | None:
+    """A log of before by its rows; None where it was not judged and has no contacts."""
+    first, program = rows[0], program_of(rows[0].log)
+    peaks: dict[int, dict[str, float]] = {}
+    places = {}
+    for row in rows:
+        for contact in row.contacts:
+            peaks.setdefault(contact.number, {})[row.joint or ""] = contact.peak_nm
+            places[contact.number] = contact.place_m
+    if first.verdict == "not_judged" and not peaks:
+        return None
+    contacts = (EarlierContact(first.night, program, own, places[k]) for k, own in sorted(peaks.items()))
+    return EarlierLog(first.robot or None, first.night, program, tuple(contacts))
 
 
 def audited_results(path: Path) -> list[tuple[AuditResult, str | None]]:
@@ -160,22 +186,6 @@ def robots_in(out: Path) -> dict[str, str | None]:
     return {Path(line["report"]).parent.name: line.get("robot") for line in lines if line.get("report")}
 
 
-def _of_store(place: str) -> Iterator[EarlierLog]:
-    from collaudit.reports.store.result_store import ResultStore
-
-    for rows in ResultStore(place).by_batch().values():
-        first, program = rows[0], program_of(rows[0].log)
-        peaks: dict[int, dict[str, float]] = {}
-        places = {}
-        for row in rows:
-            for contact in row.contacts:
-                peaks.setdefault(contact.number, {})[row.joint or ""] = contact.peak_nm
-                places[contact.number] = contact.place_m
-        if first.verdict != "not_judged" or peaks:
-            contacts = (EarlierContact(first.night, program, own, places[k]) for k, own in sorted(peaks.items()))
-            yield EarlierLog(first.robot, first.night, program, tuple(contacts))
-
-
 def audits_in(path: Path) -> Iterator[tuple[Path, str | None]]:
     """Every ``audit.json``, and whose log it is about; run folders of the audit's summary, else all there are."""
     if path.is_file():
@@ -187,11 +197,3 @@ def audits_in(path: Path) -> Iterator[tuple[Path, str | None]]:
         for audit in sorted(path.glob(f"*/{AUDIT_NAME}")):
             if not robots or audit.parent.name in robots:
                 yield audit, robots.get(audit.parent.name)
-
-
-def _of_result(result: AuditResult, robot: str | None) -> EarlierLog | None:
-    if result.verdict == "not_judged" and not result.contacts:
-        return None
-    night, program = (result.log.start or "")[:10], program_of(result.log.name)
-    contacts = tuple(EarlierContact(night, program, c.peak_nm, tool_place(c)) for c in result.contacts)
-    return EarlierLog(robot, night, program, contacts)

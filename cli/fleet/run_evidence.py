@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collaudit.cli.console import progress
-from collaudit.cli.fleet.precedents import robots_in
-from collaudit.cli.log_arguments import audit_files, known_contact
+from collaudit.cli.fleet.precedents import SUMMARY_NAME, audits_in
 from collaudit.cli.settings import load_settings
+from collaudit.cli.shared_steps import audit_files, known_contact
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_evidence import Times
@@ -37,17 +37,24 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path]) -> list[Judged]:
     from collaudit.core.api import find_logs, open_log
     from collaudit.core.scoring.known_events import contact_times, label_times
 
-    runs, logs = _runs_and_logs(inputs)
+    runs: list[tuple[Path, str | None]] = []
+    logs = []
+    for text in inputs:
+        folder = Path(text)
+        ours = (folder / AUDIT_NAME).is_file() or (folder / SUMMARY_NAME).is_file()
+        found = [(file.parent, robot) for file, robot in audits_in(folder)] if ours else []
+        runs += found
+        logs += [] if found else [text]
     audits = []
     with progress("reading runs") as report:
-        for k, run in enumerate(runs, 1):
+        for k, (run, _) in enumerate(runs, 1):
             audits.append(read_run(run))
             report(k, len(runs))
     loaded = load_settings()
-    found = find_logs(logs, loaded) if logs else []
-    files_known = known_contact(truth, len(runs) + len(found))
+    of_logs = find_logs(logs, loaded) if logs else []
+    files_known = known_contact(truth, len(runs) + len(of_logs))
     labelled: list[Times | None] = [None] * len(audits)
-    for k, files in enumerate(found):
+    for k, files in enumerate(of_logs):
         with progress(f"judging {files[0].name}") as report:
             audits.append(audit_files(files, loaded, report, truth[len(runs) + k] if files_known else None)[0])
         wanted = loaded.config.detect.true_events
@@ -57,22 +64,5 @@ def run_evidence(inputs: Sequence[str], truth: Sequence[Path]) -> list[Judged]:
     elif files_known:
         every = zip(files_known, audits, strict=True)
         labelled = [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
-    recorded = {folder: robots_in(folder) for folder in {run.parent for run in runs}}
-    robots = [recorded[run.parent].get(run.name) for run in runs] + [None] * len(found)
+    robots = [robot for _, robot in runs] + [None] * len(of_logs)
     return list(zip(audits, labelled, robots, strict=True))
-
-
-def _runs_and_logs(inputs: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """Runs, those inside the folders of audits included, and whatever else is to be judged as a log."""
-
-    runs, logs = [], []
-    for text in inputs:
-        folder = Path(text)
-        inside = sorted(path.parent for path in folder.glob(f"*/{AUDIT_NAME}"))
-        if (folder / AUDIT_NAME).is_file():
-            runs.append(folder)
-        elif inside and (folder / "summary.json").is_file():
-            runs += inside
-        else:
-            logs.append(text)
-    return runs, logs

@@ -36,7 +36,7 @@ code = run(sys.argv[2:])
 print(code, *sorted(set(sys.argv[1].split(",")) & set(sys.modules)), file=sys.stderr)
 """
 IMPORTS = """
-import collaudit.core.audit, collaudit.cli.log_arguments, collaudit.core.logs.inputs, collaudit.core.logs.log_reading
+import collaudit.core.audit, collaudit.cli.shared_steps, collaudit.core.logs.inputs, collaudit.core.logs.log_reading
 import collaudit.reports.files.signals_file
 """
 

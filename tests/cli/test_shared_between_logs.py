@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from collaudit.cli.log_arguments import audit_files
+from collaudit.cli.shared_steps import audit_files
 from collaudit.core.config import load_config
 from collaudit.core.logs.inputs import group_inputs
 from collaudit.core.numeric.parallel import threads, use_threads

@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 from histories import HIT, dark_row, history, night_row
 
-from collaudit.cli.batch.log_jobs import RecordWanted
+from collaudit.cli.batch.log_jobs import LogJob, Outcome, night_rows
+from collaudit.core.config import load_config
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.night_row import joint_nights
 from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.values.entries import entry_of_error
 
 
 def _audit(collaudit, arm, folder: Path, *logs: Path, **options: str):
@@ -80,9 +83,10 @@ def test_resumed_logs_are_recorded_as_if_judged_now(collaudit, arm, tmp_path: Pa
 
 def test_logs_that_were_not_read_are_not_taken_for_one(tmp_path: Path) -> None:
     """One at a URL has no file here, and one may be gone: neither has a hash."""
-    wanted = RecordWanted("cell-1", None, "2026-11-22")
     every = (("a", ()), ("b", ()), ("c", (tmp_path / "c",)))
-    rows = [row for name, files in every for row in wanted.of_unread(files, name, "gone")]
+    jobs = [LogJob(files, name, name, load_config(None), "cell-1") for name, files in every]
+    outcomes = [Outcome(entry_of_error(name, NotJudgedError("gone")), None) for name, _ in every]
+    rows = [row for own in night_rows(jobs, outcomes, None).values() for row in own]
     assert [row.log_sha256 for row in rows] == [None, None, None]
     assert len({row.identity for row in rows}) == 3
 

@@ -12,7 +12,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -254,23 +253,6 @@ def test_a_fit_of_several_logs_says_whose_a_finding_is(arm, collaudit, tmp_path:
     assert collaudit("fit", arm.clean, arm.pushed, "-c", arm.config, "-o", out).code == 0
     places = {f["where"] for f in json.loads(out.read_text())["findings"] if "free motion" in f["text"]}
     assert places == {"clean.csv", "pushed.csv"}
-
-
-@pytest.mark.parametrize("name", ["audit"])
-def test_help_explains_what_is_common_and_names_the_rest(name: str, collaudit) -> None:
-    command = import_module(f"collaudit.cli.commands.{name}").command
-    options = {opt for param in command.params for opt in param.opts}
-    assert command.common <= options, "each of them exists"
-    short, whole = collaudit(name, "--help"), collaudit(name, "--more")
-    assert short.code == whole.code == 0 and len(short.out.splitlines()) <= 62 and short.out.startswith("Examples:")
-    assert len(short.out.splitlines()) < 0.75 * len(whole.out.splitlines())
-    named = short.out.split("More:")[1]
-    rest = [
-        param.opts[0]
-        for param in command.params
-        if param.opts[0].startswith("-") and not command.common & {*param.opts}
-    ]
-    assert all(opt in named for opt in rest) and all(opt in whole.out for opt in options if opt.startswith("-"))
 
 
 def test_a_report_does_not_say_that_it_uses_settings_it_does_not_read(arm, collaudit, tmp_path, monkeypatch) -> None:

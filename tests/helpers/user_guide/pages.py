@@ -115,9 +115,9 @@ def commands_page() -> str:
     lines = [
         "# Commands",
         "",
-        "`collaudit COMMAND --help` explains the everyday options, `--help --more` all, and so do the manual pages",
-        "([`man/`](man/)). Here stand examples, purpose and the names of all options; what `simulate` can make, its",
-        "help lists. Exit codes: [Nights](fleet.md#what-the-exit-codes-mean).",
+        "`collaudit COMMAND --help` explains all options, and so do the manual pages ([`man/`](man/)). Here stand",
+        "examples, purpose and the names of all options; what `simulate` can make, its help lists. Exit codes:",
+        "[Nights](fleet.md#what-the-exit-codes-mean).",
         "",
         "_Generated from the commands by `make docs`._",
     ]

@@ -1,4 +1,4 @@
-"""The steps commands share beyond the front door: the one log meant, what flags state of logs, judging, studies."""
+"""What commands share beyond the front door: the one log meant, what is stated of it, judging, exit codes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ import click
 from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
-from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile, Verdict
 from collaudit.core.data.cycles_result import CycleReference
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
+from collaudit.core.findings import Finding
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ truth_option = click.option(
     metavar="FILE",
     help="Known contacts, left out: NAME.truth.json, or a .csv with onset_s, end_s; once for each input, in order.",
 )
-#: Studies that are printed: what one log tells of its rule, others tell alike.
-_MOST = 2
 
 
 def one_log(arguments: Sequence[str], loaded: LoadedConfig) -> LogFiles:
@@ -76,7 +75,6 @@ def audit_files(
     """
     from collaudit.core import api
     from collaudit.core.provenance import file_sha256
-    from collaudit.core.scoring.detection_score import read_truth
 
     path = loaded.friction_path
     digest = file_sha256(path) if path else None
@@ -108,14 +106,18 @@ def known_contact(files: Sequence[Path], inputs: int) -> list[TruthFile | None]:
     Raises:
         ConfigError: not one for each input. LogError: one cannot be read.
     """
-    if files and len(files) != inputs:
+    _check_one_each("--truth", files, inputs)
+    return [read_truth(file) for file in files]
+
+
+def _check_one_each(option: str, given: Sequence[object], inputs: int) -> None:
+    if given and len(given) != inputs:
         raise ConfigError(
-            "known contacts are given for some of the inputs only",
-            where="--truth",
-            found=f"{len(files)} files for {inputs} inputs",
+            "this is given for some of the inputs only",
+            where=option,
+            found=f"{len(given)} for {inputs} inputs",
             expected="one for each, in their order",
         )
-    return [read_truth(file) for file in files]
 
 
 def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
@@ -126,13 +128,7 @@ def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
     """
     from collaudit.core.prepare.known_load import KnownLoad
 
-    if texts and len(texts) != inputs:
-        raise ConfigError(
-            "known loads are given for some of the logs only",
-            where="--load",
-            found=f"{len(texts)} for {inputs} logs",
-            expected="one for each, in their order; 0 for none",
-        )
+    _check_one_each("--load", texts, inputs)
     out = []
     for text in texts:
         try:
@@ -144,3 +140,16 @@ def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
         place = (numbers[1], numbers[2], numbers[3]) if len(numbers) > 1 else (0.0, 0.0, 0.0)
         out.append(KnownLoad(numbers[0], place))
     return out
+
+
+def exit_code(verdicts: Sequence[Verdict]) -> int:
+    """The contracted exit code: a broken policy wins over what could not be judged."""
+    if "fail" in verdicts:
+        return EXIT_FAIL
+    return EXIT_NOT_JUDGED if "not_judged" in verdicts or not verdicts else EXIT_PASS
+
+
+def forbidding(findings: Sequence[Finding]) -> str | None:
+    """Where to look for what forbids judging; None when no finding does."""
+    codes = sorted({finding.code for finding in findings if finding.forbids_pass})
+    return f"see {', '.join(codes)} above" if codes else None

@@ -39,8 +39,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     """Write a commented configuration for a log: topic, joint names, units, robot, rule.
 
     What was stated nowhere is a guess and marked GUESS. The log, or of a long one the stretch with the most
-    motion, is audited with the new configuration; what it measures (clock, noise, delays, sign and kind of
-    the effort) is written beside the settings. A question that the log does not answer becomes commented choices in
+    motion, is audited with the new configuration; what it measures of the effort (delay, sign, kind) is written
+    beside the settings. A question that the log does not answer becomes commented choices in
     the file; nothing is changed silently. Of a log with several arms each gets a configuration, beside the one that
     names them all.
 

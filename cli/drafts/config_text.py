@@ -128,14 +128,6 @@ class Section:
         """Append a line."""
         self.lines.append(Line(key, value, why, active and not choice, guess, choice))
 
-    def guess(self, key: str, value: object, why: str) -> None:
-        """Put a guess in place of an example or another guess."""
-        self.put(Line(key, value, why, guess=True))
-
-    def give(self, key: str, value: object, *, guess: bool) -> None:
-        """Put what a file or flag says in place of a guess or an example; a guess of the file stays one."""
-        self.put(Line(key, value, "as in the configuration, stated by nobody" if guess else "as given", guess=guess))
-
     def put(self, line: Line) -> None:
         """Put a line in place of the one of its key, or at the end."""
         for index, old in enumerate(self.lines):

@@ -91,9 +91,15 @@ class Draft:
             table, _, key = dotted.rpartition(".")
             if dotted == "log.joint_names" and isinstance(value, dict):
                 for name, target in value.items():
-                    self.sections[dotted].give(name, target, guess=("log", "joint_names", name) in self._known.guesses)
+                    self._state(dotted, name, target)
             else:
-                self.sections[table].give(key, value, guess=tuple(dotted.split(".")) in self._known.guesses)
+                self._state(table, key, value)
+
+    def _state(self, table: str, key: str, value: object) -> None:
+        """Put what a file or flag says in place of a guess or an example; a guess of the file stays one."""
+        guess = (*table.split("."), key) in self._known.guesses
+        why = "as in the configuration, stated by nobody" if guess else "as given"
+        self.sections[table].put(Line(key, value, why, guess=guess))
 
     def text(self) -> str:
         """The file."""
@@ -110,7 +116,7 @@ class Draft:
         own = self.sections[section]
         chosen = [line for line in own.lines if line.key == key]
         own.lines = [line for line in own.lines if line.key != key]
-        own.guess(key, value, why)
+        own.put(Line(key, value, why, guess=True))
         questions = [text for text in own.remarks if text.startswith("QUESTION") and str(chosen[0].value) in text]
         own.remarks = [text for text in own.remarks if text not in questions]
         self.problems = [problem for problem in self.problems if not any(problem in text for text in questions)]

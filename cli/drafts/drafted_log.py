@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.cli.drafts.catalogue import add_proposals
-from collaudit.cli.drafts.config_text import Section, document
+from collaudit.cli.drafts.config_text import Line, Section, document
 from collaudit.cli.drafts.draft import Draft, Known
 from collaudit.cli.drafts.draft_evidence import (
     add_channel_facts,
     add_effort_kind,
-    add_measurements,
     add_rest_threshold,
 )
 from collaudit.cli.drafts.trial import Trial, missing, try_again, try_log
@@ -62,19 +61,19 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     if of_fleet:
         del draft.sections["policy"]
     place = output or Path("collaudit.toml")
-    if known.columns is not None and {*known.columns.open} == {"effort"}:
-        _answer_effort(draft, files, place)
-    _add_torque_constants(draft, files, place)
+    efforts = known.columns is not None and {*known.columns.open} == {"effort"}  # those are told apart without a robot
+    if draft.problems and (efforts or known.robot is not None):
+        _try_choices(draft, files, place)
+    currents = _leave_currents(draft.sections["log.units"])
     trial = try_log(files, parse_config(draft.text(), place))
+    if currents is not None and _add_torque_constants(draft, currents, trial):
+        trial = try_log(files, parse_config(draft.text(), place))
     if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
         raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may
     if trial.obstacle is not None and summary.csv_columns and not draft.problems:
         draft.sections["log.csv"].remarks.append("MISSING: " + " ".join(trial.obstacle.render().split()))
-    if draft.problems and known.robot is not None:
-        _add_choice_evidence(draft.sections, draft.text(), files, place)
     if trial.prepared is not None and add_effort_kind(draft.sections, trial.prepared):
         trial = try_again(trial, parse_config(draft.text(), place))
-    add_measurements(draft.sections, trial)
     if trial.prepared is not None:
         delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)
         resting = add_rest_threshold(draft.sections, trial.prepared)
@@ -87,83 +86,86 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
     return Drafted(text, trial, [*missing(trial, draft.problems, robot=known.robot is not None), *proposed])
 
 
-def _answer_effort(draft: Draft, files: LogFiles, place: Path) -> None:
-    """Of several groups of efforts the one that is measured, where the others lack a sensor's noise and any friction.
+def _try_choices(draft: Draft, files: LogFiles, place: Path) -> None:
+    """Try each answer by itself and write beside it what the model says of the effort.
+
+    That decides nothing: a heavy tool or a strange scale may speak against the right answer. Only of several groups of
+    efforts the one that is measured is taken, where the others lack a sensor's noise and any friction.
 
     Args:
-        draft: whose ``[log.csv] effort`` is answered.
-        files: the log.
-        place: of the configuration.
+        draft: with questions.
+        files: of the log.
+        place: where the file will lie.
     """
-    columns = [line.value for line in draft.sections["log.csv"].lines if line.key == "effort" and line.choice]
-    computed = []
-    for one in columns:
-        prepared = try_log(files, parse_config(draft.text(), place, {"log.csv.effort": one}), audit=False).prepared
-        if prepared is None:
-            return
-        if smooth_joints(prepared.series) >= {*prepared.judged} and not prepared.upright:
-            computed.append(one)
-    measured = [one for one in columns if one not in computed]
-    if len(measured) == 1:
+    text, measured, computed = draft.text(), list[object](), list[object]()
+    choices = [(name, section, k) for name, section in draft.sections.items() for k in range(len(section.lines))]
+    choices = [(name, section, k) for name, section, k in choices if section.lines[k].choice]
+    for name, section, k in choices[:_MOST]:
+        line = section.lines[k]
+        trial = try_log(files, parse_config(text, place, {f"{name}.{line.key}": line.value}), audit=False)
+        prepared, words = trial.prepared, "not enough by itself"
+        if prepared is not None:
+            words = _evidence(prepared)
+            smooth = smooth_joints(prepared.series) >= {*prepared.judged} and not prepared.upright
+            (computed if smooth else measured).append(line.value)
+        elif trial.obstacle is not None:
+            words = f"then: {trial.obstacle.message}"
+        section.lines[k] = replace(line, why=f"{line.why}: {words}" if line.why else words)
+    tried = len(measured) + len(computed) == len(choices)
+    if tried and len(measured) == 1 and {section.lines[k].key for _, section, k in choices} == {"effort"}:
         why = f"measured: {', '.join(map(str, computed))} has neither a sensor's noise nor friction"
         draft.answer("log.csv", "effort", measured[0], why)
 
 
-def _add_torque_constants(draft: Draft, files: LogFiles, place: Path) -> None:
-    """Constants for currents that have none; where a joint does not tell its own, the effort stays in its unit.
+def _leave_currents(units: Section) -> Line | None:
+    """Leave currents without torque constants in their unit; the line that says what they are, None where none is."""
+    live = {line.key: line for line in units.lines if line.active}
+    if "effort" not in live or live["effort"].value != "A" or "torque_constant_nm_per_a" in live:
+        return None
+    units.put(
+        Line(
+            "effort",
+            "raw",
+            "currents without torque constants: collaudit fit identifies the gains that it can",
+            guess=True,
+        )
+    )
+    return live["effort"]
+
+
+def _add_torque_constants(draft: Draft, currents: Line, trial: Trial) -> bool:
+    """Constants by the gains that the trial's fit found; whether they are those of all joints, and count from now on.
 
     Args:
         draft: whose ``[log.units]`` is completed.
-        files: the log.
-        place: of the configuration.
+        currents: the line that says what the effort is.
+        trial: with the effort in its own unit.
     """
-    units = draft.sections["log.units"]
-    live = {line.key: line for line in units.lines if line.active}
-    if "effort" not in live or live["effort"].value != "A" or "torque_constant_nm_per_a" in live:
-        return
-    units.guess("effort", "raw", "currents without torque constants: collaudit fit identifies the gains that it can")
-    joints, gains = _gains(draft, files, place)
+    units, prepared = draft.sections["log.units"], trial.prepared
+    if prepared is None or not prepared.robot.has_inertials:
+        units.put(currents)  # nothing could be tried: what is missing is said of that line
+        return True
+    gains = {}
+    identified = None if trial.friction is None else trial.friction.identified
+    for joint, found in ({} if identified is None else identified.joints).items():
+        low, high = found.gain_ci95 or (None, None)
+        if joint in prepared.judged and found.gain and low is not None and high is not None:
+            gains[joint] = (found.gain, low, high)
     if not gains:
-        if not joints:
-            units.put(live["effort"])  # nothing could be tried: what is missing is said of that line
-        return
-    silent = [joint for joint in joints if joint not in gains]
+        return False
+    silent = [joint for joint in prepared.judged if joint not in gains]
     spans = "; ".join(f"{joint} {_constant(*gains[joint])}" for joint in gains)
     units.remarks.append(f"Torque constants by {_SOURCE}, N·m/A [95 %]: {spans}.")
     if silent:
         units.remarks.append(f"This motion does not tell those of {', '.join(silent)}. What would: {_TELLS}.")
-        return
-    units.put(live["effort"])
+        return False
+    units.put(currents)
     constants = {joint: float(f"{1.0 / abs(gain):.4g}") for joint, (gain, _, _) in gains.items()}
-    units.guess("torque_constant_nm_per_a", constants, f"by {_SOURCE}")
+    units.put(Line("torque_constant_nm_per_a", constants, f"by {_SOURCE}", guess=True))
     inverted = {joint: -1 for joint, (gain, _, _) in gains.items() if gain < 0.0}
-    if inverted and "effort_sign" not in live:
-        units.guess("effort_sign", inverted, "these run against the model")
-
-
-def _gains(
-    draft: Draft, files: LogFiles, place: Path
-) -> tuple[tuple[str, ...], Mapping[str, tuple[float, float, float]]]:
-    """Judged joints (none where the log could not be tried), and for those that tell it A per N·m with its interval."""
-    from collaudit.core.identification.estimate_choice import choose
-    from collaudit.core.identification.identification import identify
-
-    loaded = parse_config(draft.text(), place)
-    config = loaded.config.changed({"fit": loaded.config.fit.changed({"estimate": "auto"})})
-    prepared = try_log(files, loaded, audit=False).prepared
-    if prepared is None or not prepared.robot.has_inertials:
-        return (), {}
-    try:
-        found = identify([prepared], config, choose([prepared], config)[0])
-    except CollauditError:
-        found = None
-    estimated = {} if found is None else found.joints
-    constants = {}
-    for joint in (joint for joint in estimated if joint in prepared.judged):
-        gain, (low, high) = estimated[joint].gain, estimated[joint].gain_ci95 or (None, None)
-        if gain and low is not None and high is not None:
-            constants[joint] = (gain, low, high)
-    return tuple(prepared.judged), constants
+    if inverted and not any(line.key == "effort_sign" and line.active for line in units.lines):
+        units.put(Line("effort_sign", inverted, "these run against the model", guess=True))
+    return True
 
 
 def _constant(gain: float, low: float, high: float) -> str:
@@ -171,32 +173,6 @@ def _constant(gain: float, low: float, high: float) -> str:
     least, most = sorted((abs(low), abs(high)))
     above = "∞" if low <= 0.0 <= high else f"{1.0 / least:.3g}"
     return f"{1.0 / abs(gain):.4g} [{1.0 / most:.3g} to {above}]"
-
-
-def _add_choice_evidence(sections: Mapping[str, Section], text: str, files: LogFiles, place: Path) -> None:
-    """Try each answer by itself and write beside it what the model says of the effort.
-
-    It decides nothing: a heavy tool or a strange scale may speak against the right answer.
-
-    Args:
-        sections: of the draft.
-        text: the draft as it stands.
-        files: of the log.
-        place: where the file will lie.
-    """
-    tried = 0
-    for name, section in sections.items():
-        for index, line in enumerate(section.lines):
-            if not line.choice or tried == _MOST:
-                continue
-            tried += 1
-            answer = {f"{name}.{line.key}": line.value}
-            trial = try_log(files, parse_config(text, place, answer), audit=False)
-            if trial.prepared is not None:
-                words = _evidence(trial.prepared)
-            else:
-                words = "not enough by itself" if trial.obstacle is None else f"then: {trial.obstacle.message}"
-            section.lines[index] = replace(line, why=f"{line.why}: {words}" if line.why else words)
 
 
 def _evidence(prepared: Prepared) -> str:

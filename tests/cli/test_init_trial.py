@@ -127,15 +127,6 @@ def test_an_early_effort_is_shown_and_does_not_count(arm, collaudit, tmp_path: P
     assert re.search(r"^# effort_delay_ms = -\S+  # measured: .* ahead of the motion", text, re.MULTILINE), text
 
 
-def test_clock_and_noise_stand_in_the_file(arm, collaudit, tmp_path: Path) -> None:
-    collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
-    text = (tmp_path / "c.toml").read_text()
-    assert "a sample each 4 ms (250 Hz)" in text
-    row = re.search(r"^# joint1 .* (\S+)$", text, re.MULTILINE)
-    assert row is not None, text
-    assert float(row[1]) == pytest.approx(0.05, rel=0.1), "the noise of the simulated effort"
-
-
 def test_a_long_log_is_tried_on_a_stretch_and_said(arm, collaudit, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(trials, "MOST_VALUES", 2 * 250 * 20)
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Literal
+from typing import Literal, assert_never
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
@@ -90,10 +90,13 @@ def refit_joints(
         fit = known[joint]
         assert fit.model is not None
         logs = [(log, found) for log, found in zip(prepared, sections, strict=True) if joint in log.judged]
-        if fit.motion == "sections":
-            points = [p for log, found in logs for p in _of_sections(joint, log, found)]
-        else:
-            points = _loose_points(joint, prepared, config)
+        match fit.motion:
+            case "sections":
+                points = [p for log, found in logs for p in _of_sections(joint, log, found)]
+            case "any" | "sensors":
+                points = _loose_points(joint, prepared, config)
+            case _:
+                assert_never(fit.motion)
         return _fitted(points, _units(joint, logs[0][0]), config, fit.model)
 
     return by_name(refit, known)

@@ -21,7 +21,9 @@ BEGIN, END = "<!-- rows of init -->", "<!-- end of rows -->"
 CSV_KEYS = ("time", "rate_hz", "position", "velocity", "effort", "delimiter", "decimal", "header")
 USUAL = {"delimiter": ",", "decimal": ".", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}", "time": "t"}
 #: Rows whose log the trial of ``init`` fits, as it does where no friction is known.
-FITTED = ("CSV, decimal point", "an inverted effort", "two arms, a topic each, the same names")
+FITTED = (
+    "CSV, decimal point", "currents, no torque constants", "an inverted effort", "two arms, a topic each, the same names",
+)  # fmt: skip
 OFFERED = ("labels", "wrench", "effort_sign")
 
 

@@ -90,5 +90,5 @@ def test_what_is_no_load_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigError):
         known_loads([text], 1)
     assert known_loads(["2.5,0,0,0.1"], 1) == [KnownLoad(2.5, (0.0, 0.0, 0.1))]
-    with pytest.raises(ConfigError, match="some of the logs"):
+    with pytest.raises(ConfigError, match="some of the inputs"):
         known_loads(["1"], 2)

@@ -144,7 +144,7 @@ def stated_topic(topics: Sequence[Topic], name: str, key: str) -> Topic:
             f"the log has no topic {name}, which [log] {key} names",
             where=f"[log] {key}",
             found=described(topics),
-            hint=f'{key} = "{close[0]}"' if close else "correct the name, or take the line out",
+            hint=f'[log] {key} = "{close[0]}"' if close else "correct the name, or take the line out",
         )
     return found
 

@@ -22,8 +22,11 @@ CSV_KEYS = ("time", "rate_hz", "position", "velocity", "effort", "delimiter", "d
 USUAL = {"delimiter": ",", "decimal": ".", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}", "time": "t"}
 #: Rows whose log the trial of ``init`` fits, as it does where no friction is known.
 FITTED = (
-    "CSV, decimal point", "currents, no torque constants", "an inverted effort", "two arms, a topic each, the same names",
-)  # fmt: skip
+    "CSV, decimal point",
+    "currents, no torque constants",
+    "an inverted effort",
+    "two arms, a topic each, the same names",
+)
 OFFERED = ("labels", "wrench", "effort_sign")
 
 

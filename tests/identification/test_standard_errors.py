@@ -80,3 +80,15 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
     load = problem.errors(solution, slice(1)).load
     assert load[0, 0] == pytest.approx(a + 2 * taken * c + taken**2 * b, rel=1e-3)
     assert found.offset_sd[0] > 1.5 * OLS(effort, design).fit().bse[4]  # errors alike in a cluster do count
+
+
+@pytest.mark.parametrize(("alike", "rows_that_count"), [(False, 1.0), (True, 1.0 / EACH)])
+def test_rows_that_err_alike_in_a_block_count_as_one(alike: bool, rows_that_count: float) -> None:
+    """Kish's design effect: errors that are the same all through a block leave the weight of one row of it."""
+    rng, sd_nm, cluster = np.random.default_rng(5), 0.1, np.repeat(np.arange(CLUSTERS), EACH)
+    columns, velocity = rng.normal(size=(cluster.size, 2)), rng.choice([-1.0, 1.0], cluster.size)
+    error = rng.choice([-1.0, 1.0], CLUSTERS)[cluster] if alike else rng.choice([-1.0, 1.0], cluster.size)
+    effort = columns @ TRUE + 3.0 * velocity + sd_nm * error
+    signals = columns, velocity * rng.uniform(0.1, 1.0, cluster.size), rng.normal(size=cluster.size), effort, cluster
+    found = Problem.of(sums_of(*signals), nothing_known()).solved()
+    assert found.precision[0] * sd_nm**2 == pytest.approx(rows_that_count, rel=0.25)

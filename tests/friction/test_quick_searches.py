@@ -36,3 +36,14 @@ def test_a_column_that_others_explain_is_kept_without_bounds(gone) -> None:
     np.testing.assert_allclose(design @ found.estimate, 2.0 * x, atol=1e-9)
     assert np.all(np.isfinite(found.covariance)) and found.covariance[2, 2] > 1e20
     assert found.sum_squares < 1e-18
+
+
+def test_an_error_that_all_points_share_is_weighed_as_generalised_least_squares() -> None:
+    """The covariance of the points is diag(sd²) + timing timingᵀ: estimate and covariance by its inverse."""
+    points, law = _points(4, timing_nm=0.05), LAWS["coulomb-viscous"]
+    assert isinstance(law, SeparableLaw)
+    x, inverse = points.raw(law), np.linalg.inv(np.diag(points.sd**2) + np.outer(points.timing, points.timing))
+    covariance = np.linalg.inv(x.T @ inverse @ x)
+    found = ls.fit_at(points, law, 0.0)
+    np.testing.assert_allclose(found.estimate, covariance @ x.T @ inverse @ points.friction, rtol=1e-8)
+    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-8)

@@ -240,7 +240,7 @@ class ControllerAlarmComparison:
         detected_s: time of our alarm, None when the controller's is spurious by our evidence.
         relation: agreed, missed (by the controller), spurious, or not-judged: where we could not tell.
         lead_s: controller minus ours: negative when it was earlier.
-        label: name of the label in the log; None for a controller's alarm that the configuration states.
+        label: its name in the log; None for a contact without one.
     """
 
     flag_s: float | None

@@ -222,11 +222,11 @@ def delay_text(delay: DelayFacts) -> str:
 
 
 def detection_sections(result: AuditResult) -> tuple[Section, ...]:
-    """The controller's alarms and labels, scores against known events; what there is of them."""
+    """The log's labels, the controller's alarms among them, and scores against known events; what there is of them."""
     facts = result.detection
     if facts is None:
         return ()
-    title = f"The controller's alarms and the log's labels ({len(facts.flags)})"
+    title = f"The log's labels ({len(facts.flags)})"
     marks = section_of(title, ({"mark": mark_text(flag)} for flag in facts.flags))
     return tuple(one for one in (marks, score_section(facts.scores)) if one.rows)
 
@@ -235,12 +235,11 @@ def mark_text(flag: ControllerAlarmComparison) -> str:
     """One mark: whose it is, how it relates to a contact, and how early or late it was."""
     if flag.flag_s is None:
         ours = "" if flag.detected_s is None else f" (ours at {flag.detected_s:.3f} s)"
-        return f"neither controller alarm nor label{ours}"
-    whose = "controller alarm" if flag.label is None else f"label {flag.label}"
+        return f"no label{ours}"
     lead = ""
     if flag.lead_s is not None:
         lead = f", {1000 * abs(flag.lead_s):.0f} ms {'before' if flag.lead_s < 0 else 'after'} the detection"
-    return f"{whose} at {flag.flag_s:.3f} s{lead}: {_RELATION[flag.relation]}"
+    return f"label {flag.label} at {flag.flag_s:.3f} s{lead}: {_RELATION[flag.relation]}"
 
 
 def score_section(scores: Sequence[Score]) -> Section:

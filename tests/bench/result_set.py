@@ -29,15 +29,13 @@ from pathlib import Path
 ROBOTS = ("paper6", "seven")
 FAULTS = (
     "gap",
-    "duplicates",
-    "out-of-order",
-    "nan",
-    "missing-joint",
     "degrees",
     "inverted-effort",
     "truncated",
     "joint-order",
-    "two-publishers",
+    "stuck-effort",
+    "frozen-position",
+    "drives-off",
 )
 DETECTORS = ("direct", "momentum", "filtered", "eso")
 CALIBRATED = "--set 'log.wrench_bias=\"calibrated\"'"

@@ -41,11 +41,11 @@ def test_no_zero_where_the_log_was_not_judged() -> None:
     assert counted(0, result) == "0"
 
 
-def test_labels_are_labels_and_not_the_controllers_alarms() -> None:
+def test_a_label_is_named_with_how_it_goes_with_a_contact() -> None:
     flag = ControllerAlarmComparison(4.0, None, "not-judged", None, "grasp")
     assert mark_text(flag) == "label grasp at 4.000 s: not judged: no contact could have been noticed here"
-    own = ControllerAlarmComparison(4.0, 3.9, "agreed", 0.1)
-    assert mark_text(own) == "controller alarm at 4.000 s, 100 ms after the detection: agrees with a contact"
+    agreed = ControllerAlarmComparison(4.0, 3.9, "agreed", 0.1, "stopped")
+    assert mark_text(agreed) == "label stopped at 4.000 s, 100 ms after the detection: agrees with a contact"
 
 
 def test_an_index_of_a_thousand_logs_is_quick(tmp_path: Path) -> None:

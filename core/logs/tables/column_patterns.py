@@ -61,10 +61,6 @@ class Found:
         return f"{self.pattern} ({self.meaning.role}{unit})"
 
 
-#: Where no columns are.
-NOTHING = Found((), (), "")
-
-
 @lru_cache(maxsize=4096)
 def bare(name: str) -> str:
     """A column name without a list mark in front and a unit behind."""

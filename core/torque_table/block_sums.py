@@ -24,6 +24,8 @@ _FAR = (1.0,) * 6 + (3.0,) * 4
 _ROUNDING = 1e-6
 #: Share of the largest singular value below which combinations of coefficients are not told.
 _RANK = 1e-12
+#: The same of columns themselves.
+_ALIKE = 1e-5
 #: Share of what is known of a coefficient that one block has at most.
 _MOST = 0.9
 #: Share of its standard deviation that a column must have of its own, beside the others. Torque by a description is
@@ -277,8 +279,15 @@ def explained(products: FloatArray, across: FloatArray, squares: FloatArray) -> 
 
 
 def squares_left(columns: FloatArray, targets: FloatArray) -> FloatArray:
-    """(t,) sums of squares of targets (n, t) that columns (n, c) leave; next to none of too few samples."""
-    return explained(columns.T @ columns, columns.T @ targets, np.sum(targets**2, axis=0))[1]
+    """(t,) sums of squares of targets (n, t) that columns (n, c) leave; next to none of too few samples.
+
+    By the columns themselves: products of columns that are nearly alike would leave rounding errors as large as noise.
+    """
+    _refuse_unless_finite(columns)
+    size = np.linalg.norm(columns, axis=0)
+    basis, values, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
+    along = basis[:, values > _ALIKE * values.max(initial=0.0)].T @ targets
+    return np.asarray(np.maximum(np.sum(targets**2, axis=0) - np.sum(along**2, axis=0), 0.0))
 
 
 def products_of(columns: FloatArray, block: IntArray, blocks: int = 0) -> FloatArray:
@@ -313,14 +322,18 @@ def generalised_inverse(gram: FloatArray, rank: float = 1e-10) -> FloatArray:
     Raises:
         NotJudgedError: products are no numbers: speeds or accelerations are beyond all arms.
     """
-    if not np.isfinite(gram).all():
-        raise NotJudgedError(
-            "the motion cannot be identified: its speeds and accelerations are beyond any arm's",
-            hint="look at the time of the log and its unit: [log.units] time, [log.csv] rate_hz, [log] time",
-        )
+    _refuse_unless_finite(gram)
     diagonal = np.diag(gram)
     size = np.sqrt(np.where(diagonal > 0, np.maximum(diagonal, 1e-300), 1.0))
     scale = np.outer(size, size)
     values, vectors = np.linalg.eigh(gram / scale)  # as np.linalg.pinv(hermitian=True), in a third of its time
     kept = np.abs(values) > rank * np.abs(values).max(initial=0.0)
     return np.asarray((vectors[:, kept] / values[kept]) @ vectors[:, kept].T / scale)
+
+
+def _refuse_unless_finite(values: FloatArray) -> None:
+    if not np.isfinite(values).all():
+        raise NotJudgedError(
+            "the motion cannot be identified: its speeds and accelerations are beyond any arm's",
+            hint="look at the time of the log and its unit: [log.units] time, [log.csv] rate_hz, [log] time",
+        )

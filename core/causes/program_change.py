@@ -69,7 +69,9 @@ class _Side:
         chosen = np.linspace(0, len(spans) - 1, min(len(spans), _MOST_CYCLES)).astype(np.int64)
         on_path = placed(drawn, [spans[k] for k in chosen], path)
         torque = np.where(signals.state == State.JUDGED, signals.measured_nm, np.nan)
-        table = on_path.at_places(np.hstack([signals.position_rad, torque, along_path_speeds(on_path, drawn.motion)]))
+        table = on_path.at_places(
+            np.column_stack([signals.position_rad, torque, along_path_speeds(on_path, drawn.motion)])
+        )
         position, torque = np.split(table[:, :, :-1], 2, axis=2)
         return cls(position, torque, table[:, :, -1])
 

@@ -6,8 +6,9 @@ repeated programs: Zhang and Jing 2019, [6] of the paper.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.signals import CycleSignals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.parallel import each
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.residual.followed_offsets import balanced_zero, follow_level, follow_zero
 from collaudit.core.residual.residual import FRICTION_LEVEL_SD, Residual, ResidualInputs
@@ -88,78 +89,92 @@ def cycle_residual(
         if len(spans) < 2:
             return None
         on_path = placed(drawn, spans, usual_path(drawn, spans))
-    drifting, friction = _not_followed(series, residual, inputs)
     speed = along_path_speeds(on_path, series)
-    speeds = on_path.at_places(speed)[:, :, 0]
+    speeds = on_path.at_places(speed[:, None])[:, :, 0]
     classes = [SpeedClass.of(members, speeds, nights, LEAST_CYCLES) for members in speed_classes(speeds)]
-    # what drifts is followed on the difference, which errors of the model do not move
-    first = on_path.at_places(drifting)
-    difference = _beside(on_path, drifting, speed, classes, lambda one: one.references(first, 1))
-    steady = drifting - _drift(difference, friction, series, inputs)
-    table = on_path.at_places(steady)
-    torque = _beside(on_path, steady, speed, classes, lambda one: one.references(table, LEAST_CYCLES))
-    scale = _beside(on_path, np.zeros_like(steady), speed, classes, lambda one: one.weights(table, LEAST_CYCLES))
-    gamma = (-scale * _levels(torque, -scale, rule, series)).astype(np.float32)
-    torque[np.isnan(gamma)] = np.nan
+    as_fast = _as_fast(on_path, speed, classes)
+    torque = np.empty(series.position_rad.shape, order="F")
+    gamma = np.empty(torque.shape, np.float32, order="F")
+
+    def fill(j: int) -> _Steady:
+        def beside(references: Callable[[SpeedClass], Iterable[tuple[int, FloatArray]]]) -> FloatArray:
+            return np.where(as_fast, _at_samples(on_path, chain.from_iterable(map(references, classes))), np.nan)
+
+        drifting, friction = _not_followed(series, residual, inputs, j)
+        # what drifts is followed on the difference, which errors of the model do not move
+        first = on_path.at_places(drifting[:, None])[:, :, 0]
+        difference = drifting - beside(lambda one: one.references(first, j, 1))
+        steady = drifting - _drift(difference, friction, series, inputs, j)
+        table = on_path.at_places(steady[:, None])[:, :, 0]
+        torque[:, j] = steady - beside(lambda one: one.references(table, j, LEAST_CYCLES))
+        scale = beside(lambda one: one.weights(table, j, LEAST_CYCLES))
+        gamma[:, j] = scale * _level(torque[:, j], scale, rule, series, j)
+        torque[np.isnan(gamma[:, j]), j] = np.nan
+        known = np.isfinite(torque[:, j])
+        return _Steady(table, robust_sd((x := steady[known]) - median_of(x)) if known.any() else 0.0)
+
+    made = list(ordered_map(fill, range(torque.shape[1])))
     place = (on_path.place / (on_path.path.share.size - 1)).astype(np.float32)
     signals = CycleSignals(on_path.number, place, torque, gamma)
     largest = max(classes, key=lambda one: one.members.size, default=None)
+    spread = {joint: one.spread_nm for joint, one in zip(series.joint_names, made, strict=True)}
     facts = _facts(
-        series, signals, on_path.spans, drawn, steady, config, max((len(x.nights) for x in classes), default=0)
+        series, signals, on_path.spans, drawn, spread, config, max((len(x.nights) for x in classes), default=0)
     )
-    reference = None if largest is None else largest.kept(table, LEAST_CYCLES, on_path.path)
+    tables = np.stack([one.table_nm for one in made], axis=2)
+    reference = None if largest is None else largest.kept(tables, LEAST_CYCLES, on_path.path)
     proven = np.isin(on_path.number, [int(k) for one in classes if one.nights for k in one.members])
     return CycleResidual(signals, proven, facts, reference)
 
 
-def _not_followed(series: UniformSeries, residual: Residual, inputs: ResidualInputs) -> tuple[FloatArray, FloatArray]:
-    """(n, j) what model and friction as fitted leave, NaN where friction is no value; and friction as fitted."""
-    torque = np.where(residual.state == State.JUDGED, residual.torque_nm, np.nan)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Steady:
+    """One joint's residual less what drifts in it: (c, p) of each cycle at each place, and its robust spread, N·m."""
+
+    table_nm: FloatArray
+    spread_nm: float
+
+
+def _not_followed(
+    series: UniformSeries, residual: Residual, inputs: ResidualInputs, j: int
+) -> tuple[FloatArray, FloatArray]:
+    """(n,) what model and friction as fitted leave, NaN where friction is no value; and friction as fitted."""
+    joint = series.joint_names[j]
+    torque = np.where(residual.state[:, j] == State.JUDGED, residual.torque_nm[:, j], np.nan)
     friction = np.zeros_like(torque)
-    for j, joint in enumerate(series.joint_names):
-        if joint in residual.levels:
-            friction[:, j] = inputs.laws[joint].torque(series.velocity_rad_s[:, j])
-            torque[:, j] += friction[:, j] * residual.levels[joint].deviation
-        if joint in residual.zeros:
-            torque[:, j] += residual.zeros[joint].offset_nm
+    if joint in residual.levels:
+        friction = inputs.laws[joint].torque(series.velocity_rad_s[:, j])
+        torque += friction * residual.levels[joint].deviation
+    if joint in residual.zeros:
+        torque += residual.zeros[joint].offset_nm
     return torque, friction
 
 
-def _drift(difference: FloatArray, friction: FloatArray, series: UniformSeries, inputs: ResidualInputs) -> FloatArray:
-    """(n, j) friction's level and the torque's zero as a difference to other cycles shows them."""
-    out = np.zeros_like(difference)
-
-    def of_joint(j: int) -> None:
-        there = np.isfinite(difference[:, j])
-        rest = np.where(there, difference[:, j], 0.0)
-        centred = rest - balanced_zero(rest, series.velocity_rad_s[:, j], there, series.period_s, False)
-        level = follow_level(centred, friction[:, j], there, series.period_s, FRICTION_LEVEL_SD, False)
-        out[:, j] = friction[:, j] * level.deviation
-        bound = inputs.zero_bound_nm.get(series.joint_names[j], 0.0)
-        zero = follow_zero(rest - out[:, j], there, series.period_s, bound, False)
-        if zero is not None:
-            out[:, j] += zero.offset_nm
-
-    each(of_joint, range(difference.shape[1]))
-    return out
-
-
-def _beside(
-    on_path: Placed,
-    torque: FloatArray,
-    speed: FloatArray,
-    classes: Sequence[SpeedClass],
-    references: Callable[[SpeedClass], Iterable[tuple[int, FloatArray]]],
+def _drift(
+    difference: FloatArray, friction: FloatArray, series: UniformSeries, inputs: ResidualInputs, j: int
 ) -> FloatArray:
-    """(n, j) a torque less the reference of its cycle at its place; NaN without, or where it runs at another speed."""
-    out = np.full(torque.shape, np.nan, order="F")
-    for one in classes:
-        for k, at in references(one):
-            part = on_path.spans[k].slice
-            found = on_path.of_samples(k, np.column_stack([at, one.speed]))
-            apart = np.abs(speed[part, 0] - found[:, -1])
-            found[~(apart <= _LIKE_SPEED * found[:, -1] + _LIKE_PLACES_S)] = np.nan
-            out[part] = torque[part] - found[:, :-1]
+    """(n,) friction's level and the torque's zero as a difference to other cycles shows them."""
+    there = np.isfinite(difference)
+    rest = np.where(there, difference, 0.0)
+    centred = rest - balanced_zero(rest, series.velocity_rad_s[:, j], there, series.period_s, False)
+    level = follow_level(centred, friction, there, series.period_s, FRICTION_LEVEL_SD, False)
+    out = friction * level.deviation
+    bound = inputs.zero_bound_nm.get(series.joint_names[j], 0.0)
+    zero = follow_zero(rest - out, there, series.period_s, bound, False)
+    return out if zero is None else out + zero.offset_nm
+
+
+def _as_fast(on_path: Placed, speed: FloatArray, classes: Sequence[SpeedClass]) -> BoolArray:
+    """(n,) samples that go along the path about as fast as their class does there."""
+    usual = _at_samples(on_path, ((int(k), one.speed) for one in classes for k in one.members))
+    return np.asarray(np.abs(speed - usual) <= _LIKE_SPEED * usual + _LIKE_PLACES_S)
+
+
+def _at_samples(on_path: Placed, references: Iterable[tuple[int, FloatArray]]) -> FloatArray:
+    """(n,) what stands at the place of each sample: of each cycle its number and (p,) values; NaN without."""
+    out = np.full(on_path.place.shape, np.nan)
+    for k, at in references:
+        out[on_path.spans[k].slice] = on_path.of_samples(k, at)
     return out
 
 
@@ -168,7 +183,7 @@ def _facts(
     signals: CycleSignals,
     spans: Sequence[Span],
     drawn: DrawnPath,
-    steady: FloatArray,
+    spread_nm: Mapping[str, float],
     config: Config,
     nights: int,
 ) -> CycleFacts:
@@ -176,8 +191,6 @@ def _facts(
     named = {joint: j for j, joint in enumerate(series.joint_names) if known[:, j].any()}
     compared = int(np.unique(signals.number[known.any(axis=1)]).size)
     lengths = np.array([len(span) for span in spans]) * series.period_s
-    before = {joint: robust_sd((x := steady[known[:, j], j]) - median_of(x)) for joint, j in named.items()}
-
     return CycleFacts(
         stated=bool(config.cycles.spans_s or config.cycles.label),
         starts_s=tuple(float(series.time_s[span.start]) for span in spans),
@@ -188,7 +201,7 @@ def _facts(
         nights=nights,
         gamma_nm={joint: float(np.nanmin(signals.gamma_nm[:, j])) for joint, j in named.items()},
         spread_share={
-            joint: robust_sd(signals.torque_nm[known[:, j], j]) / max(before[joint], 1e-12)
+            joint: robust_sd(signals.torque_nm[known[:, j], j]) / max(spread_nm[joint], 1e-12)
             for joint, j in named.items()
         },
         judged_s={joint: float(np.count_nonzero(known[:, j])) * series.period_s for joint, j in named.items()},
@@ -211,17 +224,14 @@ def _on_known_path(drawn: DrawnPath, nights: Sequence[CycleReference]) -> tuple[
     return None, []
 
 
-def _levels(torque: FloatArray, scale: FloatArray, rule: RuleFacts, series: UniformSeries) -> FloatArray:
-    """(j,) threshold of the difference where its spread is usual, N·m; NaN of joints that have none."""
-    out = np.full(torque.shape[1], np.nan)
-    for joint in rule.gamma_nm:
-        j = series.column(joint)
-        evidence = NullEvidence(torque[:, j] / scale[:, j], np.isfinite(torque[:, j]), series.period_s)
-        levels = motion_levels([evidence], [(1,), (rule.n,)], len(rule.gamma_nm))
-        if levels:
-            # the zero is followed on the difference itself: none of it is left from one day to the next
-            out[j] = float(f"{min(level.gamma_nm - level.zero_doubt_nm for level in levels):.3g}")
-    return out
+def _level(torque: FloatArray, scale: FloatArray, rule: RuleFacts, series: UniformSeries, j: int) -> float:
+    """Threshold of one joint's difference where its spread is usual, N·m; NaN where it has none."""
+    if series.joint_names[j] not in rule.gamma_nm:
+        return np.nan
+    evidence = NullEvidence(torque / scale, np.isfinite(torque), series.period_s)
+    levels = motion_levels([evidence], [(1,), (rule.n,)], len(rule.gamma_nm))
+    # the zero is followed on the difference itself: none of it is left from one day to the next
+    return float(f"{min((level.gamma_nm - level.zero_doubt_nm for level in levels), default=np.nan):.3g}")
 
 
 def _unseen(cycles: int, compared: int, nights: int) -> tuple[str, ...]:

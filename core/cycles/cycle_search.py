@@ -53,15 +53,18 @@ class DrawnPath:
     @classmethod
     def of(cls, motion: Motion) -> DrawnPath:
         """The path of a motion."""
-        steps = np.linalg.norm(np.nan_to_num(np.diff(motion.position_rad, axis=0)), axis=1)
-        moves = np.abs(np.nan_to_num(motion.velocity_rad_s)).max(axis=1) > MOVING_RAD_S
-        way = np.append(0.0, np.cumsum(np.where(moves[1:], steps, 0.0)))
+        squares, moves = np.zeros(len(motion.time_s) - 1), np.zeros(len(motion.time_s), dtype=bool)
+        for position, speed in zip(motion.position_rad.T, motion.velocity_rad_s.T, strict=True):
+            squares += np.square(np.nan_to_num(np.diff(position)))
+            moves |= np.abs(speed) > MOVING_RAD_S
+        way = np.append(0.0, np.cumsum(np.where(moves[1:], np.sqrt(squares), 0.0)))
         step = max(_STEP_RAD, float(way[-1]) / _MOST_POINTS)
-        known = np.isfinite(motion.position_rad).all(axis=1)
-        if not known.any():
+        known = np.flatnonzero(np.isfinite(motion.position_rad).all(axis=1))
+        if not known.size:
             return cls(motion, way, step, np.empty((0, motion.position_rad.shape[1])))
         at = step * np.arange(int(way[-1] / step) + 1, dtype=np.float64)
-        return cls(motion, way, step, resampled(at, way[known], motion.position_rad[known]))
+        points = [np.interp(at, way[known], position[known]) for position in motion.position_rad.T]
+        return cls(motion, way, step, np.stack(points, axis=1))
 
     def sample(self, point: int, place: FloatArray) -> int:
         """Nearest to a place (j,), about a point: near rest a step of the path takes long."""

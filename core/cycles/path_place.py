@@ -85,11 +85,11 @@ class Placed:
         return out
 
     def of_samples(self, number: int, at_places: FloatArray) -> FloatArray:
-        """(m, k) of values at places (p, k) what the samples of one cycle have; NaN where they have no place."""
+        """(m,) of values at places (p,) what the samples of one cycle have; NaN where they have no place."""
         place = self.place[self.spans[number].slice]
         known = np.isfinite(place)
         low = np.minimum(np.where(known, place, 0.0).astype(np.int64), self.path.share.size - 2)
-        further = (place - low)[:, None]
+        further = place - low
         return np.asarray((1.0 - further) * at_places[low] + further * at_places[low + 1])
 
 
@@ -172,14 +172,20 @@ class SpeedClass:
         even = np.linspace(0, members.size - 1, min(members.size, _MOST_CYCLES)).astype(np.int64)
         return cls(members, members[even], usual, alike if len(alike) >= least else [])
 
-    def of_nights(self, field: str, least: int) -> tuple[FloatArray, FloatArray]:
-        """Median and spread (p, j) over the nights."""
-        return median_and_spread(np.stack([getattr(night, field) for night in self.nights]), least)
+    def of_nights(self, field: str, j: int, least: int) -> tuple[FloatArray, FloatArray]:
+        """Median and spread (p,) over the nights, of one joint."""
+        return median_and_spread(np.stack([getattr(night, field)[:, j] for night in self.nights]), least)
 
-    def references(self, table: FloatArray, least: int) -> Iterator[tuple[int, FloatArray]]:
-        """Each cycle's number with its reference (p, j), of the chosen others; NaN where they are fewer than needed."""
+    def references(self, table: FloatArray, j: int, least: int) -> Iterator[tuple[int, FloatArray]]:
+        """Each cycle's number with its reference (p,), of the chosen others; NaN where they are fewer than needed.
+
+        Args:
+            table: (c, p) of one joint, of all cycles at all places.
+            j: number of the joint.
+            least: cycles, or nights, that are needed.
+        """
         if self.nights:
-            middle = self.of_nights("median_nm", least)[0]
+            middle = self.of_nights("median_nm", j, least)[0]
             yield from ((k, middle) for k in self.members.tolist())
             return
         ordered = np.sort(table[self.chosen], axis=0)
@@ -195,15 +201,17 @@ class SpeedClass:
             rank = np.where(there, np.count_nonzero(ordered < own, axis=0), len(ordered))
             yield k, np.where(count - there < least, np.nan, _middle(ordered, count - there, rank))
 
-    def weights(self, table: FloatArray, least: int) -> Iterator[tuple[int, FloatArray]]:
-        """Each cycle's number with the spread (p, j) at each place over the usual one, at least 1, in steps."""
+    def weights(self, table: FloatArray, j: int, least: int) -> Iterator[tuple[int, FloatArray]]:
+        """Each cycle's number with the spread (p,) at each place over the usual one, at least 1, in steps.
+
+        Arguments as of :meth:`references`.
+        """
         spread = median_and_spread(table[self.chosen], least)[1]
         if self.nights:
-            spread = np.hypot(self.of_nights("median_nm", least)[1], self.of_nights("spread_nm", least)[0])
+            spread = np.hypot(self.of_nights("median_nm", j, least)[1], self.of_nights("spread_nm", j, least)[0])
         known = np.isfinite(spread)
         sums, counts = (
-            uniform_filter1d(x, _SPREAD_PLACES, axis=0)
-            for x in (np.where(known, spread, 0.0), known.astype(np.float64))
+            uniform_filter1d(x, _SPREAD_PLACES) for x in (np.where(known, spread, 0.0), known.astype(np.float64))
         )
         mean = np.where(known, sums / np.maximum(counts, 1e-9), np.nan)
         usual = np.maximum(median_and_spread(mean, 1)[0], 1e-12)
@@ -211,7 +219,7 @@ class SpeedClass:
         return ((k, weight) for k in self.members.tolist())
 
     def kept(self, table: FloatArray, least: int, path: CyclePath) -> CycleReference | None:
-        """What later nights may know of this one."""
+        """What later nights may know of this one, from (c, p, j) values of all joints."""
         middle, spread = median_and_spread(table[self.chosen], least)
         if not np.isfinite(middle).any():
             return None
@@ -228,13 +236,13 @@ class SpeedClass:
 
 
 def along_path_speeds(on_path: Placed, motion: Motion) -> FloatArray:
-    """(n, 1) speed along the path, places a second; NaN where a sample has no place."""
+    """(n,) speed along the path, places a second; NaN where a sample has no place."""
     slope = np.gradient(on_path.path.position_rad, axis=0)
     known = np.isfinite(on_path.place)
     along = slope[np.rint(on_path.place[known]).astype(np.int64)]
     size = np.maximum(np.einsum("nj,nj->n", along, along), np.finfo(np.float64).tiny)
-    out = np.full((on_path.place.size, 1), np.nan)
-    out[known, 0] = np.einsum("nj,nj->n", motion.velocity_rad_s[known], along) / size
+    out = np.full(on_path.place.size, np.nan)
+    out[known] = np.einsum("nj,nj->n", motion.velocity_rad_s[known], along) / size
     return out
 
 

@@ -20,6 +20,7 @@ from collaudit.core.data.arm_geometry import ArmLink
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import threads
+from collaudit.core.robot.chain_forces import LinkPlace, base_direction, torque_of_wrench
 
 
 def urdf_model(xml: str, where: str) -> PinocchioModel:
@@ -262,42 +263,36 @@ class PinocchioModel:
         change = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step)
         return np.concatenate([at(0.0), change - self.inverse_dynamics(q, v, still)])
 
-    def body_forces(
-        self,
-        body: PointMass,
-        motion: Sequence[FloatArray],
-        own: FloatArray | None = None,
-        gravity_m_s2: Sequence[float] | FloatArray | None = None,
-    ) -> FloatArray:
-        """(j + 6, m) what moves a body on an arm without any other mass: joint torques, and its own force and moment.
+    def wrench_torque(self, q: FloatArray, wrench: FloatArray, frame: str) -> FloatArray:
+        """(j, m) joint torque J(q)^T F of wrenches (6, m) in a frame, at positions (j, m)."""
+        return torque_of_wrench(self.links, self.place_on_link(frame), q, wrench)
 
-        The body hangs on six joints of its own: three along and three about the axes of its frame. Torques between it
-        and the arm are theirs: a force and a moment at the frame's origin, in its axes.
+    def base_direction(self, q: FloatArray, frame: str, vector: Sequence[float] | FloatArray) -> FloatArray:
+        """(3, m) a vector (3,) of the base in the axes of a frame, at positions (j, m)."""
+        return base_direction(self.links, self.place_on_link(frame), q, np.asarray(vector, dtype=float))
 
-        Args:
-            body: on a frame.
-            motion: positions (j, m), and velocities and accelerations where these are not zero.
-            own: (6, m) instead of a point mass, of a kilogram and a kg·m² at the frame's origin: its acceleration
-                against the arm, which is then the force and the moment on it.
-            gravity_m_s2: (3,) in base axes; None: the arm's.
+    def carrying(self, body: PointMass) -> PinocchioModel:
+        """An arm that moves as this one, without rotors and any other mass than that of a body."""
+        out = PinocchioModel(self.library_model())
+        out._model.armature = np.zeros(self._model.nv)
+        for k in range(self._model.njoints):
+            out._model.inertias[k] = pin.Inertia.Zero()
+        out.add_point_mass(body)
+        return out
+
+    def moving_force(self, body: PointMass, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(6, m) what accelerates and holds a body, at its frame's origin in its axes; motion (j, m).
+
+        The body hangs on six joints of its own, three along and three about the axes of its frame, which stand still:
+        their torques are the force and the moment.
         """
         at, model = self._frame(body.frame), self.library_model()
-        if gravity_m_s2 is not None:
-            model.gravity.linear = np.array(gravity_m_s2, dtype=float)
-        model.armature = np.zeros(model.nv)
-        for k in range(model.njoints):
-            model.inertias[k] = pin.Inertia.Zero()
         number = model.addJoint(at.parentJoint, pin.JointModelFreeFlyer(), at.placement, "body")
-        turning = np.zeros((3, 3)) if own is None else np.eye(3)
-        model.inertias[number] = pin.Inertia(body.mass_kg, np.array(body.com_m, dtype=float), turning)
-        q, *moving = motion
-        count = q.shape[1]
-        q = np.concatenate([q, np.zeros((6, count)), np.ones((1, count))])  # not turned: the unit quaternion
-        still = np.zeros((model.nv, count))
-        v, a = (np.concatenate([x, np.zeros((6, count))]) for x in moving) if moving else (still, still.copy())
-        if own is not None:
-            a[-6:] = own
-        return _inverse_dynamics(model, q, v, a)
+        model.inertias[number] = pin.Inertia(body.mass_kg, np.array(body.com_m, dtype=float), np.zeros((3, 3)))
+        still = np.zeros((6, q.shape[1]))
+        upright = np.concatenate([still, np.ones((1, q.shape[1]))])  # not turned: the unit quaternion
+        motion = (np.concatenate(pair) for pair in ((q, upright), (v, still), (a, still)))
+        return _inverse_dynamics(model, *motion)[-6:]
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray, expansion: FloatArray) -> FloatArray:
         """(n, j, 10 k) derivative of the torques of j joints by the inertial parameters; rotor inertia is not in it.
@@ -316,11 +311,11 @@ class PinocchioModel:
             row[...] = onto @ np.atleast_2d(own)  # that of a single joint comes as a vector
         return out
 
-    def place_on_link(self, frame: str) -> tuple[int, FloatArray]:
-        """Number of the joint of :attr:`links` that moves a frame (-1: none), and its origin (3,) m in its axes."""
+    def place_on_link(self, frame: str) -> LinkPlace:
+        """Where a frame is on one of :attr:`links`."""
         at = self._frame(frame)
         pose = self._aligned[at.parentJoint].inverse() * at.placement
-        return int(at.parentJoint) - 1, pose.translation.copy()
+        return LinkPlace(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
 
     @cached_property
     def links(self) -> list[ArmLink]:

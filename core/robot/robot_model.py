@@ -15,7 +15,7 @@ from collaudit.core.numeric.parallel import by_samples
 from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass
 from collaudit.core.robot.robot_description import unknown_name
 
-_NO_GRAVITY, _ORIGIN = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+_ORIGIN = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,24 +109,6 @@ class RobotModel:
         """Positions (k, m) of every joint of the model, their speeds, …, from those (j, m) of the log's."""
         return [self.expansion @ x + (0.0 if k else self.offset[:, None]) for k, x in enumerate(rows)]
 
-    def _body_forces(
-        self,
-        body: PointMass,
-        motion: Sequence[FloatArray],
-        own: FloatArray | None = None,
-        gravity_m_s2: Sequence[float] | FloatArray | None = None,
-    ) -> FloatArray:
-        """(n, j + 6) as of ``PinocchioModel.body_forces``, of motion (n, j) and ``own`` (n, 6)."""
-        bodies, count = self._with_frame(body.frame), len(motion)
-
-        def of_rows(*rows: FloatArray) -> FloatArray:
-            pushed = rows[count] if own is not None else None
-            out = bodies.body_forces(body, self._moving(rows[:count]), pushed, gravity_m_s2)
-            return np.concatenate([self.expansion.T @ out[:-6], out[-6:]])
-
-        signals = [*self._checked(motion), *([] if own is None else self._checked([own], 6))]
-        return by_samples(of_rows, signals, len(self.joint_names) + 6)
-
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
         return self.inverse_dynamics(q, still := np.zeros_like(q), still)
@@ -188,8 +170,12 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        unit = PointMass(frame, 1.0, _ORIGIN)
-        return self._body_forces(unit, (q,), wrench, _NO_GRAVITY)[:, :-6]
+        bodies = self._with_frame(frame)
+
+        def of_rows(rows: FloatArray, forces: FloatArray) -> FloatArray:
+            return self.expansion.T @ bodies.wrench_torque(*self._moving([rows]), forces, frame)
+
+        return by_samples(of_rows, self._checked([q]) + self._checked([wrench], 6), len(self.joint_names))
 
     def torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame at (n, j): J_v^T."""
@@ -199,8 +185,8 @@ class RobotModel:
 
     def base_torque_per_newton(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, j, 3) as :meth:`torque_per_newton`, for a newton along each axis of the base."""
-        unit = PointMass(frame, 1.0, _ORIGIN)
-        return np.stack([self._body_forces(unit, (q,), gravity_m_s2=-axis)[:, :-6] for axis in np.eye(3)], axis=2)
+        units = [self.weight_in(q, PointMass(frame, 1.0, _ORIGIN), axis) for axis in np.eye(3)]
+        return np.stack([self.wrench_torque(q, unit, frame) for unit in units], axis=2)
 
     def contact_torque(
         self, q: FloatArray, v: FloatArray, a: FloatArray, wrench: FloatArray, frame: str, carried: PointMass
@@ -214,8 +200,7 @@ class RobotModel:
             wrench, frame: as for :meth:`wrench_torque`, the body's weight taken out.
             carried: the body.
         """
-        accelerated = self._body_forces(carried, (q, v, a), gravity_m_s2=_NO_GRAVITY)[:, :-6]
-        return self.wrench_torque(q, wrench, frame) - accelerated
+        return self.wrench_torque(q, wrench, frame) - self.without_gravity().load_torque(q, v, a, carried)
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -249,21 +234,35 @@ class RobotModel:
         x, y, z = (pose[0] @ np.array(self.tool.com_m) + pose[1]).tolist()
         return PointMass(frame, self.tool.mass_kg, (x, y, z))
 
-    def weight_in(self, q: FloatArray, body: PointMass) -> FloatArray:
-        """(n, 6) N and N·m: weight of a point mass at its frame's origin, in its axes, at positions (n, j)."""
-        return -self._body_forces(body, (q,), gravity_m_s2=self.gravity_base_m_s2)[:, -6:]
+    def weight_in(self, q: FloatArray, body: PointMass, gravity_m_s2: FloatArray | None = None) -> FloatArray:
+        """(n, 6) N and N·m: weight of a point mass at its frame's origin, in its axes.
+
+        Args:
+            q: (n, j) positions.
+            body: the point mass.
+            gravity_m_s2: (3,) in base axes; None: the arm's.
+        """
+        bodies = self._with_frame(body.frame)
+        pull = body.mass_kg * (self.gravity_base_m_s2 if gravity_m_s2 is None else gravity_m_s2)
+
+        def of_rows(rows: FloatArray) -> FloatArray:
+            force = bodies.base_direction(*self._moving([rows]), body.frame, pull)
+            return np.concatenate([force, np.cross(body.com_m, force, axisb=0, axisc=0)])
+
+        return by_samples(of_rows, self._checked([q]), 6)
 
     def holding_torque(self, q: FloatArray, body: PointMass) -> FloatArray:
         """(n, j) torque that holds a point mass against gravity, N·m (N), at positions (n, j)."""
-        return self._body_forces(body, (q,), gravity_m_s2=self.gravity_base_m_s2)[:, :-6]
+        return -self.wrench_torque(q, self.weight_in(q, body), body.frame)
 
     def load_torque(self, q: FloatArray, v: FloatArray, a: FloatArray, body: PointMass) -> FloatArray:
         """(n, j) what :meth:`inverse_dynamics` gives more where the arm carries a point mass, of any sign."""
-        return self._body_forces(body, (q, v, a))[:, :-6]
+        return self._torques(self._with_frame(body.frame).carrying(body).inverse_dynamics, (q, v, a))
 
     def moving_force(self, q: FloatArray, v: FloatArray, a: FloatArray, body: PointMass) -> FloatArray:
         """(n, 6) N and N·m: what accelerates and holds a point mass, at its frame's origin, in its axes."""
-        return self._body_forces(body, (q, v, a), gravity_m_s2=self.gravity_base_m_s2)[:, -6:]
+        bodies = self._with_frame(body.frame)
+        return by_samples(lambda *rows: bodies.moving_force(body, *self._moving(rows)), self._checked([q, v, a]), 6)
 
     def _frames_of(self, joint: str) -> list[str]:
         """Frames that a joint moves and no joint after it; none without a description."""

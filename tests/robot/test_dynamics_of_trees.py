@@ -58,17 +58,23 @@ def test_any_tree(seed: int, joints: int) -> None:
     compared(model.inverse_dynamics, (j, j, j), reference_dynamics.inverse_dynamics(model))
     compared(model.momentum, (j, j), reference_dynamics.momentum(model), within=1e-9)
     for frame in (f"f{joints - 1}", "f0", "base"):
-        unit, mass = PointMass(frame, 1.0, (0.0, 0.0, 0.0)), PointMass(frame, 0.8, (0.1, 0.0, -0.2))
+        mass = PointMass(frame, 0.8, (0.1, 0.0, -0.2))
         compared(
-            lambda q, wrench, unit=unit: model.body_forces(unit, [q], wrench, np.zeros(3))[:-6],
+            lambda q, wrench, frame=frame: model.wrench_torque(q, wrench, frame),
             (j, 6),
             reference_dynamics.force(model, frame),
         )
+        weight = reference_dynamics.weight(model, frame, mass.mass_kg, np.array(mass.com_m), G)
+        compared(lambda q, mass=mass: -model.moving_force(mass, q, np.zeros_like(q), np.zeros_like(q)), (j,), weight)
         compared(
-            lambda q, mass=mass: -model.body_forces(mass, [q], None, G)[-6:],
+            lambda q, frame=frame: model.base_direction(q, frame, G),
             (j,),
-            reference_dynamics.weight(model, frame, mass.mass_kg, np.array(mass.com_m), G),
+            lambda q, weight=weight: weight(q)[:3] / 0.8,
         )
+        loaded = PinocchioModel(model.library_model())
+        loaded.add_point_mass(mass)
+        more, bare = (reference_dynamics.inverse_dynamics(one) for one in (loaded, model))
+        compared(model.carrying(mass).inverse_dynamics, (j, j, j), lambda x, more=more, bare=bare: more(x) - bare(x))
 
 
 def test_a_sample_that_is_not_known_leaves_the_others_alone() -> None:

@@ -80,14 +80,14 @@ def arm_geometry(prepared: Prepared, tool: str | None) -> ArmGeometry | None:
     if bodies is None or not frames or any(len(names) > 1 or {*names} - {*prepared.judged} for names in moved_by):
         return None
     moves = zip(bodies.links, moved_by, robot.expansion.sum(axis=1).tolist(), robot.offset.tolist(), strict=True)
-    tool = bodies.place_on_link(frames[-1])
+    end = bodies.place_on_link(frames[-1])
     return ArmGeometry(
         links=tuple(
             replace(link, joint=names[0] if names else None, factor=factor, offset=offset)
             for link, names, factor, offset in moves
         ),
-        tool_link=tool.link,
-        tool_m=_point(tool.origin_m),
+        tool_link=end.link,
+        tool_m=_point(end.origin_m),
     )
 
 

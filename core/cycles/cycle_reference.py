@@ -113,7 +113,7 @@ def cycle_residual(
         known = np.isfinite(torque[:, j])
         return _Steady(table, robust_sd((x := steady[known]) - median_of(x)) if known.any() else 0.0)
 
-    made = list(ordered_map(fill, range(torque.shape[1])))
+    made = list(ordered_map(fill, range(len(series.joint_names))))
     place = (on_path.place / (on_path.path.share.size - 1)).astype(np.float32)
     signals = CycleSignals(on_path.number, place, torque, gamma)
     largest = max(classes, key=lambda one: one.members.size, default=None)

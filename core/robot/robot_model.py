@@ -173,7 +173,8 @@ class RobotModel:
         bodies = self._with_frame(frame)
 
         def of_rows(rows: FloatArray, forces: FloatArray) -> FloatArray:
-            return self.expansion.T @ bodies.wrench_torque(*self._moving([rows]), forces, frame)
+            torque: FloatArray = self.expansion.T @ bodies.wrench_torque(self._moving([rows])[0], forces, frame)
+            return torque
 
         return by_samples(of_rows, self._checked([q]) + self._checked([wrench], 6), len(self.joint_names))
 
@@ -246,7 +247,7 @@ class RobotModel:
         pull = body.mass_kg * (self.gravity_base_m_s2 if gravity_m_s2 is None else gravity_m_s2)
 
         def of_rows(rows: FloatArray) -> FloatArray:
-            force = bodies.base_direction(*self._moving([rows]), body.frame, pull)
+            force = bodies.base_direction(self._moving([rows])[0], body.frame, pull)
             return np.concatenate([force, np.cross(body.com_m, force, axisb=0, axisc=0)])
 
         return by_samples(of_rows, self._checked([q]), 6)

@@ -104,7 +104,7 @@ class MotionSums:
             out[:, j] = block_weights(self.raw[:, j, own][..., own], self.count[:, j])
         return out
 
-    @cached_property
+    @property
     def products(self) -> FloatArray:
         """(b, j, c, c) weighted products."""
         return np.asarray(self.raw * self.weight[:, :, None, None])
@@ -112,7 +112,7 @@ class MotionSums:
     @cached_property
     def total(self) -> FloatArray:
         """(j, c, c) weighted products of all blocks."""
-        return np.asarray(self.products.sum(axis=0))
+        return np.asarray(np.einsum("bj,bjmn->jmn", self.weight, self.raw))
 
     @cached_property
     def counted(self) -> FloatArray:
@@ -122,12 +122,13 @@ class MotionSums:
     @cached_property
     def level(self) -> tuple[FloatArray, FloatArray]:
         """(b, j, c) weighted sums of the columns over blocks, and (j, c, c) products with the weight squared."""
-        again = np.einsum("bj,bjmn->jmn", self.weight, self.products)
-        return self.products[:, :, 0].copy(), again
+        again = np.einsum("bj,bjmn->jmn", self.weight**2, self.raw)
+        return self.weight[:, :, None] * self.raw[:, :, 0], again
 
     def of_parts(self, part: IntArray) -> FloatArray:
         """(k, j, c, c) weighted products of the blocks of each part (b,), numbered from 0 on."""
-        return np.array([self.products[part == k].sum(axis=0) for k in range(int(part.max()) + 1)])
+        own = (part == np.arange(int(part.max()) + 1)[:, None])[:, :, None] * self.weight
+        return np.array([np.einsum("bj,bjmn->jmn", weight, self.raw) for weight in own])
 
     def some(self, blocks: BoolArray) -> MotionSums:
         """Some of the blocks (b,), with the weights that those have among themselves."""

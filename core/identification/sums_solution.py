@@ -311,6 +311,6 @@ def held_out(sums: MotionSums, unknowns: Unknowns, divisions: Sequence[IntArray]
     at, its, squares = problem.solved(), problem.sums, np.zeros(sums.count.shape)
     for part in divisions:
         without = np.array([problem.rest(problem.fitted(its.total - own, at)) for own in its.of_parts(part)])[part]
-        squares += np.sum((its.products @ without[..., None])[..., 0] * without, axis=2)
+        squares += its.weight * np.sum((its.raw @ without[..., None])[..., 0] * without, axis=2)
     count, known = its.weight * its.count, its.count >= _FEWEST
     return np.sqrt(np.maximum(squares, 0.0) / len(divisions) / np.where(known, count, np.nan))

@@ -21,6 +21,8 @@ from collaudit.core.torque_table.thinned_log import thinned
 
 #: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
 _ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0
+#: Samples that a usual size is told from.
+_DRAWN = 100_000
 #: Zero for this long, or the same for this long, s.
 _ZERO_S, _SAME_S = 0.1, 0.3
 #: With fewer joints all efforts pass zero together by the arm's motion: there, zero is a value that repeats.
@@ -100,7 +102,10 @@ def _alive(effort: FloatArray, rigid_nm: FloatArray | None) -> tuple[FloatArray,
 
 def _fastest(velocity: FloatArray) -> FloatArray:
     """(n,) speed of the fastest joint; unknown ones count as standing."""
-    return np.asarray(np.fmax.reduce(np.abs(velocity), axis=1, initial=0.0))
+    out = np.zeros(len(velocity))
+    for own in velocity.T:
+        np.fmax(out, np.abs(own), out=out)
+    return out
 
 
 def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> BoolArray:
@@ -109,13 +114,13 @@ def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> B
     none = np.zeros(effort.shape[0], dtype=np.bool_)
     if rigid_nm is None or not known.size:
         return none
-    limit = _ZERO_SHARE * _usual(effort[:, known])
-    none = np.asarray((np.abs(effort[:, known]) <= limit).all(axis=1))
+    limit = _ZERO_SHARE * _usual(effort)[known]
+    none = np.logical_and.reduce([np.abs(effort[:, j]) <= most for j, most in zip(known, limit, strict=True)])
     if np.count_nonzero(limit > 0) < _MANY_JOINTS:
         none &= same
     if none.any():
-        load = np.maximum(_LOAD_TIMES * _ZERO_SHARE * _usual(rigid_nm[:, known]), 1.0)
-        none &= (np.abs(rigid_nm[:, known]) > load).any(axis=1)
+        load = np.maximum(_LOAD_TIMES * _ZERO_SHARE * _usual(rigid_nm), 1.0)
+        none &= np.logical_or.reduce([np.abs(rigid_nm[:, j]) > load[j] for j in known])
     return np.asarray(none)
 
 
@@ -211,5 +216,6 @@ def noisy_zero(
 
 
 def _usual(x: FloatArray) -> FloatArray:
-    """(j,) size of columns (n, j) that is seldom exceeded; 0 of one that is not known."""
-    return np.array([quantile_of(known, 0.95) if (known := np.abs(c[~np.isnan(c)])).size else 0.0 for c in x.T])
+    """(j,) size of columns (n, j) that is seldom exceeded, of samples drawn evenly; 0 of one that is not known."""
+    drawn = x[:: max(1, len(x) // _DRAWN)]
+    return np.array([quantile_of(known, 0.95) if (known := np.abs(c[~np.isnan(c)])).size else 0.0 for c in drawn.T])

@@ -129,10 +129,12 @@ def excess_of(
     own = [judged.joint_names.index(name) for name in names]
     columns = [series.column(name) for name in names]
     size = max(1, floor(1.0 / (_RATE_HZ * series.period_s)), ceil(series.time_s.size / _MOST_SAMPLES))
-    torque = np.where(np.equal(residual.state[:, own], int(State.JUDGED)), residual.torque_nm[:, own], np.nan)
-    explained = prepared.rigid_nm if prepared.contact_nm is None else prepared.rigid_nm + prepared.contact_nm
-    time_s, torque, explained = (thinned(x, size) for x in (series.time_s[:, None], torque, explained[:, columns]))
-    q, v, a = (thinned(np.asarray(x), size) for x in series.motion)
+    judged_nm = (np.where(residual.state[:, k] == State.JUDGED, residual.torque_nm[:, k], np.nan) for k in own)
+    torque = np.column_stack([thinned(x[:, None], size) for x in judged_nm])
+    time_s, explained, q, v, a = (thinned(x, size) for x in (series.time_s[:, None], prepared.rigid_nm, *series.motion))
+    if prepared.contact_nm is not None:
+        explained += thinned(prepared.contact_nm, size)
+    explained = explained[:, columns]
     known = np.isfinite(torque) & np.isfinite(q + v + a).all(axis=1, keepdims=True)
     if not known.any():
         return None
@@ -140,7 +142,8 @@ def excess_of(
     friction = np.column_stack([laws[name].torque(v[:, c]) for name, c in zip(names, columns, strict=True)])
     faster = np.column_stack([laws[name].torque(v[:, c] + _DV) for name, c in zip(names, columns, strict=True)])
     slope += (faster - friction) / _DV * a[:, columns]  # where it slides one way; elsewhere nothing is known
-    followed = friction * thinned(np.column_stack([residual.levels[name].deviation for name in names]), size)
+    level = np.column_stack([thinned(residual.levels[name].deviation[:, None], size) for name in names])
+    followed = friction * level
     for k, name in enumerate(names):
         if name in residual.zeros:
             followed[:, k] += thinned(residual.zeros[name].offset_nm[:, None], size)[:, 0]

@@ -238,11 +238,12 @@ class SpeedClass:
 def along_path_speeds(on_path: Placed, motion: Motion) -> FloatArray:
     """(n,) speed along the path, places a second; NaN where a sample has no place."""
     slope = np.gradient(on_path.path.position_rad, axis=0)
+    slope /= np.maximum(np.einsum("pj,pj->p", slope, slope), np.finfo(np.float64).tiny)[:, None]
     known = np.isfinite(on_path.place)
-    along = slope[np.rint(on_path.place[known]).astype(np.int64)]
-    size = np.maximum(np.einsum("nj,nj->n", along, along), np.finfo(np.float64).tiny)
-    out = np.full(on_path.place.size, np.nan)
-    out[known] = np.einsum("nj,nj->n", motion.velocity_rad_s[known], along) / size
+    at = np.rint(np.where(known, on_path.place, 0.0)).astype(np.int64)
+    out = np.where(known, 0.0, np.nan)
+    for velocity, along in zip(motion.velocity_rad_s.T, slope.T, strict=True):
+        out += velocity * along[at]
     return out
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.gear_ripple import GearRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 #: Both directions of a pair have speeds that differ by at most this share, as much as one section's own may.
 _SPEED_TOLERANCE = 0.05
@@ -35,7 +35,40 @@ class _Pair:
     minus: Section
     low_rad: float
     high_rad: float
-    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Ways:
+    """Sections of one joint in one direction: (m,) speed, range of positions, first sample, whether others move.
+
+    ``least`` and ``most`` (m, j) are the ranges of all joints' positions.
+    """
+
+    speed: FloatArray
+    low: FloatArray
+    high: FloatArray
+    start: IntArray
+    others_moving: BoolArray
+    least: FloatArray
+    most: FloatArray
+
+    @classmethod
+    def of(cls, series: UniformSeries, sections: Sequence[Section]) -> _Ways:
+        low, high = np.array([s.position_rad for s in sections]).T
+        poses = [series.position_rad[s.span.slice] for s in sections]
+        return cls(
+            np.array([abs(s.velocity_rad_s) for s in sections]),
+            low,
+            high,
+            np.array([s.span.start for s in sections]),
+            np.array([bool(s.others_moving) for s in sections]),
+            np.array([pose.min(axis=0) for pose in poses]),
+            np.array([pose.max(axis=0) for pose in poses]),
+        )
+
+    def some(self, rows: IntArray) -> _Ways:
+        """Some of them, by number."""
+        return _Ways(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 def friction_points(
@@ -76,18 +109,32 @@ def friction_points(
 
 
 def _pairs(series: UniformSeries, sections: Sequence[Section], j: int) -> list[_Pair]:
-    """Sections with one the other way through the same poses, each at most once: those that agree best first."""
+    """Sections with one the other way through the same poses, each at most once: those that agree best first.
+
+    Both have one speed, share positions, and the other joints rest, or move, in both.
+    """
     forward, backward = ([s for s in sections if s.velocity_rad_s * way > 0] for way in (1, -1))
-    up, down = np.array([s.velocity_rad_s for s in forward])[:, None], np.array([-s.velocity_rad_s for s in backward])
-    alike = np.argwhere(np.abs(up - down) <= _SPEED_TOLERANCE * 0.5 * (up + down))
-    found = [_overlapping(series, forward[a], backward[b]) for a, b in alike.tolist()]
-    candidates = [pair for pair in found if pair is not None]
-    taken: set[int] = set()
-    chosen = []
-    for pair in sorted(candidates, key=lambda p: (p.cost, p.plus.span.start, p.minus.span.start)):
-        own = {id(pair.plus), id(pair.minus)}
-        if not taken & own and _same_poses(series, pair, j):
-            taken |= own
+    if not forward or not backward:
+        return []
+    up, down = (_Ways.of(series, its) for its in (forward, backward))
+    apart = np.abs(up.speed[:, None] - down.speed) / (0.5 * (up.speed[:, None] + down.speed))
+    plus, minus = np.nonzero(apart <= _SPEED_TOLERANCE)
+    up, down = up.some(plus), down.some(minus)
+    low, high = np.maximum(up.low, down.low), np.minimum(up.high, down.high)
+    stroke = np.minimum(up.high - up.low, down.high - down.low)
+    fits = (stroke > 0) & (high - low >= _MIN_OVERLAP * stroke) & (up.others_moving == down.others_moving)
+    fits &= (np.maximum(up.least, down.least) - np.minimum(up.most, down.most) <= _POSE_TOLERANCE_RAD).all(axis=1)
+    cost = apart[plus, minus] / _SPEED_TOLERANCE + 1e-3 * series.period_s * np.abs(up.start - down.start)
+    cost -= (high - low) / np.where(fits, stroke, 1.0)
+    chosen, free = list[_Pair](), (np.ones(len(forward), np.bool_), np.ones(len(backward), np.bool_))
+    order = np.lexsort((down.start, up.start, cost))
+    for k in order[fits[order]].tolist():
+        ends = plus[k], minus[k]
+        if not (free[0][ends[0]] and free[1][ends[1]]):
+            continue
+        pair = _Pair(forward[ends[0]], backward[ends[1]], float(low[k]), float(high[k]))
+        if _same_poses(series, pair, j):
+            free[0][ends[0]] = free[1][ends[1]] = False
             chosen.append(pair)
     return chosen if len(chosen) >= _ENOUGH else [pair for pair in chosen if not pair.plus.others_moving]
 
@@ -101,20 +148,6 @@ def _same_poses(series: UniformSeries, pair: _Pair, j: int) -> bool:
         rows = rows[np.argsort(rows[:, j], kind="stable")]
         ways.append(np.array([np.interp(middles, rows[:, j], rows[:, k]) for k in range(rows.shape[1])]))
     return bool(np.max(np.abs(ways[0] - ways[1])) <= _POSE_TOLERANCE_RAD)
-
-
-def _overlapping(series: UniformSeries, plus: Section, minus: Section) -> _Pair | None:
-    """Both ways of one speed as a pair where they share positions, and the other joints rest or move in both."""
-    up, down = plus.velocity_rad_s, -minus.velocity_rad_s
-    difference = abs(up - down) / (0.5 * (up + down))
-    low = max(plus.position_rad[0], minus.position_rad[0])
-    high = min(plus.position_rad[1], minus.position_rad[1])
-    stroke = min(np.ptp(plus.position_rad), np.ptp(minus.position_rad))
-    if stroke <= 0 or high - low < _MIN_OVERLAP * stroke or bool(plus.others_moving) != bool(minus.others_moving):
-        return None
-    distance_s = abs(plus.span.start - minus.span.start) * series.period_s
-    cost = difference / _SPEED_TOLERANCE + (1.0 - (high - low) / stroke) + 1e-3 * distance_s
-    return _Pair(plus, minus, low, high, cost)
 
 
 def _pair_point(

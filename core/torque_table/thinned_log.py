@@ -48,7 +48,7 @@ class TorqueTable:
         """Of a log with effort; the torque (n, j) of a commanded tool force adds to the model's where it is known."""
         size = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
         v = series.velocity_rad_s
-        way = np.sign(np.where(np.abs(v) > MOVING_RAD_S, v, 0.0))
+        way = np.subtract(v > MOVING_RAD_S, v < -MOVING_RAD_S, dtype=np.int8)
         time_s, q, v, a, way = (thinned(x, size) for x in (series.time_s[:, None], *series.motion, way))
         none = np.zeros_like(q)
         whole = cls(series.joint_names, size * series.period_s, time_s[:, 0], (q, v, a), way, none, none)
@@ -61,7 +61,9 @@ class TorqueTable:
         assert series.effort is not None
         size, model = round(self.period_s / series.period_s), self.model
         if model_nm is not None:
-            model = thinned(model_nm if contact_nm is None else model_nm + np.nan_to_num(contact_nm), size)
+            model = thinned(model_nm, size)
+        if model_nm is not None and contact_nm is not None:
+            model += np.nan_to_num(thinned(contact_nm, size))
         return replace(self, effort=thinned(series.effort, size), model=model)
 
     def sums(self, **columns: FloatArray) -> dict[str, BlockSums]:

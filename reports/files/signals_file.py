@@ -27,6 +27,7 @@ import pyarrow.parquet as pq
 from collaudit.core.data.signals import CycleSignals, Signals, State
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.reports.plots.joint_trace import (
     FORCE_STEP_N,
     MOMENT_STEP_NM,
@@ -77,9 +78,13 @@ def write_signals(file: IO[bytes], signals: Signals, log_sha256: str) -> None:
         write_statistics=False,
         store_schema=True,
     ) as writer:
-        for start in range(0, len(signals.time_s), _ROWS):  # in parts: a table of them takes 35 MB
+
+        def part(start: int) -> pa.Table:  # a table of all rows would take as much memory as the log
             columns = _columns(signals, steps, slice(start, start + _ROWS))
-            writer.write_table(pa.Table.from_arrays([column_of(x) for x in columns.values()], schema=schema))
+            return pa.Table.from_arrays([column_of(x) for x in columns.values()], schema=schema)
+
+        for table in ordered_map(part, range(0, len(signals.time_s), _ROWS)):
+            writer.write_table(table)
 
 
 def read_signals(path: Path, log_sha256: str) -> Signals:

@@ -17,8 +17,7 @@ from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import FACT, Severity
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
-from collaudit.core.numeric.runs import covered
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, covered, frozen
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.vendors.controller_modes import WORDS, StateKind, state_of
 

@@ -13,9 +13,8 @@ from math import ceil, log, sqrt
 import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds, widened
 from collaudit.core.numeric.channel_noise import bend_of, noise_of
-from collaudit.core.numeric.runs import run_bounds, widened
 from collaudit.core.numeric.stats import quantile_of, varies
 from collaudit.core.torque_table.thinned_log import thinned
 

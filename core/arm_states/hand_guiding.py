@@ -21,8 +21,7 @@ import numpy as np
 import scipy
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.torque_table.block_sums import products_of
 from collaudit.core.torque_table.thinned_log import TorqueTable

@@ -28,8 +28,7 @@ from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.cycles_result import LEAST_CHANGE, ChangedQuantity, ProgramChange, ProgramComparison
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.runs import equal_runs
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, equal_runs
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import estimate, rows_of_blocks

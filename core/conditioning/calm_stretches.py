@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema_detect import DetectConfig
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, lasting, marked, run_bounds
 from collaudit.core.numeric.channel_noise import ROUNDING, Noise
-from collaudit.core.numeric.runs import lasting, marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 
 #: Expected number of stretches as long by chance.

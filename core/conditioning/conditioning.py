@@ -29,9 +29,8 @@ from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import LoneRows, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, frozen
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, covered, frozen
 from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz, differentiate
-from collaudit.core.numeric.runs import covered
 from collaudit.core.numeric.stats import median_of
 
 #: A step of the clock is longer than so many sample periods, and than so many seconds.

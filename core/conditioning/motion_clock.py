@@ -15,8 +15,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds
 from collaudit.core.numeric.stats import median_of, robust_sd
 
 #: Robust spread of the steps about whole periods, in periods: stamps this good need no help.

@@ -17,9 +17,8 @@ from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 
 _TURN_RAD = 2.0 * np.pi

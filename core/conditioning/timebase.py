@@ -19,8 +19,7 @@ from collaudit.core.conditioning.stamp_order import (
 )
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.runs import marked
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, marked
 from collaudit.core.numeric.stats import median_of, robust_sd
 
 MIN_SEGMENT_SAMPLES = 12

@@ -12,10 +12,9 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, widened
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.stats import robust_sd
 
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed

@@ -13,8 +13,7 @@ from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.detection_result import AfterContact, ContactScene, LoadKind
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.runs import lasting
+from collaudit.core.numeric.arrays import FloatArray, lasting
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 

@@ -12,9 +12,7 @@ import numpy as np
 from collaudit.core.config.schema import CyclesConfig
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.nearest_stretch import stretch_distances
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds, stretch_distances
 
 #: Points of the path are so far apart, rad (m), and at most so many.
 _STEP_RAD, _MOST_POINTS = 0.02, 1 << 16

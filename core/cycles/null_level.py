@@ -9,9 +9,8 @@ from math import sqrt
 import numpy as np
 
 from collaudit.core.data.recommendation_result import ThresholdLevel
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, run_bounds, whole_window_minima
 from collaudit.core.numeric.null_tail import ARM_PER_HOUR, ZERO_DOUBT_NM, block_peaks, margin_after, null_tail
-from collaudit.core.numeric.runs import run_bounds, whole_window_minima
 
 #: Level of the stretches at rest or after a reversal: nine of ten of them, and at most so many times three of four.
 #: On real logs, without contact, nine of ten reach 1.0 to 1.9 times three of four.

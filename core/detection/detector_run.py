@@ -18,9 +18,8 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import MERGE_S, Event, both_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, lasting, lowest_in_row
 from collaudit.core.numeric.parallel import by_name, each
-from collaudit.core.numeric.runs import lasting, lowest_in_row
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.prepared import Prepared

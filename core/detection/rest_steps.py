@@ -9,9 +9,8 @@ import numpy as np
 from collaudit.core.data.detection_result import DisturbedJoint
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, centred_extremes, closed, run_bounds, widened
 from collaudit.core.numeric.parallel import each, ordered_map
-from collaudit.core.numeric.runs import centred_extremes, closed, run_bounds, widened
 from collaudit.core.numeric.stats import median_of, quantile_of, smallest_step
 from collaudit.core.prepare.prepared import Prepared
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Spoke
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.runs import closed, lasting, run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, closed, lasting, run_bounds
 
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray | NDArray[np.float32]

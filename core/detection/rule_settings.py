@@ -19,8 +19,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.errors import NotJudgedError, refuse_unknown
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import contact_mask
 

@@ -16,8 +16,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import run_bounds, widened
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds, widened
 from collaudit.core.prepare.calibration import calibrated_series
 from collaudit.core.prepare.prepared import Prepared
 

@@ -20,10 +20,17 @@ import numpy as np
 from collaudit.core.data.identification_result import LeftOut, LeftOutBy, LeftOutSpan
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.identification.effort_columns import JointColumns, ThinnedMotion, joint_columns, motion_of
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import (
+    BoolArray,
+    FloatArray,
+    closed,
+    marked,
+    run_bounds,
+    spread_over_unknown,
+    widened,
+)
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.robust_regression import BISQUARE, RobustFit, local_spread, robust_fit
-from collaudit.core.numeric.runs import closed, marked, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.prepared import Prepared
 

@@ -12,8 +12,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, SensorFacts
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import FloatArray, run_bounds
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.prepare.prepared import Prepared
 

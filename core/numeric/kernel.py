@@ -10,9 +10,8 @@ from functools import lru_cache
 import numpy as np
 import scipy
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, covered
 from collaudit.core.numeric.filters import filtered
-from collaudit.core.numeric.runs import covered
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 
 #: Bisquare's bound in standard deviations: 95 % of the efficiency of least squares on normal errors.

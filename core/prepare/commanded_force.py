@@ -12,8 +12,7 @@ from collaudit.core.data.identification_result import SensorFacts
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import widened
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, widened
 from collaudit.core.prepare.phases import (
     PHASES,
     ExcessForce,

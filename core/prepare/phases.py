@@ -16,8 +16,7 @@ from collaudit.core.data import shown
 from collaudit.core.data.audit_result import Phase, PhaseSpan
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import closed, equal_runs, lasting, run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, closed, equal_runs, lasting, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 
 #: Force is smoothed over this before it is compared.

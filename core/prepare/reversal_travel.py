@@ -9,8 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds
 
 #: Travel until friction is steady, rad (m if prismatic): presliding of gears ends within a few thousandths of a radian.
 REVERSAL_TRAVEL_RAD = 0.01

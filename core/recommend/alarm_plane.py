@@ -11,8 +11,7 @@ from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.detection.rule import MERGE_S, persistence_samples
-from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import FloatArray, IntArray, run_bounds
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 
 #: Thresholds and persistences of the plane, as multiples of the rule that it is drawn around.

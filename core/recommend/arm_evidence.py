@@ -14,8 +14,7 @@ from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMis
 from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import lowest_in_row
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, lowest_in_row
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]

@@ -10,8 +10,7 @@ import numpy as np
 from collaudit.core.data.recommendation_result import FittedThresholds, RangeOfEvidence
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import widened
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, widened
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence
 

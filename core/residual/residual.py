@@ -13,10 +13,9 @@ from collaudit.core.data.recommendation_result import JointThreshold
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, load_doubt, scatter_beyond
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, covered
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each, ordered_map
-from collaudit.core.numeric.runs import covered
 from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel

@@ -17,8 +17,7 @@ from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import whole_window_minima
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, whole_window_minima
 from collaudit.core.small_files import read_small
 
 #: An alarm this long after an event ended still belongs to it (the arm swings back), and this long before it.

@@ -20,9 +20,18 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    covered,
+    equal_runs,
+    marked,
+    range_exceeds,
+    run_bounds,
+    widened,
+)
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import covered, equal_runs, marked, range_exceeds, run_bounds, widened
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import STILL_TRAVEL
 from collaudit.core.verdict.noticed_words import listed, place_text

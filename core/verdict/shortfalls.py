@@ -13,7 +13,7 @@ from collaudit.core.data.sensitivity_result import TOOL, JointSensitivity, Sensi
 from collaudit.core.data.signals import State, reason_text
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
-from collaudit.core.numeric.runs import lowest_in_row
+from collaudit.core.numeric.arrays import lowest_in_row
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import seconds_text, too_much_lost
 from collaudit.core.verdict.noticed_words import asked_places, force_text, place_text, time_text, too_insensitive

@@ -10,8 +10,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.signals import Signals
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.nearest_stretch import nearest_stretch
+from collaudit.core.numeric.arrays import FloatArray, nearest_stretch
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.joint_trace import thin
 from collaudit.reports.plots.svg import Panel, drawing

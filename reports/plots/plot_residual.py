@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Collision, NearMiss
 from collaudit.core.data.signals import State
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import equal_runs, run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, equal_runs, run_bounds
 from collaudit.reports.plots.joint_trace import JointTrace, column_edges, column_extremes, column_shares, thin
 from collaudit.reports.plots.svg import Panel, drawing
 

@@ -13,8 +13,7 @@ from itertools import pairwise
 import numpy as np
 from markupsafe import Markup
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, run_bounds
 from collaudit.reports.plots.joint_trace import Series
 
 Box = tuple[float, float, float, float]

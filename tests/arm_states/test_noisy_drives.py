@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.arm_states.drives_off import noisy_zero
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import run_bounds
 
 PERIOD_S = 0.002
 LOAD = np.array([0.0, -14.0, 9.0, 0.3])

@@ -21,8 +21,8 @@ from simulated_days import Arm, Push, arm_of, day
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.fitting import fit_logs
+from collaudit.core.numeric.arrays import whole_window_minima
 from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM, block_peaks
-from collaudit.core.numeric.runs import whole_window_minima
 from collaudit.core.provenance import make_provenance
 
 ARMS = ("paper6", "seven", "ur10_robot.urdf", "panda.urdf")

@@ -13,7 +13,7 @@ from collaudit.core.config.schema import DetectConfig
 from collaudit.core.cycles.null_level import NullEvidence
 from collaudit.core.detection.rule import persistence_samples, rule_events
 from collaudit.core.detection.rule_settings import stated_persistence
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import run_bounds
 from collaudit.core.recommend.arm_evidence import sustained_level
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from collaudit.core.numeric.runs import closed, marked, run_bounds, widened
+from collaudit.core.numeric.arrays import closed, marked, run_bounds, widened
 
 MASK = np.random.default_rng(4).random(500) < 0.01
 

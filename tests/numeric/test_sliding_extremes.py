@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.runs import (
+from collaudit.core.numeric.arrays import (
+    FloatArray,
     centred_extremes,
     lowest_in_row,
     range_exceeds,

@@ -13,7 +13,7 @@ import samples
 from browser import axe_source, launched, violations
 
 from collaudit.core.data.audit_result import Audit
-from collaudit.core.numeric.nearest_stretch import nearest_stretch
+from collaudit.core.numeric.arrays import nearest_stretch
 from collaudit.reports.page.overlay_page import overlay_page
 
 

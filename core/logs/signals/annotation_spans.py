@@ -8,8 +8,7 @@ import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, run_bounds
 
 #: Annotations that come and go more often than this are counted, not listed.
 LISTED = 100

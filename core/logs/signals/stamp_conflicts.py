@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, marked
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import marked
 from collaudit.core.numeric.stats import NOISE_OF_BENDS, median_of
 
 #: Steps back by more than this many periods are looked at; smaller ones are samples that came late.

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds
 from collaudit.core.numeric.stats import parabola_minimum
 
 _REACH_S = (-0.2, 0.7)

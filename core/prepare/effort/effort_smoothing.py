@@ -18,10 +18,9 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, run_bounds
 from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.torque_table.block_sums import explained, products_of
 from collaudit.core.torque_table.thinned_log import TorqueTable

@@ -15,7 +15,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRul
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError, ConfigError
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.scoring.detection_score import TruthFile
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from collaudit.core.detection.judgement import judge
 from collaudit.core.detection.settled_rule import settled
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.known_load import carrying
 from collaudit.core.prepare.phases import phase_spans

@@ -24,7 +24,7 @@ from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothin
 from collaudit.core.identification.motion_sums import gathered
 from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated
 from collaudit.core.prepare.prepared import Prepared

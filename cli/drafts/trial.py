@@ -21,7 +21,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.reports.terminal.screen_text import verdict_text
 from collaudit.reports.values.words import verdict_word

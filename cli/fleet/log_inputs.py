@@ -27,10 +27,10 @@ from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.shown import distinct
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.logs.inputs import left_out, left_out_urls, other_files
 from collaudit.core.logs.log_formats import is_bag_folder
-from collaudit.core.numeric.distinct_names import distinct
 from collaudit.reports.files.run_files import FRICTION_FOLDER
 from collaudit.reports.page.environment import ASSETS_FOLDER
 

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, lasting, marked, run_bounds
-from collaudit.core.numeric.channel_noise import ROUNDING, Noise
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.stats import ROUNDING, Noise, median_of, quantile_of
 
 #: Expected number of stretches as long by chance.
 CHANCE = 1e-6

@@ -27,9 +27,8 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen, marked, run_bounds
-from collaudit.core.numeric.channel_noise import bend_of, noise_of
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.stats import bend_of, median_of, noise_of, quantile_of
 
 #: Samples from which a period is told.
 _FEWEST = 24

@@ -1,8 +1,12 @@
-"""How results show themselves at a prompt and in a notebook: a title and a few rows, never all of their numbers."""
+"""How results show themselves at a prompt and in a notebook: a title and a few rows, never all of their numbers.
+
+And how things of one name are told apart there and in files.
+"""
 
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
 
@@ -46,3 +50,13 @@ def first(values: Iterable[str], count: int = 3) -> str:
     every = list(values)
     more = f"; and {len(every) - count} more" if len(every) > count else ""
     return "; ".join(value.rstrip(".") for value in every[:count]) + more
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """The names; one that came before counts up, since what reads our files takes two of one name for one log."""
+    seen: Counter[str] = Counter()
+    out = []
+    for name in names:
+        seen[name] += 1
+        out.append(name if seen[name] == 1 else f"{name}#{seen[name]}")
+    return out

@@ -14,9 +14,8 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, run_bounds
-from collaudit.core.numeric.channel_noise import bend_of
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import median_of, robust_sd
+from collaudit.core.numeric.stats import bend_of, median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.followed_offsets import LARGEST
 from collaudit.core.residual.residual import Residual

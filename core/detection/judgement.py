@@ -43,8 +43,7 @@ from collaudit.core.detection.unjudged_time import unjudged_effort_findings
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
-from collaudit.core.numeric.parallel import by_name, ordered_map
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress, by_name, ordered_map
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared
 

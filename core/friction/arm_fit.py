@@ -18,7 +18,7 @@ from collaudit.core.identification.identification import identify
 from collaudit.core.identification.motion_sums import MotionSums, collect
 from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated
 from collaudit.core.prepare.prepared import Prepared
 

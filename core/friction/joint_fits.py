@@ -19,8 +19,7 @@ from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.motion_points import any_motion_tells_more, motion_points, moving_speeds
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, by_name, stage
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.prepared import Prepared
 

@@ -13,7 +13,7 @@ from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, centred_extremes, run_bounds
 from collaudit.core.numeric.filters import low_pass
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.reversal_travel import settled
 

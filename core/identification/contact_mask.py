@@ -29,9 +29,8 @@ from collaudit.core.numeric.arrays import (
     spread_over_unknown,
     widened,
 )
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import Progress, ordered_map, stage
 from collaudit.core.numeric.robust_regression import BISQUARE, RobustFit, local_spread, robust_fit
-from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.prepared import Prepared
 
 #: A stretch begins where the residual, or its mean over so long, exceeds so many robust standard deviations for this

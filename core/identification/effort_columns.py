@@ -16,8 +16,8 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.parallel import Progress
 from collaudit.core.numeric.robust_regression import RobustFit
-from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import few_values, median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.reversal_travel import one_way

@@ -12,7 +12,7 @@ from collaudit.core.data.identification_result import LeftOut, LeftOutSpan
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_mask import find_contact, labelled_contact
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.prepare.guided_stretches import fitted_without_guiding
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared

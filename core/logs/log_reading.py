@@ -26,8 +26,7 @@ from collaudit.core.logs.opening import (
 )
 from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.numeric.parallel import begun
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress, begun
 
 
 class Hashing:

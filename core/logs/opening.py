@@ -24,7 +24,7 @@ from collaudit.core.logs.storage.file_content import (
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 
 
 class JoinedRecording:

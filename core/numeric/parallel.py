@@ -1,4 +1,4 @@
-"""An ordered map over a few threads with a short look-ahead, so that memory stays bounded.
+"""An ordered map over a few threads with a short look-ahead, so that memory stays bounded; and how far work has come.
 
 A log is cut for it into what does not depend on the rest: chunks of its file, stretches between gaps in filters, blocks
 of time in the dynamics, joints in residual and alarms. Results are those of one thread, whatever the number.
@@ -130,3 +130,24 @@ def _alone() -> bool:
 def _helpers(count: int) -> ThreadPoolExecutor:
     """So many threads that work for another."""
     return ThreadPoolExecutor(count, initializer=setattr, initargs=(_thread, "helps", True))
+
+
+#: Called with what is done and what there is in all.
+Progress = Callable[[int, int], None]
+
+_STEPS = 1000
+
+
+def stage(progress: Progress | None, start: float, end: float) -> Progress:
+    """A callback for one stage of some work.
+
+    Args:
+        progress: of the whole; None: nobody asks.
+        start, end: shares of the whole at which the stage begins and ends, 0 to 1, as its time usually is.
+    """
+
+    def report(done: int, total: int) -> None:
+        if progress is not None and total > 0:
+            progress(round(_STEPS * (start + (end - start) * min(done / total, 1.0))), _STEPS)
+
+    return report

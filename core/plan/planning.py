@@ -13,7 +13,7 @@ from collaudit.core.data.plan_result import PLAN_SCHEMA, PROPOSAL, JointLimits, 
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.plan import excitation as ex
 from collaudit.core.plan.excitation import Unknowns, unknowns_of
 from collaudit.core.plan.limits import ArmLimits, arm_limits

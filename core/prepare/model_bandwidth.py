@@ -21,8 +21,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
-from collaudit.core.numeric.filters import low_pass
-from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.filters import Kernel, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import MEDIAN_SE, SD_PER_MAD, median_of, weighted_median
 

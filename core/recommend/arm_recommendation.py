@@ -18,9 +18,9 @@ from collaudit.core.data.recommendation_result import (
     StretchToConfirm,
 )
 from collaudit.core.data.sensitivity_result import Sensitivity
+from collaudit.core.data.shown import distinct
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.numeric.distinct_names import distinct
 from collaudit.core.numeric.null_tail import BLOCK_S, block_peaks, null_tail
 from collaudit.core.recommend.alarm_plane import AlarmPlane, alarm_planes
 from collaudit.core.recommend.arm_evidence import (

@@ -31,8 +31,7 @@ from collaudit.core.friction.friction_variation import joint_variation, of_logs
 from collaudit.core.friction.gear_corrections import joint_correction
 from collaudit.core.friction.motion_points import settled_residual
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
-from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress, by_name
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.evidence_range import Driven, range_of

@@ -20,7 +20,7 @@ from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.identification.solved_problem import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds, widened
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named

@@ -18,7 +18,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.filters import Kernel
 from collaudit.core.numeric.parallel import each
 from collaudit.core.prepare.prepared import Prepared
 

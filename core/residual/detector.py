@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.kernel import BOTH_WAYS, Kernel, butterworth, double_pole, first_order
+from collaudit.core.numeric.filters import BOTH_WAYS, Kernel, butterworth, double_pole, first_order
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance, balance_from_acceleration, balance_from_momentum
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals

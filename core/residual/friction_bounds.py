@@ -23,7 +23,7 @@ from collaudit.core.friction.friction_model import (
 )
 from collaudit.core.friction.gear_ripple import ripple_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.filters import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled

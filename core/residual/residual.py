@@ -14,7 +14,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, load_doubt, scatter_beyond
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, covered
-from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.filters import Kernel
 from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared

@@ -28,8 +28,7 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.detection.rule_reach import known_limits
 from collaudit.core.detection.rule_settings import stated_by_joint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, blocks, lowest_in_row, run_bounds
-from collaudit.core.numeric.filters import gaussian_smoothed, window_reach
-from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.filters import Kernel, gaussian_smoothed, window_reach
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.arm_places import Place, RequiredForce, alarming_forces, arm_places, asked_forces

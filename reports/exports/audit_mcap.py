@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.reports.exports.ros_mcap import (
     DIAGNOSTICS,
     ERROR,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, AuditResult
@@ -125,7 +125,7 @@ def summary_text(
     """
     from dataclasses import replace
 
-    from collaudit.core.numeric.distinct_names import distinct
+    from collaudit.core.data.shown import distinct
     from collaudit.reports.values.night import QUIET
 
     known = format_named(fmt)

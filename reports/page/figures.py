@@ -11,7 +11,7 @@ from markupsafe import Markup
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 from collaudit.reports.files.signals_file import StoredSignals
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.joint_trace import JointTrace

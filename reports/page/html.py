@@ -14,7 +14,7 @@ from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.run_files import StoredRun
 from collaudit.reports.files.signals_file import in_memory

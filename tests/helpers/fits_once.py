@@ -16,7 +16,7 @@ from collaudit.core import fitting
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.logs.log_reading import Hashing
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.scoring.detection_score import TruthFile

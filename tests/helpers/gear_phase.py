@@ -14,7 +14,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.friction.gear_ripple import ripple_torque
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.kernel import BOTH_WAYS, double_pole
+from collaudit.core.numeric.filters import BOTH_WAYS, double_pole
 
 
 def waves(audit: Audit, friction: FrictionFile, j: int, bandwidth_hz: float) -> np.ndarray | None:

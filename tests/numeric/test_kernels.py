@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.kernel import Kernel, butterworth, double_pole, first_order
+from collaudit.core.numeric.filters import Kernel, butterworth, double_pole, first_order
 
 T = 0.002
 FAMILY = {"momentum": first_order, "filtered": butterworth, "eso": double_pole}

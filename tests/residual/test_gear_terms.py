@@ -10,7 +10,7 @@ from collaudit.core.data.friction_result import RippleWave
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.kernel import double_pole
+from collaudit.core.numeric.filters import double_pole
 from collaudit.core.residual.friction_bounds import known_ripple
 
 T = 0.002

@@ -12,7 +12,7 @@ from origins import log_source
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
+from collaudit.core.numeric.filters import butterworth, double_pole, first_order
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.detector import DETECTORS, detector_named

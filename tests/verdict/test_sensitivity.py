@@ -22,7 +22,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
+from collaudit.core.numeric.filters import butterworth, double_pole, first_order
 from collaudit.core.prepare import guided_stretches
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare

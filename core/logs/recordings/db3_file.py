@@ -15,7 +15,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located, ros_type
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 
 _ROWS = 4096
 #: Number, topic, time and payload.

@@ -14,8 +14,7 @@ from pathlib import Path
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located
-from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress, ordered_map
 
 
 @dataclass(slots=True)

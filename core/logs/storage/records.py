@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 
 ByteArray = NDArray[np.uint8]
 #: Schemas larger than this are not read.

@@ -19,7 +19,7 @@ from collaudit.core.logs.storage.records import MessageReader
 from collaudit.core.logs.topics.field_paths import fields_line, fields_of
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, described, named, stated_topic
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.channel_noise import bend_of, noise_of
+from collaudit.core.numeric.stats import bend_of, noise_of
 from collaudit.core.vendors.column_words import USABLE, Role
 
 #: Messages that noise is told from.

@@ -48,7 +48,7 @@ from collaudit.core.logs.topics.joint_states_topic import choose_efforts, choose
 from collaudit.core.logs.topics.log_topics import Topic, decode, skipped_findings, stated_topic, topics_of
 from collaudit.core.logs.topics.topic_series import Series, in_order, publishers_of, taken
 from collaudit.core.numeric.arrays import FloatArray, frozen
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.parallel import Progress
 
 
 def read_wrench(

@@ -18,8 +18,7 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.channel_noise import bend_of, noise_of
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, bend_of, noise_of
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable

@@ -59,10 +59,12 @@ class LazyGroup(ExamplesFirst, click.Group):
     """A group that imports a command only when it is asked for.
 
     Attributes:
-        summaries: the line that the group's help shows of each command, whose module in ``cli.commands`` has its name.
+        summaries: the line that the group's help shows of each command.
+        homes: the module in ``cli.commands`` of each command that does not stand in one of its own name.
     """
 
     summaries: Mapping[str, str] = {}
+    homes: Mapping[str, str] = {}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names in the order of an audit, not of the alphabet."""
@@ -73,7 +75,8 @@ class LazyGroup(ExamplesFirst, click.Group):
         if cmd_name not in self.summaries:
             return None
         room_for_linear_algebra()
-        command: click.Command = import_module(f"collaudit.cli.commands.{cmd_name}").command
+        home = import_module(f"collaudit.cli.commands.{self.homes.get(cmd_name, cmd_name)}")
+        command: click.Command = getattr(home, f"{cmd_name}_command")
         return command
 
     def resolve_command(

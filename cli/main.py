@@ -54,6 +54,13 @@ _COMMANDS = {
     "selftest": "Prove this installation on logs whose truth is known.",
     "demo": "The whole chain on simulated runs; ends with a report.",
 }
+_HOMES = {
+    **dict.fromkeys(("inspect", "detect", "explain"), "logs"),
+    **dict.fromkeys(("init", "check"), "configs"),
+    **dict.fromkeys(("fit", "plan"), "friction"),
+    **dict.fromkeys(("trend", "query", "store"), "nights"),
+    **dict.fromkeys(("simulate", "selftest", "demo"), "known_truth"),
+}
 ERROR_SCHEMA = "collaudit/error/1"
 
 
@@ -72,7 +79,7 @@ def collaudit() -> None:
     """
 
 
-collaudit.summaries = _COMMANDS
+collaudit.summaries, collaudit.homes = _COMMANDS, _HOMES
 collaudit.examples = (
     "collaudit demo",
     "collaudit inspect run.mcap",

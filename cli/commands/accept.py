@@ -35,7 +35,7 @@ _PRUNED = ("expired", "no longer matches", "unused")
 @click.option("--prune", is_flag=True, help="Take out the entries that OUT found expired, unused or not matching.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the file, what was added, what was taken out.")
 @config_option
-def command(
+def accept_command(
     folder: Path,
     contact: str | None,
     reason: str | None,

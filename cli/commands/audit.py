@@ -101,7 +101,7 @@ _DAY = click.DateTime(["%Y-%m-%d"])
 @config_option
 @part_options
 @friction_option
-def command(
+def audit_command(
     logs: tuple[str, ...],
     output: Path,
     jobs: int,

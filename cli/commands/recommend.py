@@ -55,7 +55,7 @@ _PER_HOUR = 0.1
 @truth_option
 @config_option
 @friction_option
-def command(
+def recommend_command(
     inputs: tuple[str, ...],
     robot: str | None,
     target: Path | None,

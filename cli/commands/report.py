@@ -66,7 +66,7 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the written files, or the forces beside limits.")
 @config_option
-def command(
+def report_command(
     runs: tuple[Path, ...],
     output: Path | None,
     formats: str,

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from collaudit.cli.commands.audit import command as audit_command
+from collaudit.cli.commands.audit import audit_command
 from collaudit.cli.main import collaudit as group
 
 PROJECT = Path(__file__).resolve().parents[2]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from collaudit.cli.commands.detect import SCORE_SCHEMA
+from collaudit.cli.commands.logs import SCORE_SCHEMA
 from collaudit.cli.main import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, Cause, RecommendedRule, Verdict
 from collaudit.core.data.detection_result import Score

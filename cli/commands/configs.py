@@ -1,8 +1,9 @@
-"""``collaudit init``: a commented configuration for a log."""
+"""Configurations: ``collaudit init`` drafts one for a log, ``collaudit check`` says whether one can be used."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import click
 from collaudit.cli.console import note, print_findings, say, say_object
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, given_paths, load_settings, overrides, urdf_option
-from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, EXIT_USAGE, CollauditError, ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the configuration, its findings, what is missing.")
 @config_option
 @urdf_option
-def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bool) -> int:
+def init_command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bool) -> int:
     """Write a commented configuration for a log: topic, joint names, units, robot, rule.
 
     What was stated nowhere is a guess and marked GUESS. The log, or of a long one the stretch with the most
@@ -164,3 +165,61 @@ def _say_missing(made: Drafted, output: Path | None) -> None:
     if forbidding(made.trial.findings) is not None:
         where = output or "the text above"
         note(f"next: if a commented line (#) in {where} is true, uncomment it, and run collaudit inspect again")
+
+
+@example_command("check", "collaudit check", "collaudit check collaudit.toml fleet/collaudit-cell1.toml")
+@click.argument("configs", nargs=-1, type=click.Path(path_type=Path), metavar="[CONFIG]...")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: whether each can be used, and why not.")
+def check_command(configs: tuple[Path, ...], as_json: bool) -> int:
+    """Check configurations: keys, values, keys without effect, files, the fleet, and accepted contacts that are over.
+
+    Without an argument collaudit.toml of this folder is checked. As a hook of pre-commit: collaudit-check.
+
+    Exit codes: 0 all can be used; 2 one cannot. An acceptance that is over is said, and is no error.
+    """
+
+    problems: dict[str, str | None] = {}
+    for path in configs or (Path("collaudit.toml"),):
+        try:
+            _check(path)
+        except CollauditError as error:
+            note(error.render())
+            problems[str(path)] = error.render()
+        else:
+            problems[str(path)] = None
+            if not as_json:
+                say(f"ok  {path}")
+    if as_json:
+        say_object("collaudit/check/1", {"problems": problems})
+    return EXIT_USAGE if any(problems.values()) else EXIT_PASS
+
+
+def _check(path: Path) -> None:
+    from collaudit.cli.fleet.precedents import read_accepted
+    from collaudit.cli.fleet.robot_matching import robot_settings
+    from collaudit.core.config import load_config
+    from collaudit.core.config.describe import without_effect
+    from collaudit.core.contacts.contact_states import day_refusal
+    from collaudit.reports.files.run_files import read_friction
+
+    loaded = load_config(path)
+    robots = loaded.config.fleet.robots
+    for settings in (loaded, *robot_settings(loaded, {}, robots).values()):
+        if idle := without_effect(settings.config):
+            raise ConfigError(
+                "a key is stated that has no effect",
+                where=str(settings.path or path),
+                found=", ".join(need.key for need in idle),
+                expected="; ".join(f"{need.key} with {need.needs}" for need in idle),
+                hint="state what it goes with, or take it out",
+            )
+        urdf = settings.urdf_path
+        if urdf is not None and not urdf.is_file():
+            raise ConfigError("the robot's description is not there", where=str(path), found=str(urdf))
+        if settings.friction_path is not None:
+            read_friction(settings.friction_path)
+    today = datetime.now(UTC).date()
+    for entry in read_accepted(loaded):
+        why = day_refusal(entry, today)
+        if why is not None:
+            note(f"accepted contact that does not count, {why}: {entry.words}")

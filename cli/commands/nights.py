@@ -1,8 +1,9 @@
-"""``collaudit store prune``: say what may go of stored nights, and take it away."""
+"""Stored nights: ``collaudit trend`` shows them, ``query`` asks them in SQL, ``store prune`` takes old ones away."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,7 +12,99 @@ import click
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings
-from collaudit.core.errors import EXIT_PASS, ConfigError
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError, did_you_mean
+
+
+@example_command(
+    "trend",
+    "collaudit trend store/",
+    "collaudit trend store/ -o trend.html",
+    "collaudit trend store/ --robot cell-7 --json",
+)
+@click.argument("store", metavar="STORE")
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Also write the page with plots.")
+@click.option("--robot", "robots", multiple=True, metavar="NAME", help="Only this robot; may be given several times.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: every night of every joint.")
+def trend_command(store: str, output: Path | None, robots: tuple[str, ...], as_json: bool) -> int:
+    """Show each joint over the nights: whether it was tested, contacts, level of the residual, gamma, friction.
+
+    A night without a tested log is no quiet night: the table counts both, and says which joints the last night did not
+    test. Level and friction stand with their 95 % intervals before and since the night that divides them best; the logs
+    of a night are replicates. Nothing is extrapolated; collaudit query asks the same table in SQL.
+
+    Exit code 3 when no log in the store was judged.
+    """
+    from collaudit.core.history.night_row import joint_nights
+    from collaudit.reports.sections.joint_sections import nights_section
+    from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.terminal.text_table import section_text
+
+    with progress("reading the store"):
+        rows = ResultStore(store).rows()
+    _check_robots(robots, {row.robot for row in rows})
+    rows = [row for row in rows if not robots or row.robot in robots]
+    joints = joint_nights(rows)
+    if output is not None:
+        from collaudit.reports.files.atomic import atomic_write
+        from collaudit.reports.page.plane_page import trend_page
+
+        atomic_write(output, trend_page(joints))
+    if as_json:
+        say_object("collaudit/trend/2", {"joints": [asdict(one) for one in joints]})
+    else:
+        say(section_text(nights_section(joints), terminal_width()), nl=False)
+    if output is not None:
+        note(f"page of trends: {output}")
+    return EXIT_PASS if any(row.verdict != "not_judged" for row in rows) else EXIT_NOT_JUDGED
+
+
+def _check_robots(wanted: tuple[str, ...], known: set[str]) -> None:
+    for robot in wanted:
+        if robot not in known:
+            raise ConfigError(
+                "the store has no log of this robot",
+                where="--robot",
+                found=robot,
+                expected=", ".join(sorted(known)[:10]) or "any robot",
+                hint=did_you_mean(robot, known),
+            )
+
+
+@example_command(
+    "query",
+    "collaudit query store/ \"SELECT robot, count(DISTINCT log) FROM nights WHERE verdict = 'fail' GROUP BY robot\"",
+    'collaudit query store/ "SELECT night, joint, friction_nm FROM nights ORDER BY night" --json',
+    'collaudit query s3://bucket/store "DESCRIBE nights"',
+)
+@click.argument("store", metavar="STORE")
+@click.argument("sql", metavar="SQL")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: columns, and rows as lists.")
+def query_command(store: str, sql: str, as_json: bool) -> int:
+    """Answer a question in SQL from a store that collaudit audit --store keeps.
+
+    Tables: nights (a row for each joint of each log, as it was last judged), contacts (a row for each joint in each
+    contact), and records (every row that was ever appended). docs/fleet.md lists their columns and answers five
+    questions. Nothing can be changed, and no other file be read.
+
+    Needs DuckDB: python -m pip install 'collaudit[fleet]'.
+    """
+    from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.store.store_query import query_store
+    from collaudit.reports.terminal.text_table import table
+
+    found = query_store(ResultStore(store), sql)
+    if as_json:
+        say_object("collaudit/query/1", {"columns": found.columns, "rows": found.rows}, indent=1)
+        return EXIT_PASS
+    lines = [[_shown(value) for value in row] for row in found.rows]
+    say(table(found.columns, lines, found.numeric, terminal_width()), nl=False)
+    return EXIT_PASS
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _days(_ctx: click.Context, _param: click.Parameter, text: str) -> int:
@@ -59,7 +152,7 @@ def _days(_ctx: click.Context, _param: click.Parameter, text: str) -> int:
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the plan as JSON.")
 @config_option
-def command(
+def store_command(
     action: str,
     place: str,
     keep: int,
@@ -79,8 +172,6 @@ def command(
     Whatever its age, a run stays that a contact in accepted.toml of the configuration may mean while the entry counts,
     one that a --baseline has, and of each robot and program the latest that was judged.
     """
-    from dataclasses import asdict
-
     from collaudit.cli.fleet.precedents import is_store, read_accepted
     from collaudit.cli.fleet.stored_runs import (
         audits_below,

@@ -19,8 +19,7 @@ from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.detector_run import Settled
-from collaudit.core.detection.judgement import judge
-from collaudit.core.detection.settled_rule import settled
+from collaudit.core.detection.judgement import judge, settled
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
 from collaudit.core.numeric.parallel import Progress, stage

@@ -23,8 +23,7 @@ from collaudit.core.data.recommendation_result import (
     ThresholdLevel,
 )
 from collaudit.core.detection.position_pattern import settled_pattern_findings
-from collaudit.core.detection.rule_reach import known_limits
-from collaudit.core.detection.rule_settings import stated_persistence
+from collaudit.core.detection.rule_settings import known_limits, stated_persistence
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_variation import joint_variation, of_logs

@@ -25,8 +25,7 @@ from collaudit.core.data.sensitivity_result import (
 )
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
-from collaudit.core.detection.rule_reach import known_limits
-from collaudit.core.detection.rule_settings import stated_by_joint
+from collaudit.core.detection.rule_settings import known_limits, stated_by_joint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, blocks, lowest_in_row, run_bounds
 from collaudit.core.numeric.filters import Kernel, gaussian_smoothed, window_reach
 from collaudit.core.numeric.parallel import by_name

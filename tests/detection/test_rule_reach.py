@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import Config
-from collaudit.core.detection.rule_reach import reach_findings
-from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.detection.rule_settings import make_rule, reach_findings
 from collaudit.core.errors import NotJudgedError
 
 TORQUE = 20.0, 6.0  # largest of each joint on record

@@ -12,7 +12,7 @@ from scipy.signal import bilinear, lfilter
 from three_joints import COULOMB, NAMES, VISCOUS, arm, settings, sines
 
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.detection.settled_rule import _with_smoothing
+from collaudit.core.detection.judgement import _with_smoothing
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.guided_stretches import with_effort_smoothing
 from collaudit.core.prepare.preparation import prepare

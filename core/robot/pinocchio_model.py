@@ -111,6 +111,8 @@ class PointMass:
 
 
 _Z = np.array([0.0, 0.0, 1.0])
+#: Of so few samples the library's threads take longer to meet than to work.
+_FEW = 2_000
 #: Way of all joints together in a step of a difference along the motion, rad (m).
 _STEP = 1e-3
 
@@ -394,7 +396,7 @@ class ForwardModel:
 
 def _inverse_dynamics(model: Any, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
     out = np.empty(v.shape, order="F")
-    count = threads()
+    count = threads() if v.shape[1] > _FEW else 1
     pin.rneaInParallel(count, pin.ModelPool(model, count), *map(np.asfortranarray, (q, v, a)), out)
     return out
 

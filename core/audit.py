@@ -12,7 +12,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_scene import arm_geometry
 from collaudit.core.contacts.contact_states import Precedents, with_states
 from collaudit.core.contacts.contacts import find_contacts
-from collaudit.core.contacts.controller_alarms import controller_alarms
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, FrictionFile, PolicyLimits, Provenance
 from collaudit.core.data.cycles_result import CycleReference
@@ -33,7 +32,7 @@ from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.scoring.detection_score import TruthFile
-from collaudit.core.scoring.known_events import missing_labels, score_detection
+from collaudit.core.scoring.known_events import controller_alarms, missing_labels, score_detection
 from collaudit.core.verdict.coverage import exclusions, log_time, measure_coverage
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import shortfalls, unstated_force

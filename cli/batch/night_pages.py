@@ -16,8 +16,7 @@ from collaudit.cli.shared_steps import audit_files
 from collaudit.core.api import load_robot
 from collaudit.core.causes.program_change import compare_programs
 from collaudit.core.config.accepted import Acceptance
-from collaudit.core.contacts.acceptance_use import acceptance_uses
-from collaudit.core.contacts.contact_states import program_of
+from collaudit.core.contacts.contact_states import acceptance_uses, program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, Verdict
 from collaudit.core.data.cycles_result import ProgramComparison
 from collaudit.core.data.left_out import LeftOut

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from collaudit.core.contacts.acceptance_use import AcceptanceUse
+from collaudit.core.contacts.contact_states import AcceptanceUse
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.cycles_result import ProgramComparison
 from collaudit.core.data.left_out import LeftOut

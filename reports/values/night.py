@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from urllib.parse import quote
 
-from collaudit.core.contacts.acceptance_use import AcceptanceUse
+from collaudit.core.contacts.contact_states import AcceptanceUse
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.cycles_result import LEAST_CHANGE, ProgramComparison
 from collaudit.core.data.left_out import LeftOut

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from strong_pushes import above_s
 
-from collaudit.core.contacts.controller_alarms import Mark, compare_controller_alarms
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
 from collaudit.core.scoring.detection_score import JudgedResidual, TrueEvent, read_truth, score, true_events
+from collaudit.core.scoring.known_events import Mark, compare_controller_alarms
 
 T = 0.01
 

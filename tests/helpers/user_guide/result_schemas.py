@@ -13,7 +13,7 @@ import msgspec
 from docstring_parser import DocstringStyle, parse
 
 from collaudit.core.config.describe import choices_of_laws
-from collaudit.core.contacts.acceptance_use import AcceptanceUse
+from collaudit.core.contacts.contact_states import AcceptanceUse
 from collaudit.core.data import (
     arm_geometry,
     cycles_result,

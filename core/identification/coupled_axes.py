@@ -1,7 +1,7 @@
 """Friction and drive inertia of axes that turn with several joints, from what the model leaves on these joints.
 
 On joint j with weight w the motor of a coupled axis leaves w (F_c sgn s + F_v s + I ds/dt), s the axis' speed; beside
-it stand each joint's own friction and offset as ``torque_columns.py`` has them, so that what its own speed explains is
+it stand each joint's own friction and offset as ``torque_terms.py`` has them, so that what its own speed explains is
 its own. One solve of sums over all joints of all axes (core/torque_table). Friction
 dissipates: what would be negative is held at zero.
 """
@@ -18,7 +18,7 @@ from collaudit.core.data.identification_result import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.motion_sums import MotionSums, collect
-from collaudit.core.identification.torque_columns import FRICTION_COLUMNS
+from collaudit.core.identification.torque_terms import FRICTION_COLUMNS
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared

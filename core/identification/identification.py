@@ -21,10 +21,10 @@ from collaudit.core.identification.identified_values import (
     prior_words,
     tool_of,
 )
-from collaudit.core.identification.inertial_parameters import Consistent, is_consistent, make_consistent
 from collaudit.core.identification.motion_sums import MotionSums, collect
 from collaudit.core.identification.solved_problem import Candidate, Solved, solved
 from collaudit.core.identification.sums_solution import Problem, Solution
+from collaudit.core.identification.torque_terms import Consistent, is_consistent, make_consistent
 from collaudit.core.prepare.prepared import Prepared
 
 #: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.

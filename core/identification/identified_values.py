@@ -15,7 +15,6 @@ from collaudit.core.data.identification_result import (
     IdentifiedJoint,
     IdentifiedTool,
 )
-from collaudit.core.identification.inertial_parameters import BaseMap, base_map, is_consistent
 from collaudit.core.identification.motion_sums import MotionSums
 from collaudit.core.identification.solved_problem import ARMATURE_SHARE, Solved
 from collaudit.core.identification.sums_solution import (
@@ -26,7 +25,7 @@ from collaudit.core.identification.sums_solution import (
     held_out,
     own_armature,
 )
-from collaudit.core.identification.torque_columns import OFFSET, angle_torque
+from collaudit.core.identification.torque_terms import OFFSET, BaseMap, angle_torque, base_map, is_consistent
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95
 from collaudit.core.robot.robot_model import RobotModel

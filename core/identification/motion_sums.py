@@ -15,12 +15,12 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.inertial_parameters import base_map
-from collaudit.core.identification.torque_columns import (
+from collaudit.core.identification.torque_terms import (
     OFFSET,
     angle_columns,
     angles_seen,
     axis_columns,
+    base_map,
     drift_columns,
     friction_columns,
 )

@@ -2,7 +2,7 @@
 
 For joint j:  effort_j / k_j - model_j = (Y(q, dq, ddq) d)_j + dI_j ddq_j + friction_j + offset_j + noise, with drive
 gain k, changes d and dI of the described inertial parameters and rotor inertia; beside them what
-``torque_columns.py`` has. Inertial parameters count in directions of which each is a standard deviation of their
+``torque_terms.py`` has. Inertial parameters count in directions of which each is a standard deviation of their
 prior, so that what no torque depends on keeps it. The problem is linear but for the gain (Gauss and Newton). A joint's
 noise is told from what is left; neighbouring errors are alike: the data's weight against the prior is divided by how
 much more the sum of errors over a block varies than independent errors would (Kish's design effect).
@@ -15,9 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.identification.inertial_parameters import prior_directions
 from collaudit.core.identification.motion_sums import MotionSums
-from collaudit.core.identification.torque_columns import OFFSET
+from collaudit.core.identification.torque_terms import OFFSET, prior_directions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import explained, scatter, solutions

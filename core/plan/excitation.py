@@ -2,7 +2,7 @@
 
 The joint torques are linear in inertial parameters, rotor inertias, gains' errors and friction that goes with the load;
 friction of its own and an offset stand beside them, without a prior, as in the identification
-(``torque_columns.py``). The information of samples is Phi^T Phi / s²; the determinant of the unknowns'
+(``torque_terms.py``). The information of samples is Phi^T Phi / s²; the determinant of the unknowns'
 covariance is made small (D-optimal: Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007), given
 what earlier logs determine. Poses are chosen one after the other out of random ones, so that every move can be checked
 against all limits before it is taken.
@@ -17,9 +17,8 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.identification.inertial_parameters import BaseMap, base_map
 from collaudit.core.identification.solved_problem import GAIN_SD, inertials_prior_sd
-from collaudit.core.identification.torque_columns import FRICTION_COLUMNS, friction_columns
+from collaudit.core.identification.torque_terms import FRICTION_COLUMNS, BaseMap, base_map, friction_columns
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.plan.timing import Motion, MoveCheck, move

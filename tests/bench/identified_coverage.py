@@ -24,7 +24,7 @@ from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.identification.identification import identify
-from collaudit.core.identification.inertial_parameters import base_map
+from collaudit.core.identification.torque_terms import base_map
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel

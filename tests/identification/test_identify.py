@@ -11,9 +11,9 @@ from three_joints import ARMATURE, NAMES, arm, log_of, settings
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.motion_points import motion_points
-from collaudit.core.identification import estimate_choice, inertial_parameters, solved_problem
+from collaudit.core.identification import estimate_choice, solved_problem, torque_terms
 from collaudit.core.identification.identification import identified_findings, identify
-from collaudit.core.identification.inertial_parameters import base_map
+from collaudit.core.identification.torque_terms import base_map
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
@@ -214,11 +214,11 @@ def impossible() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
     body, best, hessian, free = impossible()
-    assert inertial_parameters.is_consistent(body)
-    assert not inertial_parameters.is_consistent(best)
-    near = inertial_parameters.make_consistent(best, hessian, free, 1)
+    assert torque_terms.is_consistent(body)
+    assert not torque_terms.is_consistent(best)
+    near = torque_terms.make_consistent(best, hessian, free, 1)
     assert near.consistent
-    assert inertial_parameters.is_consistent(near.free)
+    assert torque_terms.is_consistent(near.free)
 
     def cost(x: np.ndarray) -> float:
         return float((x - best) @ hessian @ (x - best))
@@ -227,7 +227,7 @@ def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
     rng = np.random.default_rng(1)
     for _ in range(200):
         other = body * (1 + 0.5 * rng.standard_normal(10))
-        if inertial_parameters.is_consistent(other):
+        if torque_terms.is_consistent(other):
             assert cost(near.free) <= cost(near.free + 0.01 * (other - near.free)) * (1 + 1e-6)
 
 

@@ -12,7 +12,7 @@ from statsmodels.regression.linear_model import OLS
 
 from collaudit.core.identification.motion_sums import MotionSums
 from collaudit.core.identification.sums_solution import Problem, Unknowns
-from collaudit.core.identification.torque_columns import friction_columns
+from collaudit.core.identification.torque_terms import friction_columns
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.torque_table.block_sums import products_of
 

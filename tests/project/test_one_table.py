@@ -20,7 +20,7 @@ ROUTINES = frozenset(
 OTHERS = frozenset(
     {
         "contacts/external_force.py", "friction/identified_urdf.py", "identification/effort_columns.py",
-        "identification/force_sensor.py", "identification/inertial_parameters.py", "numeric/robust_regression.py",
+        "identification/force_sensor.py", "identification/torque_terms.py", "numeric/robust_regression.py",
         "prepare/commanded_force.py", "torque_table/block_sums.py",
     }
 )  # fmt: skip

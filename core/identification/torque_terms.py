@@ -1,4 +1,4 @@
-"""What a joint's torque is linear in: friction, coupled axes, angles and offsets beside the rigid body, and its inertials.
+"""What a joint's torque is linear in: inertials, and friction, coupled axes, angles and offsets beside the rigid body.
 
 A law of friction that is too poor biases what it stands beside: what sliding friction does at low speed has the
 sign of the motion, as the torque of a ramp has, and friction that follows the speed late (frictional lag: Rabinowicz,
@@ -8,9 +8,9 @@ and a·exp(-|v|/w) for the lag. A spring or counterbalance is a polynomial in on
 hat functions over each log.
 
 No single body's inertials are told: combinations that torques depend on, base parameters, come from a rank-revealing
-QR decomposition (Gautier, J. Robotic Systems 8, 1991). Ten parameters are those of a body with positive density exactly
-when its 4 x 4 pseudo-inertia matrix is positive definite (Wensing, Kim and Slotine, IEEE Robot. Autom. Lett. 3, 2018), a
-convex condition.
+QR decomposition (Gautier, J. Robotic Systems 8, 1991). Ten parameters are those of a body with positive density
+exactly when its 4 x 4 pseudo-inertia matrix is positive definite (Wensing, Kim and Slotine, IEEE Robot. Autom. Lett.
+3, 2018), a convex condition.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ from collaudit.core.detection.unjudged_time import unjudged_effort_findings
 from collaudit.core.findings import Finding, fact, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction
 from collaudit.core.identification.channel_audit import late_effort_findings
-from collaudit.core.identification.contact_mask import find_contact
+from collaudit.core.identification.log_cleaning import find_contact
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.parallel import Progress, by_name, ordered_map
 from collaudit.core.numeric.stats import quantile_of

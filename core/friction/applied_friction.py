@@ -12,6 +12,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
 from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
+from collaudit.core.identification.log_cleaning import cleaned, times_text
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
 
@@ -45,8 +46,6 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     """
     series = prepared.judged_series
     if friction is None:
-        from collaudit.core.identification.log_cleaning import cleaned
-
         clean = cleaned([prepared], config)
         fits = fit_joints(clean.logs, config)
         said = [_circular(config, auto=False)] if any(fit.model for fit in fits.values()) else []
@@ -126,8 +125,6 @@ def _left_out(friction: FrictionFile) -> list[Finding]:
     out = []
     for name, facts in friction.left_out.items():
         if facts.spans and facts.by == "stated":
-            from collaudit.core.identification.log_cleaning import times_text
-
             text = (
                 f"The friction was fitted on {name}, stated to be free of contact, with {len(facts.spans)} stretches "
                 f"that look like contact: {times_text(facts.spans)}. If they are, friction and thresholds from it are "

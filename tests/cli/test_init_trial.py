@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from collaudit.cli.drafts import trial as trials
-from collaudit.core.identification import contact_mask
+from collaudit.core.identification import log_cleaning
 
 
 def _moved(arm, path: Path, rows: int) -> Path:
@@ -81,7 +81,7 @@ def test_a_missing_robot_is_said_with_its_line(arm, collaudit, tmp_path: Path) -
 
 def test_a_refused_fit_keeps_its_own_reason(arm, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Joints that move for a minute and look like contact all the time: neither too short nor too still."""
-    monkeypatch.setattr(contact_mask, "MOSTLY", -1.0)
+    monkeypatch.setattr(log_cleaning, "MOSTLY", -1.0)
     text = re.sub(r"^gamma_nm.*\n", "", arm.config.read_text(), flags=re.MULTILINE)
     (tmp_path / "robot.toml").write_text(text)
     outcome = collaudit("init", arm.clean, "-c", tmp_path / "robot.toml", "-o", tmp_path / "c.toml")

@@ -17,8 +17,14 @@ from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.contact_mask import FAR, _reaching, find_contact, labelled_contact
-from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
+from collaudit.core.identification.log_cleaning import (
+    FAR,
+    _reaching,
+    cleaned,
+    find_contact,
+    labelled_contact,
+    refuse_if_nothing_is_left,
+)
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.preparation import modelled
 from collaudit.core.prepare.prepared import Prepared

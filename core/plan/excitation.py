@@ -21,7 +21,7 @@ from collaudit.core.identification.solved_problem import GAIN_SD, inertials_prio
 from collaudit.core.identification.torque_terms import FRICTION_COLUMNS, BaseMap, base_map, friction_columns
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.plan.timing import Motion, MoveCheck, move
+from collaudit.core.plan.moves import Motion, MoveCheck, move
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Prior standard deviations: of inertials as a share, of rotor inertia as a share of the arm's largest, of friction a

@@ -16,10 +16,9 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.plan import excitation as ex
 from collaudit.core.plan.excitation import Unknowns, unknowns_of
-from collaudit.core.plan.limits import ArmLimits, arm_limits
+from collaudit.core.plan.moves import ArmLimits, Motion, MoveCheck, arm_limits, joined, padded
 from collaudit.core.plan.prediction import clean_times, excitation_predictions, sweep_predictions
 from collaudit.core.plan.sweeps import PAUSE_S, JointSweeps, choose_sweeps, sweep_moves, time_s
-from collaudit.core.plan.timing import Motion, MoveCheck, joined, padded
 from collaudit.core.robot.arm_shapes import ArmShapes, Surroundings
 from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_description import Description, describe_robot, unknown_name

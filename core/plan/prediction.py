@@ -17,7 +17,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM, margin_after
 from collaudit.core.plan.excitation import Excitation, Unknowns, half_width, reported_half_widths
-from collaudit.core.plan.limits import ArmLimits
+from collaudit.core.plan.moves import ArmLimits
 from collaudit.core.plan.sweeps import JointSweeps
 from collaudit.core.recommend.arm_evidence import gather_evidence
 from collaudit.core.recommend.joint_thresholds import recommend_joints

@@ -17,7 +17,7 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
-from collaudit.core.plan.timing import STEP, Motion, MoveCheck, move
+from collaudit.core.plan.moves import STEP, Motion, MoveCheck, move
 
 #: Time at constant speed: ramps and settling take little of the longer one, which is asked for where its way is short.
 LEVEL_S, LONG_S, _SHORT_WAY = 0.8, 2.0, 0.4

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.plan.moves import Motion
 from collaudit.core.plan.planning import Plan
 from collaudit.core.plan.sweeps import PAUSE_S
-from collaudit.core.plan.timing import Motion
 from collaudit.reports.exports.ros_mcap import TRAJECTORY, Channel, joint_trajectory, write_mcap
 from collaudit.reports.files.atomic import atomic_write, staged
 from collaudit.reports.files.run_files import result_json

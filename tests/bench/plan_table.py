@@ -26,9 +26,9 @@ from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan import excitation as ex
 from collaudit.core.plan.excitation import Unknowns, unknowns_of
+from collaudit.core.plan.moves import MoveCheck
 from collaudit.core.plan.planning import Plan, PlanRequest, make_plan, move_check
 from collaudit.core.plan.prediction import delivered
-from collaudit.core.plan.timing import MoveCheck
 from collaudit.fixtures import experiments
 from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.reports.files.run_files import write_friction

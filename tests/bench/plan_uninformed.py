@@ -14,8 +14,8 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan import sweeps as sw
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
+from collaudit.core.plan.moves import MoveCheck
 from collaudit.core.plan.planning import Plan
-from collaudit.core.plan.timing import MoveCheck
 from collaudit.fixtures.simulated_robot import FixtureRobot
 
 

@@ -25,7 +25,7 @@ ALLOWED = {
 BELONGS = {
     "pinocchio": ("core/robot/pinocchio_model.py", "core/robot/arm_shapes.py"),
     "coal": ("core/robot/arm_shapes.py",),
-    "ruckig": ("core/plan/timing.py",),
+    "ruckig": ("core/plan/moves.py",),
     "mcap": ("core/logs/recordings/", "fixtures/", "reports/exports/"),
     "mcap_ros1": (),
     "mcap_ros2": (),

@@ -23,9 +23,8 @@ from collaudit.core.numeric.parallel import by_name, each
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.detector import Detector, detector_named
+from collaudit.core.residual.detector import Detector, detector_named, joined_residual
 from collaudit.core.residual.followed_offsets import FrictionLevel
-from collaudit.core.residual.parts import joined_residual
 from collaudit.core.residual.residual import Residual, ResidualInputs
 
 

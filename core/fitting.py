@@ -15,7 +15,7 @@ from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm, without_samples
-from collaudit.core.friction.gear_corrections import correction_findings
+from collaudit.core.friction.friction_variation import correction_findings
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.estimate_choice import choose, wanted

@@ -26,8 +26,7 @@ from collaudit.core.detection.position_pattern import settled_pattern_findings
 from collaudit.core.detection.rule_settings import known_limits, stated_persistence
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.friction_variation import joint_variation, of_logs
-from collaudit.core.friction.gear_corrections import joint_correction
+from collaudit.core.friction.friction_variation import joint_correction, joint_variation, of_logs
 from collaudit.core.friction.motion_points import settled_residual
 from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.numeric.parallel import Progress, by_name

@@ -9,7 +9,7 @@ import pytest
 
 from collaudit.core.data.friction_result import LoadFriction, RippleWave
 from collaudit.core.friction.friction_model import load_doubt, load_torque
-from collaudit.core.friction.gear_corrections import correction_findings, joint_correction
+from collaudit.core.friction.friction_variation import correction_findings, joint_correction
 from collaudit.core.friction.gear_ripple import ripple_torque
 from collaudit.core.friction.motion_points import Settled
 

@@ -225,9 +225,9 @@ def identified_description(friction: FrictionFile, settings: LoadedConfig, mjcf:
     Raises:
         CollauditError: no URDF describes the robot, or the form cannot state the bodies that were identified.
     """
-    from collaudit.core.friction import identified_mjcf, identified_urdf
+    from collaudit.core.friction.identified_description import identified_mjcf, identified_urdf
 
-    write = identified_mjcf.identified_mjcf if mjcf else identified_urdf.identified_urdf
+    write = identified_mjcf if mjcf else identified_urdf
     return write(friction, settings.config, settings.base_dir)
 
 

@@ -15,10 +15,8 @@ from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identified, IdentifiedBody, IdentifiedJoint
 from collaudit.core.errors import CollauditError, ConfigError, RobotError
-from collaudit.core.friction import identified_mjcf as mjcf
-from collaudit.core.friction import identified_urdf as writing
-from collaudit.core.friction.identified_mjcf import identified_mjcf
-from collaudit.core.friction.identified_urdf import identified_urdf
+from collaudit.core.friction import identified_description as writing
+from collaudit.core.friction.identified_description import identified_mjcf, identified_urdf
 from collaudit.core.prepare.calibration import Calibration, calibrated_robot
 from collaudit.core.robot.pinocchio_model import mjcf_model
 from collaudit.core.robot.robot_building import build_robot
@@ -148,8 +146,8 @@ def test_it_says_what_it_stands_on(tmp_path: Path) -> None:
 
 def test_a_file_that_gives_another_torque_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config, friction, _ = of(tmp_path, ("a", "b"), 0.0, 0)
-    right = writing.with_bodies
-    monkeypatch.setattr(writing, "with_bodies", lambda data, bodies, merged: right(data, {"a": bodies["a"]}, merged))
+    right = writing._with_bodies
+    monkeypatch.setattr(writing, "_with_bodies", lambda data, bodies, merged: right(data, {"a": bodies["a"]}, merged))
     with pytest.raises(CollauditError, match="does not give the fitted torque"):
         identified_urdf(friction, config, tmp_path)
 
@@ -174,7 +172,7 @@ def without_followers(tmp_path: Path, seed: int | None, tool: float) -> tuple[An
         text = text[:begin] + text[begin:].replace('type="prismatic"', 'type="fixed"', 1)
     text = text.replace('<mimic joint="slide" multiplier="2" offset="0.01"/>', "")
     (tmp_path / "arm.urdf").write_text(text)
-    return config, friction, mjcf.fitted_robot(friction, config, tmp_path)
+    return config, friction, writing._fitted_robot(friction, config, tmp_path)
 
 
 @pytest.mark.parametrize("seed", [None, 0, 1])
@@ -205,8 +203,8 @@ def test_an_arm_of_rows_is_written_too(tmp_path: Path) -> None:
 
 def test_mjcf_that_gives_another_torque_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config, friction, _ = without_followers(tmp_path, 0, 0.0)
-    right = mjcf._inertial
-    monkeypatch.setattr(mjcf, "_inertial", lambda name, ten: right(name, 1.01 * ten))
+    right = writing._mjcf_inertial
+    monkeypatch.setattr(writing, "_mjcf_inertial", lambda name, ten: right(name, 1.01 * ten))
     with pytest.raises(CollauditError, match="does not give the fitted torque"):
         identified_mjcf(friction, config, tmp_path)
 

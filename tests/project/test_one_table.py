@@ -19,7 +19,7 @@ ROUTINES = frozenset(
 #: model's torque alone), the straight line nearest to a law, and a plain tool; what asks that of effort is listed.
 OTHERS = frozenset(
     {
-        "contacts/external_force.py", "friction/identified_urdf.py", "identification/effort_columns.py",
+        "contacts/external_force.py", "friction/identified_description.py", "identification/effort_columns.py",
         "identification/force_sensor.py", "identification/torque_terms.py", "numeric/robust_regression.py",
         "prepare/commanded_force.py", "torque_table/block_sums.py",
     }

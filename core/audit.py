@@ -236,7 +236,7 @@ def _calibrated(prepared: Prepared, friction: FrictionFile | None, config: Confi
     known = Calibration.of(friction, config)
     if friction is not None:
         return calibrated(prepared, known, config), []
-    from collaudit.core.identification.coupled_axes import fit_coupled
+    from collaudit.core.friction.arm_fit import fit_coupled
 
     coupled, findings = fit_coupled([prepared], config, with_inertia=False)
     return calibrated(prepared, replace(known, coupled=coupled), config), findings

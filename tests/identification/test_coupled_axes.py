@@ -16,7 +16,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Provenance
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
-from collaudit.core.identification.coupled_axes import fit_coupled
+from collaudit.core.friction.arm_fit import fit_coupled
 from collaudit.core.prepare.calibration import Calibration, coupled_doubt
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared

@@ -22,7 +22,6 @@ from collaudit.core.data.shown import distinct
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.null_tail import BLOCK_S, block_peaks, null_tail
-from collaudit.core.recommend.alarm_plane import AlarmPlane, alarm_planes
 from collaudit.core.recommend.arm_evidence import (
     MARGIN_S,
     ArmEvidence,
@@ -38,6 +37,8 @@ from collaudit.core.recommend.evidence_range import ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import (
     DEFAULT_PER_HOUR,
     LEAST_S,
+    AlarmPlane,
+    alarm_planes,
     arm_rate,
     judge_set_rules,
     recommend_joints,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.core.history.night_row import Change, JointNights
-from collaudit.core.recommend.alarm_plane import AlarmPlane
+from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.numbers import duration, rate_words, significant, with_interval
 from collaudit.reports.values.words import NONE, with_unit

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_rule import collisions
 
-from collaudit.core.recommend.alarm_plane import alarm_counts
+from collaudit.core.recommend.joint_thresholds import alarm_counts
 
 
 def levels(residual: np.ndarray, evidence: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from collaudit.core.recommend.alarm_plane import AlarmPlane
+from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.reports.page.html import html_text
 from collaudit.reports.page.plane_page import plane_plot
 from collaudit.reports.plots.svg import Panel

@@ -11,7 +11,7 @@ from samples import JOINTS, passed
 from collaudit.core.api import recommend_arm
 from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
-from collaudit.core.recommend.alarm_plane import AlarmPlane
+from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.core.verdict.coverage import exclusions
 from collaudit.reports.sections.joint_sections import plane_section
 from collaudit.reports.terminal.recommendation_text import recommendation_text

@@ -23,8 +23,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.history.night_row import JointNights
 from collaudit.core.history.retention import KeptRun
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
-from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import LogUse
+from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import AUDITS_SCHEMA

@@ -14,10 +14,9 @@ from collaudit.core.data.friction_result import (
     ModelComparison,
 )
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.fit_quality import point_arrays, with_scatter
 from collaudit.core.friction.law_candidates import Candidate, FrictionUnits, fit_linear_law, fit_rate_law, fit_ridge_law
-from collaudit.core.friction.law_comparison import choose, compare, identifiability
-from collaudit.core.friction.physical_law import drives, physical, vanishes_unseen
+from collaudit.core.friction.law_comparison import choose, compare, with_scatter
+from collaudit.core.friction.physical_law import drives, identifiability, physical, vanishes_unseen
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 
@@ -59,7 +58,7 @@ def fit_friction(
     reason = _too_little(points, units)
     if reason is not None:
         return replace(empty, reason=reason)
-    data = with_scatter(point_arrays(tuple(points)))
+    data = with_scatter(ls.point_arrays(points))
     inverted = drives(points)
     job = _Job(replace(empty, dissipates=not inverted), data, units, bounded=not inverted)
     fit = _automatic(job) if law is None else _insisted(job, law)

@@ -10,7 +10,6 @@ from scipy.special import fdtrc as fisher_tail
 from collaudit.core.data.friction_result import Bounds
 from collaudit.core.data.joint_log import EffortUnit, JointType
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.fit_quality import Quality
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, RidgeLaw, SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
@@ -60,7 +59,7 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     design, target = data.design(law), data.target
     fit = ls.solve(design, target)
     k, sum_squares = len(law.symbols), float(fit.sum_squares)
-    quality = Quality.of(sum_squares, max(1, data.n - fit.estimate.size), data)
+    quality = ls.Quality.of(sum_squares, max(1, data.n - fit.estimate.size), data)
     values = law.named(fit.estimate[:k], 0.0)
     ci: dict[str, Bounds | None] = {
         symbol: quality.bounds(values[symbol], float(fit.covariance[i, i])) for i, symbol in enumerate(law.symbols)
@@ -84,7 +83,7 @@ def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: Fric
     prof = ls.profile(data, law)
     k = len(law.symbols) - 1
     freedom = data.n - prof.estimate.shape[1] - 1
-    quality = Quality.of(float(prof.sum_squares[prof.best]), freedom, data)
+    quality = ls.Quality.of(float(prof.sum_squares[prof.best]), freedom, data)
     c_interval = ls.interval_of_c(prof, quality.allowance)
     line = LINE if law.viscous_columns else without_column(LINE, "D")
     reasons = _why_not(data, prof, quality, c_interval, term, units, line)
@@ -138,7 +137,7 @@ def _reciprocal(interval: Bounds) -> Bounds:
 def _why_not(
     data: ls.Points,
     prof: ls.Profile,
-    quality: Quality,
+    quality: ls.Quality,
     c_interval: Bounds,
     term: RateTerm,
     units: FrictionUnits,
@@ -199,7 +198,7 @@ def fit_ridge_law(data: ls.Points, law: RidgeLaw, ridge: float | None = None) ->
     rest = data.target - design @ estimate
     count = float(np.trace(inverse @ design.T @ design)) - (data.offset is not None)
     sum_squares = float(rest @ rest)
-    quality = Quality.of(sum_squares, max(1, round(data.n - count)), data)
+    quality = ls.Quality.of(sum_squares, max(1, round(data.n - count)), data)
     fitted = ["A", "D", *(f"W{k}" for k in range(1, weights + 1))]
     k = len(fitted)
     values = dict(zip(fitted, (float(x) for x in estimate[:k]), strict=True)) | layout

@@ -1,17 +1,18 @@
-"""Friction laws compared on speeds left out of the fit and by AICc, and what the points determine of the one taken."""
+"""Friction laws compared: on speeds left out of the fit, by AICc, and how far the points scatter about all of them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
+import scipy
 
-from collaudit.core.data.friction_result import Bounds, Identifiability, ModelComparison, OpenSide
+from collaudit.core.data.friction_result import ModelComparison
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.law_candidates import Candidate, FrictionUnits, fit_ridge_law
+from collaudit.core.friction.law_candidates import Candidate, fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
-from collaudit.core.friction_laws.law_registry import law_named
+from collaudit.core.friction_laws.law_registry import LAWS, LINE, law_named
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _FOLDS = 10
@@ -174,71 +175,86 @@ def _within(row: ModelComparison, best: ModelComparison) -> bool:
     return score <= min(least + reach * se, _NO_MATCH * max(least, 1.0))
 
 
-_ROUNDING = 1e-12
+def with_scatter(points: ls.Points) -> ls.Points:
+    """Add a common variance to all points where they scatter more than their standard errors say.
 
-
-def identifiability(
-    data: ls.Points, fitted: Candidate, richer: Candidate | None, units: FrictionUnits
-) -> Identifiability:
-    """What the points determine.
-
-    Args:
-        data: the points.
-        fitted: the law that was taken.
-        richer: the reference law where that one could not be determined, for the motion that would settle it.
-        units: names of the parameters.
+    The variance is the one that brings chi-square down to its degrees of freedom (Paule and Mandel, J. Res.
+    Natl. Bur. Stand. 87, 1982), so that a point with a lucky small error cannot pull the curve to itself. Points that
+    rely on the robot model have a variance of their own beside pairs: an error of the model, or a drift of the
+    effort's zero, is in them and not in pairs.
     """
-
-    def key(symbol: str) -> str:
-        return units.key(fitted.law, symbol)
-
-    values = _singular_values(fitted.jacobian)
-    smallest = values[-1] if values else 0.0
-    correlations, covariance = {}, fitted.covariance
-    for (a, first), (b, second) in combinations(enumerate(fitted.values), 2):
-        if covariance is not None and covariance[a, a] > 0 and covariance[b, b] > 0:
-            share = covariance[a, b] / np.sqrt(covariance[a, a] * covariance[b, b])
-            correlations[f"{key(first)} ~ {key(second)}"] = float(np.clip(share, -1.0, 1.0))
-    asked = richer if richer is not None else fitted
-    return Identifiability(
-        singular_values=values,
-        condition=float(values[0] / smallest) if smallest > _ROUNDING else None,
-        correlations=correlations,
-        at_bounds=tuple(key(s) for s in fitted.at_bounds),
-        open_sides={key(s): side for s, b in fitted.ci95.items() if (side := _open(b)) is not None},
-        motion_needed=_motion(data, asked, units) if asked.reasons else (),
-    )
+    pair = np.asarray(points.direction == 0)
+    variance = np.zeros(points.n)
+    pairs = points.take(np.asarray(np.flatnonzero(pair), dtype=np.int64))
+    if pairs.n < points.n and _flexible(pairs):
+        variance[pair], law = _common_variance(pairs)
+        rest = points.take(np.asarray(np.flatnonzero(~pair), dtype=np.int64))
+        settled = replace(pairs, sd=np.sqrt(pairs.sd**2 + variance[pair]))
+        variance[~pair] = _variance_needed_beyond(settled, rest, law)
+    else:
+        variance[:], _ = _common_variance(points)
+    return replace(points, sd=np.sqrt(points.sd**2 + variance))
 
 
-def _singular_values(jacobian: FloatArray | None) -> tuple[float, ...]:
-    if jacobian is None:
-        return ()
-    scale = np.linalg.norm(jacobian, axis=0)
-    scaled = jacobian / np.where(scale > 0, scale, 1.0)
-    return tuple(float(x) for x in np.linalg.svd(scaled, compute_uv=False))
+def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
+    """The variance that the points need about the law that needs least, and that law."""
+    laws = _flexible(data) or [LINE]
+    most = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
+    needed = [_variance_needed(_excess(data, law), most) for law in laws]
+    return min(needed), laws[int(np.argmin(needed))]
 
 
-def _open(bounds: Bounds | None) -> OpenSide | None:
-    low, high = bounds or (None, None)
-    if low is None and high is None:
-        return "both"
-    return "low" if low is None else "high" if high is None else None
+def _variance_needed_beyond(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
+    """Variance that points resting on the model need about the curve of the pairs, an offset aside where they show one.
+
+    They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
+    """
+    c = ls.best_rate(pairs, law) if law.rate is not None else 0.0
+    k = len(law.symbols) - (law.rate is not None)
+    columns = np.stack(law.shape(rest.speed, c), axis=-1)
+    left = rest.friction - columns @ ls.fit_at(pairs, law, c).estimate[:k]
+    freedom = rest.n - (rest.offset is not None)
+
+    def excess(variance: float) -> float:
+        weight = 1.0 / (rest.sd**2 + variance)
+        mean = 0.0 if rest.offset is None else float(np.sum(weight * left * rest.offset) / np.sum(weight))
+        return float(np.sum(weight * (left - mean * rest.direction) ** 2)) - freedom
+
+    return _variance_needed(excess, rest.n * float(np.max(left**2)) + 1e-12)
 
 
-def _motion(data: ls.Points, asked: Candidate, units: FrictionUnits) -> tuple[str, ...]:
-    """Speeds that would close an open side of the rate, each in both directions."""
-    low, high = asked.c_interval
-    slowest, fastest = float(data.speed.min()), float(data.speed.max())
-    needed = []
-    if high is None:
-        speed = 0.5 * slowest if low is None else min(0.5 * slowest, 1.0 / low)
-        needed.append(f"speeds below {speed:.2g} {units.speed} in both directions")
-    if low is None:
-        speed = 2.0 * fastest if high is None else max(2.0 * fastest, 1.0 / high)
-        needed.append(f"speeds above {speed:.2g} {units.speed} in both directions")
-    if not needed:
-        needed.append(
-            f"more passes in both directions at speeds between {slowest:.2g} and {min(fastest, 4 * slowest):.2g} "
-            f"{units.speed}"
-        )
-    return tuple(needed)
+def _flexible(data: ls.Points) -> list[SeparableLaw]:
+    """The laws that the points could carry, as yardsticks of their scatter: the one that fits best counts.
+
+    All that can bend more than the line, the freest first (of equal ones the first listed counts).
+    """
+    freer = [law for law in LAWS.values() if isinstance(law, SeparableLaw) and len(law.symbols) > len(LINE.symbols)]
+    return [law for law in sorted(freer, key=lambda law: -len(law.symbols)) if data.n > _free(data, law)]
+
+
+def _free(data: ls.Points, law: SeparableLaw) -> int:
+    return len(law.symbols) + (data.offset is not None)
+
+
+def _excess(data: ls.Points, law: SeparableLaw) -> Callable[[float], float]:
+    """By what share of itself chi-square of a law exceeds its degrees of freedom, by the common variance.
+
+    It falls, and along a straight line where all points have one standard deviation.
+    """
+    c = ls.best_rate(data, law) if law.rate is not None else 0.0
+    columns, freedom = data.raw(law, c), max(1, data.n - _free(data, law))
+
+    def excess(variance: float) -> float:
+        weighed = replace(data, sd=np.sqrt(data.sd**2 + variance))
+        return 1.0 - freedom / max(float(ls.solve(weighed.weighted(columns), weighed.target).sum_squares), 1e-300)
+
+    return excess
+
+
+def _variance_needed(excess: Callable[[float], float], top: float) -> float:
+    """Common variance that brings chi-square down to its degrees of freedom; 0 where it is there already."""
+    if excess(0.0) <= 0:
+        return 0.0
+    if excess(top) >= 0:
+        return top
+    return float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top, rtol=1e-6))

@@ -8,10 +8,13 @@ of A, B, D by profiling over C (Bates and Watts, Nonlinear Regression Analysis, 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
+from collaudit.core.data.friction_result import Bounds, FrictionPoint
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import parabola_minimum
@@ -22,6 +25,7 @@ _FINE = 33  # of a search: over two steps of the coarse grid
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
 _FLAT = 1e-13  # diagonal element of a triangle of columns of length one: the column is gone in rounding
 _REACH = 5.0  # standard errors of C to either side of the best
+_LEVEL = 0.975  # of Student's t at the upper end of an interval
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +89,56 @@ class Points:
     def target(self) -> FloatArray:
         """(n,) weighted friction."""
         return self.weighted(self.friction)
+
+
+def point_arrays(points: Sequence[FrictionPoint]) -> Points:
+    """Points as arrays, their standard errors drawn towards the median of their kind: pairs, or points of the model.
+
+    An error from a dozen blocks is itself known to a fifth, and weights from such errors favour points with lucky ones.
+    Half the median's variance takes most of that away (moderation of variances: Smyth, Stat. Appl. Genet. Mol. Biol. 3,
+    2004). Points of the model hold its changes along a stroke: their median says nothing of pairs.
+    """
+    own = np.array([p.se_nm for p in points])
+    friction = np.array([p.friction_nm for p in points])
+    floor = max(1e-6 * float(np.max(np.abs(friction))), 1e-12)
+    direction = np.array([p.direction for p in points], dtype=float)
+    pair = direction == 0
+    middle = np.where(pair, *(np.median(own[kind]) if kind.any() else 0.0 for kind in (pair, ~pair)))
+    se = np.sqrt(0.5 * own**2 + 0.5 * middle**2)
+    both = np.count_nonzero(direction > 0) >= 2 and np.count_nonzero(direction < 0) >= 2
+    offset = direction if both and len(points) >= 6 else None
+    speed = np.array([p.speed_rad_s for p in points])
+    timing = np.array([p.timing_nm for p in points])
+    return Points(speed, friction, np.maximum(se, floor), offset, direction, timing)
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Error scale and t quantile that turn unscaled variances into interva"""
+
+    scale: float
+    t: float
+
+    @classmethod
+    def of(cls, sum_squares: float, freedom: int, data: Points) -> Quality:
+        """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio).
+
+        A few precise pairs are no better known for many rough points beside them: of the degrees of freedom, the
+        quantile counts the share that Kish's effective number, (sum of weights)² / sum of squared weights, is of all.
+        """
+        weight = np.min(data.sd) ** 2 / data.sd**2
+        effective = float(np.sum(weight) ** 2 / np.sum(weight**2)) / data.n
+        return cls(max(1.0, sum_squares / freedom), float(student_quantile(max(1.0, effective * freedom), _LEVEL)))
+
+    @property
+    def allowance(self) -> float:
+        """Rise of the sum of squares at the ends of an interval."""
+        return self.scale * self.t**2
+
+    def bounds(self, value: float, variance: float) -> Bounds:
+        """Interval of a linear coefficient."""
+        half = self.t * float(np.sqrt(self.scale * variance))
+        return value - half, value + half
 
 
 @dataclass(frozen=True, slots=True, eq=False)

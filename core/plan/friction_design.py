@@ -17,9 +17,10 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.fit_quality import point_arrays, with_scatter
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.law_candidates import parameter_symbol
+from collaudit.core.friction.law_comparison import with_scatter
+from collaudit.core.friction.least_squares import point_arrays
 from collaudit.core.friction_laws.friction_law import FrictionLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE
 from collaudit.core.numeric.arrays import FloatArray

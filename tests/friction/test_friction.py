@@ -9,11 +9,11 @@ from synthetic import PERIOD, lugre, make_log, strokes
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, SectionsConfig
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
-from collaudit.core.friction.fit_quality import point_arrays
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.law_candidates import FrictionUnits
+from collaudit.core.friction.least_squares import point_arrays
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.friction_laws.law_registry import LAWS
 

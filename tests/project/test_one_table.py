@@ -26,7 +26,7 @@ OTHERS = frozenset(
 )  # fmt: skip
 #: The paper's proof, and A, B, C, D with their intervals: laws are fitted to points of friction by speed (pairs of
 #: directions, means of sections), each with its error.
-OF_POINTS = frozenset({"friction/law_candidates.py", "friction/law_comparison.py", "friction/least_squares.py"})
+OF_POINTS = frozenset({"friction/law_candidates.py", "friction/least_squares.py", "friction/physical_law.py"})
 #: Regressions of effort that still stand beside the table. One that goes is taken out here; none comes in.
 LEFT = frozenset({"identification/log_cleaning.py"})
 

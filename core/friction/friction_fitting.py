@@ -151,9 +151,9 @@ def _why_a_line(job: _Job, reference: Candidate | None) -> tuple[str, ...]:
 
 
 def _candidate(job: _Job, law: FrictionLaw) -> Candidate | str:
-    """A fitted law, or why it cannot be fitted."""
+    """A fitted law, or why it cannot be fitted: one of parameters and offset needs a point more than it has of them."""
     data = job.data
-    least = _least_points(data, law)
+    least = law.least_points if isinstance(law, RidgeLaw) else len(law.parameters) + (data.offset is not None) + 1
     if data.n < least:
         return f"{data.n} points are too few (at least {least} are needed)"
     return _fitted(job, law)
@@ -171,13 +171,6 @@ def _fitted(job: _Job, law: FrictionLaw) -> Candidate:
         assert isinstance(law, RidgeLaw)
         found = fit_ridge_law(job.data, law)
     return physical(found, job.data.speed, separable) if job.bounded else found
-
-
-def _least_points(data: ls.Points, law: FrictionLaw) -> int:
-    """Points that a law needs: its own statement, or one more than it has parameters, an offset counted."""
-    if isinstance(law, RidgeLaw):
-        return law.least_points
-    return len(law.parameters) + (data.offset is not None) + 1
 
 
 def _empty(points: Sequence[FrictionPoint], units: FrictionUnits) -> FrictionFit:

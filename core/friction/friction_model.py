@@ -11,6 +11,7 @@ from scipy.special import stdtrit as student_quantile
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit, LoadFriction, RippleWave
 from collaudit.core.data.identification_result import Trend
 from collaudit.core.friction.law_candidates import parameter_symbol
+from collaudit.core.friction_laws.friction_law import FrictionLaw
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import LARGEST, BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, robust_sd
@@ -213,17 +214,16 @@ def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:
     if law.spread is None or law.spread[0].shape[0] != len(law.values):
         return np.zeros(velocity.shape)
     covariance, t = law.spread
-    gradient = curve_gradient(law, velocity)
+    gradient = curve_gradient(law_named(law.name), law.values, np.abs(velocity))
     variance = np.einsum("ni,ij,nj->n", gradient, covariance, gradient)
     return np.asarray(t * np.sqrt(np.maximum(variance, 0.0)))
 
 
-def curve_gradient(law: FrictionModel, velocity: FloatArray) -> FloatArray:
-    """(n, k) by how much the curve at (n,) velocities grows with each parameter, by central differences."""
-    speed, curve = np.abs(velocity), law_named(law.name).curve
-    gradient = np.empty((velocity.size, len(law.values)))
-    for k, (symbol, value) in enumerate(law.values.items()):
+def curve_gradient(law: FrictionLaw, values: Mapping[str, float], speed: FloatArray) -> FloatArray:
+    """(n, k) by how much a law's curve at (n,) speeds grows with each parameter, by central differences."""
+    gradient = np.empty((speed.size, len(values)))
+    for k, (symbol, value) in enumerate(values.items()):
         step = _STEP * max(abs(value), 1e-3)
-        ends = [curve({**law.values, symbol: value + sign * step}, speed) for sign in (1.0, -1.0)]
+        ends = [law.curve({**values, symbol: value + sign * step}, speed) for sign in (1.0, -1.0)]
         gradient[:, k] = (ends[0] - ends[1]) / (2.0 * step)
     return gradient

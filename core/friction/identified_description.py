@@ -109,7 +109,8 @@ def identified_mjcf(friction: FrictionFile, config: Config, base_dir: Path) -> b
     ET.SubElement(root, "option", gravity=_numbers(robot.gravity_base_m_s2))
     placed = [ET.SubElement(root, "worldbody")]
     for name, link, ten in zip(bodies.joint_names, bodies.links, bodies.link_inertials(), strict=True):
-        pose = {"pos": _numbers(link.translation_m), "quat": _numbers(_quaternion(link.rotation))}
+        turn = Rotation.from_matrix(np.reshape(link.rotation, (3, 3))).as_quat(scalar_first=True)
+        pose = {"pos": _numbers(link.translation_m), "quat": _numbers(turn)}
         body = ET.SubElement(placed[link.parent + 1], "body", {"name": f"{name}_body", **pose})
         body.append(_mjcf_inertial(name, ten))
         drive = _drive_dynamics(friction.joints.get(name), rotors[name])
@@ -320,11 +321,6 @@ def _mjcf_inertial(name: str, ten: FloatArray) -> ET.Element:
     mass, centre, about = about_centre(ten)
     full = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     return ET.Element("inertial", mass=repr(mass), pos=_numbers(centre), fullinertia=_numbers(full))
-
-
-def _quaternion(rotation: Sequence[float]) -> FloatArray:
-    """(4,) w, x, y, z of a rotation matrix, row by row."""
-    return np.asarray(Rotation.from_matrix(np.reshape(rotation, (3, 3))).as_quat(scalar_first=True))
 
 
 def _numbers(values: FloatArray | Sequence[float]) -> str:

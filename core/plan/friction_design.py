@@ -17,7 +17,7 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_model import FrictionModel, curve_gradient
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction.law_comparison import with_scatter
 from collaudit.core.friction.least_squares import point_arrays
@@ -34,7 +34,6 @@ _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001
 #: Points scatter so many times more than blocks within them do (seed 1 of the six-axis arm; the table of docs/plan.md
 #: has other seeds), and how many degrees of freedom this is worth; parameters of a law, which take some.
 _BEYOND, _EXPECTED, _FREE = 1.2, 5, 4
-_STEP = 1e-5
 _LEAST_LEFT = 1e-9  # of the variances, below which rounding counts
 _LEAST_KNOWN = 1e-9  # information of every parameter without data, in units of its own size: so that all is finite
 
@@ -67,7 +66,7 @@ class FrictionDesign:
         ``seconds``: (n,) of both ways' sections.
         """
         sd = np.hypot(self.noise / np.sqrt(seconds), self.beyond)
-        return np.array([_gradient(self.law, values, speeds) / sd[:, None] for values in self.guesses])
+        return np.array([curve_gradient(self.law, values, speeds) / sd[:, None] for values in self.guesses])
 
     def information(self, speed: float, seconds: float) -> FloatArray:
         """(g, p, p) what one point at a speed adds."""
@@ -137,7 +136,7 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
     noise, beyond = _scatter(fit, data)
     known = []
     for one in guesses:
-        g = _gradient(law, one, data.speed) / np.hypot(data.sd, beyond)[:, None]
+        g = curve_gradient(law, one, data.speed) / np.hypot(data.sd, beyond)[:, None]
         known.append(g.T @ g)
     return FrictionDesign(law, guesses, np.array(known), data.n, noise, beyond, True)
 
@@ -162,13 +161,3 @@ def _scatter(fit: FrictionFit, data: ls.Points) -> tuple[float, float]:
 def _guesses(level: float, slope: float) -> tuple[Mapping[str, float], ...]:
     """Parameters of the reference law for each of the rates, from friction near standstill and the slope."""
     return tuple({"A": level, "B": _FADING * level, "C": c, "D": slope} for c in _RATES)
-
-
-def _gradient(law: FrictionLaw, values: Mapping[str, float], speed: FloatArray) -> FloatArray:
-    """(n, p) derivatives of a curve by its parameters, by central differences."""
-    out = []
-    for symbol, value in values.items():
-        step = _STEP * max(abs(value), 1e-6)
-        up, down = (law.curve({**values, symbol: value + s}, speed) for s in (step, -step))
-        out.append((up - down) / (2.0 * step))
-    return np.column_stack(out)

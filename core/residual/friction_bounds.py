@@ -67,7 +67,7 @@ def friction_bounds(
         load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
     slowest = _BELOW_RANGE * law.speed_range[0]
-    steady, travel = settled(series.segments, series.position_rad[:, j], velocity, rest_below(law))
+    steady, travel = settled(series.segments, series.position_rad[:, j], velocity, min(MOVING_RAD_S, slowest))
     steady &= np.abs(velocity) >= slowest
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
@@ -83,11 +83,6 @@ def friction_bounds(
     heat = series.temperature_c[:, j]
     share = temperature_share(trend, heat)
     return FrictionBounds(share * sliding, steady, share * low, share * high, temperature_doubt(trend, heat))
-
-
-def rest_below(law: FrictionModel) -> float:
-    """Speed below which a joint is taken to rest."""
-    return min(MOVING_RAD_S, _BELOW_RANGE * law.speed_range[0])
 
 
 def loose_bounds(

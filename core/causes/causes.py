@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.causes.excess import Excess, excess_of
-from collaudit.core.causes.solve import Solved, solved
-from collaudit.core.causes.trials import trials
+from collaudit.core.causes.trials import Solved, solved, trials
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Cause
 from collaudit.core.data.recommendation_result import FittedThresholds

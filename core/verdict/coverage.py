@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
-from collaudit.core.data.sensitivity_result import FOREARM, TOOL, Sensitivity
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, Sensitivity, listed, place_text
 from collaudit.core.data.signals import State, reason_text
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
@@ -34,7 +34,6 @@ from collaudit.core.numeric.arrays import (
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import STILL_TRAVEL
-from collaudit.core.verdict.noticed_words import listed, place_text
 
 _STANDING_RAD_S = 1e-3
 #: A joint that gets no further in this time than it would at that speed dithers, s.

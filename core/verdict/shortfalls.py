@@ -9,14 +9,22 @@ import numpy as np
 from collaudit.core.config.schema_policy import PUSH_S, PolicyConfig
 from collaudit.core.data.audit_result import Coverage, RuleFacts
 from collaudit.core.data.identification_result import EstimateChoice
-from collaudit.core.data.sensitivity_result import TOOL, JointSensitivity, Sensitivity
+from collaudit.core.data.sensitivity_result import (
+    TOOL,
+    JointSensitivity,
+    Sensitivity,
+    asked_places,
+    force_text,
+    place_text,
+    time_text,
+    too_insensitive,
+)
 from collaudit.core.data.signals import State, reason_text
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding, text_in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import lowest_in_row
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import seconds_text, too_much_lost
-from collaudit.core.verdict.noticed_words import asked_places, force_text, place_text, time_text, too_insensitive
 from collaudit.core.verdict.sensitivity import BRIEF_S
 
 #: What makes an arm more sensitive, and what to state where it need not be.

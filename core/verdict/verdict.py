@@ -14,12 +14,11 @@ from scipy.special import gammaincinv as gamma_quantile
 from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import AuditResult, Coverage, NearMiss, Verdict
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.data.sensitivity_result import Sensitivity
+from collaudit.core.data.sensitivity_result import Sensitivity, noticed_sentence
 from collaudit.core.data.signals import reason_text
 from collaudit.core.findings import Finding, without_errors_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import by_joint, seconds_text, too_much_lost
-from collaudit.core.verdict.noticed_words import noticed_sentence
 
 #: So many joints are named in a reason.
 _MOST_NAMED = 3

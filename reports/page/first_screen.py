@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.verdict.noticed_words import force_text, headline_forces
+from collaudit.core.data.sensitivity_result import force_text, headline_forces
 from collaudit.reports.page.figures import JointFigures
 from collaudit.reports.plots.svg import tick_text, ticks
 from collaudit.reports.sections.judged_sections import judged_section

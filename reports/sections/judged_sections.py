@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from collaudit.core.data.audit_result import AuditResult, JointCoverage, RecommendedRule
-from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce, force_text, time_text
 from collaudit.core.data.signals import reason_text
-from collaudit.core.verdict.noticed_words import force_text, time_text
 from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, duration, fixed, percent, significant, stated, time_decimals

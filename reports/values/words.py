@@ -11,16 +11,16 @@ from datetime import UTC, datetime, timedelta
 from collaudit.core.data.audit_result import AuditResult, Cause, Verdict
 from collaudit.core.data.detection_result import AfterContact, ToolMotion
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.findings import Finding
-from collaudit.core.friction.law_candidates import parameter_symbol
-from collaudit.core.friction_laws.law_registry import law_named
-from collaudit.core.verdict.noticed_words import (
+from collaudit.core.data.sensitivity_result import (
     force_text,
     headline_forces,
     noticed_sentence,
     place_text,
     too_insensitive,
 )
+from collaudit.core.findings import Finding
+from collaudit.core.friction.law_candidates import parameter_symbol
+from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.reports.values.numbers import UNKNOWN, duration, fixed, percent, significant, speed, stated
 
 #: What stands where there is no value.

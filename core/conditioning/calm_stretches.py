@@ -15,7 +15,7 @@ from math import ceil, exp, log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.config.schema_detect import DetectConfig
+from collaudit.core.config.schema_judging import DetectConfig
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, lasting, marked, run_bounds
 from collaudit.core.numeric.stats import ROUNDING, Noise, median_of, quantile_of
 

@@ -22,7 +22,7 @@ from collaudit.core.conditioning.calm_stretches import (
     straight_runs,
 )
 from collaudit.core.conditioning.position_jumps import frozen_spans
-from collaudit.core.config.schema_detect import DetectConfig
+from collaudit.core.config.schema_judging import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S
 from collaudit.core.findings import Finding

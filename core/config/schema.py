@@ -7,9 +7,16 @@ import msgspec
 from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegative, Positive, Vec3, Vec6, about
-from collaudit.core.config.schema_detect import CyclesConfig, DetectConfig, NearMissConfig, PhasesConfig
+from collaudit.core.config.schema_judging import (
+    CyclesConfig,
+    DetectConfig,
+    FleetConfig,
+    FleetRobot,
+    NearMissConfig,
+    PhasesConfig,
+    PolicyConfig,
+)
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
-from collaudit.core.config.schema_policy import FleetConfig, FleetRobot, PolicyConfig
 from collaudit.core.friction_laws.law_registry import LAWS, LawChoice
 
 _ByJoint = dict[str, Positive]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config, DetectConfig
-from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
+from collaudit.core.config.schema_judging import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.recommendation_result import MotionLevels
 from collaudit.core.data.uniform_series import UniformSeries

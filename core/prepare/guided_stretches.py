@@ -11,7 +11,7 @@ import numpy as np
 from collaudit.core.arm_states.arm_states import without_states
 from collaudit.core.arm_states.hand_guiding import Friction, HandGuiding, hand_guiding
 from collaudit.core.config.schema import Config
-from collaudit.core.config.schema_policy import PUSH_S
+from collaudit.core.config.schema_judging import PUSH_S
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray

@@ -1,6 +1,6 @@
 """The detectors: kernels through which the one residual passes, as data; and one residual of a log judged in parts.
 
-A new detector is a line of ``DETECTORS`` and its name in ``DetectorName`` (``core/config/schema_detect.py``).
+A new detector is a line of ``DETECTORS`` and its name in ``DetectorName`` (``core/config/schema_judging.py``).
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config, PolicyConfig
-from collaudit.core.config.schema_policy import PUSH_S
+from collaudit.core.config.schema_judging import PUSH_S
 from collaudit.core.data.sensitivity_result import (
     TOOL,
     AskedForce,

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from collaudit.core.config.schema_policy import PUSH_S, PolicyConfig
+from collaudit.core.config.schema_judging import PUSH_S, PolicyConfig
 from collaudit.core.data.audit_result import Coverage, RuleFacts
 from collaudit.core.data.identification_result import EstimateChoice
 from collaudit.core.data.sensitivity_result import (

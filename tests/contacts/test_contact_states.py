@@ -8,7 +8,7 @@ from datetime import date, timedelta
 import pytest
 
 from collaudit.core.config.accepted import Acceptance
-from collaudit.core.config.schema_policy import PolicyConfig
+from collaudit.core.config.schema_judging import PolicyConfig
 from collaudit.core.contacts.contact_states import EarlierContact, Precedents, with_states
 from collaudit.core.data.audit_result import Coverage
 from collaudit.core.data.detection_result import Contact, ContactScene

@@ -13,7 +13,7 @@ from typing import get_args
 
 import pytest
 
-from collaudit.core.config.schema_detect import DetectorName
+from collaudit.core.config.schema_judging import DetectorName
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError
 from collaudit.core.residual.detector import DETECTORS, detector_named
@@ -60,7 +60,7 @@ def test_a_new_detector_is_a_line_and_its_name(program: Path, hits: Path, fricti
     core = program / "collaudit" / "core"
     for file, old, new in (
         (core / "residual" / "detector.py", "DETECTORS = (\n", f"DETECTORS = (\n{LINE}"),
-        (core / "config" / "schema_detect.py", '"filtered", "eso"]', '"filtered", "eso", "bare"]'),
+        (core / "config" / "schema_judging.py", '"filtered", "eso"]', '"filtered", "eso", "bare"]'),
     ):
         text = file.read_text(encoding="utf-8")
         assert text.count(old) == 1

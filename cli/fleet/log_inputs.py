@@ -26,8 +26,8 @@ from collaudit.cli.fleet.robot_matching import LogTraits, robot_settings, robots
 from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot
+from collaudit.core.data import distinct
 from collaudit.core.data.left_out import LeftOut
-from collaudit.core.data.shown import distinct
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.logs.inputs import left_out, left_out_urls, other_files
 from collaudit.core.logs.log_formats import is_bag_folder

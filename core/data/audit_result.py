@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from collaudit.core.data import shown
+from collaudit.core.data import Showing, Shown, first_few
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
@@ -86,7 +86,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class FrictionFile(shown.Showing):
+class FrictionFile(Showing):
     """``friction.json``.
 
     ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
@@ -118,7 +118,7 @@ class FrictionFile(shown.Showing):
         refused = {finding.joint for finding in self.findings if finding.effect == "not-judged-joint"}
         return tuple(name for name, fit in self.joints.items() if fit.model and fit.dissipates and name not in refused)
 
-    def outline(self) -> shown.Shown:
+    def outline(self) -> Shown:
         """Each joint's law and parameters."""
         rows = [
             (name, f"{fit.model}: {', '.join(f'{p} {v:.3g}' for p, v in fit.parameters.items())}")
@@ -364,7 +364,7 @@ class PolicyLimits:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class AuditResult(shown.Showing):
+class AuditResult(Showing):
     """``audit.json``: everything one audit of one log found.
 
     Attributes:
@@ -408,27 +408,27 @@ class AuditResult(shown.Showing):
     causes: tuple[Cause, ...] = ()
     cycles: CycleFacts | None = None
 
-    def outline(self) -> shown.Shown:
+    def outline(self) -> Shown:
         """Verdict, reasons, what it does not cover, counts of events, the rule, what was judged."""
         log, rule, verdict = self.log, self.rule, self.verdict.replace("_", " ").upper()
         joints = [f"{name} {cover.judged_s:.3g} s" for name, cover in self.coverage.joints.items() if cover.watched]
         gammas = [f"{name} {gamma:.3g}" for name, gamma in rule.gamma_nm.items()]
         rows = [
-            ("why", shown.first(self.reasons)),
-            ("not part of it", shown.first(self.exclusions)),
-            ("contacts", shown.first([f"{c.onset_s:.3f} s: {', '.join(c.joints)}" for c in self.contacts], 5)),
-            ("near misses", shown.first([f"{m.onset_s:.3f} s: {m.joint}" for m in self.near_misses], 5)),
+            ("why", first_few(self.reasons)),
+            ("not part of it", first_few(self.exclusions)),
+            ("contacts", first_few([f"{c.onset_s:.3f} s: {', '.join(c.joints)}" for c in self.contacts], 5)),
+            ("near misses", first_few([f"{m.onset_s:.3f} s: {m.joint}" for m in self.near_misses], 5)),
             ("rule", f"{rule.detector}, n = {rule.n} ({1e3 * rule.persistence_s:.3g} ms)"),
-            ("γ, N·m or N", shown.first(gammas, 8)),
-            ("judged", shown.first(joints, 8) or "no joint"),
-            ("findings", shown.first(dict.fromkeys(f.code for f in self.findings if f.severity != "info"), 8)),
+            ("γ, N·m or N", first_few(gammas, 8)),
+            ("judged", first_few(joints, 8) or "no joint"),
+            ("findings", first_few(dict.fromkeys(f.code for f in self.findings if f.severity != "info"), 8)),
         ]
         title = f"{verdict}: {log.name}, {log.duration_s:.4g} s, recorded {log.start or 'at an unknown time'}"
         return title, [(term, value) for term, value in rows if value]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Audit(shown.Showing):
+class Audit(Showing):
     """One audited log: the result, and the sample-by-sample evidence behind it.
 
     ``reference`` is what later nights may know of its cycles; None where there are too few.
@@ -438,6 +438,6 @@ class Audit(shown.Showing):
     signals: Signals
     reference: CycleReference | None = None
 
-    def outline(self) -> shown.Shown:
+    def outline(self) -> Shown:
         """As its result."""
         return self.result.outline()

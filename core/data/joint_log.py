@@ -7,7 +7,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from collaudit.core.data import shown
+from collaudit.core.data import Showing, Shown, first_few
 from collaudit.core.data.identification_result import Coupling
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
@@ -85,7 +85,7 @@ class Annotation:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class JointLog(shown.Showing):
+class JointLog(Showing):
     """Joint signals as recorded, in SI units, columns in ``joint_names`` order.
 
     Units, signs and torque constants from the configuration are already applied; stamps are as
@@ -137,7 +137,7 @@ class JointLog(shown.Showing):
         kept = {name: frozen(value[rows]) for name, value in values.items() if isinstance(value, np.ndarray)}
         return replace(self, **kept)  # type: ignore[arg-type]
 
-    def outline(self) -> shown.Shown:
+    def outline(self) -> Shown:
         """Joints, length, rate, what was recorded, findings."""
         n, span_s = len(self.time_s), float(self.time_s[-1] - self.time_s[0]) if len(self.time_s) else 0.0
         missing = [name for name in ("velocity_rad_s", "effort", "wrench") if getattr(self, name) is None]
@@ -146,6 +146,6 @@ class JointLog(shown.Showing):
             ("samples", f"{n}, about {(n - 1) / span_s:.4g} Hz" if span_s > 0 else str(n)),
             ("effort", self.effort_unit),
             ("not in it", ", ".join(missing)),
-            ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
+            ("findings", first_few(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"{self.source.name} ({self.source.format}), {span_s:.4g} s", [row for row in rows if row[1]]

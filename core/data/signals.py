@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.data import shown
+from collaudit.core.data import Showing, Shown
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 
@@ -91,7 +91,7 @@ class CycleSignals:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Signals(shown.Showing):
+class Signals(Showing):
     """Time series of one audit, on the uniform time base.
 
     Attributes:
@@ -134,7 +134,7 @@ class Signals(shown.Showing):
             out[a:b] = True
         return out
 
-    def outline(self) -> shown.Shown:
+    def outline(self) -> Shown:
         """Each joint's judged share."""
         shares = np.mean(self.state == State.JUDGED, axis=0)
         rows = [(name, f"judged {100 * s:.3g} %") for name, s in zip(self.joint_names, shares, strict=True)]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import PhasesConfig
-from collaudit.core.data import shown
+from collaudit.core.data import first_few
 from collaudit.core.data.audit_result import Phase, PhaseSpan
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding, fact
@@ -267,7 +267,7 @@ def found_finding(time_s: FloatArray, force_n: FloatArray, contact: BoolArray, c
         config: what they were found with.
     """
     bounds = list(zip(*run_bounds(contact), strict=True))
-    spans = shown.first(f"{time_s[a]:.4g} to {time_s[b - 1]:.4g} s" for a, b in bounds)
+    spans = first_few(f"{time_s[a]:.4g} to {time_s[b - 1]:.4g} s" for a, b in bounds)
     top = int(np.argmax(np.where(contact, np.nan_to_num(force_n), 0.0)))
     limit = config.force_limit_n
     usual = f"what is usual in {_LEAST_FOUND} or more phases" if limit is None else f"force up to {limit:g} N"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.data import shown
+from collaudit.core.data import Showing, Shown, first_few
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
@@ -51,7 +51,7 @@ class ConditionedLog:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Prepared(shown.Showing):
+class Prepared(Showing):
     """One log, ready to be fitted or judged.
 
     Attributes:
@@ -177,12 +177,12 @@ class Prepared(shown.Showing):
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]
 
-    def outline(self) -> shown.Shown:
+    def outline(self) -> Shown:
         """Judged joints, length, findings."""
         time_s = self.series.time_s
         rows = [
             ("judged", ", ".join(self.judged)),
-            ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
+            ("findings", first_few(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"Prepared log, {len(time_s)} samples from {time_s[0]:.4g} to {time_s[-1]:.4g} s", rows
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from collaudit.core.cycles.null_level import NullEvidence
+from collaudit.core.data import distinct
 from collaudit.core.data.audit_result import Audit, RecommendedRule, RuleFacts
 from collaudit.core.data.recommendation_result import (
     ArmRate,
@@ -18,7 +19,6 @@ from collaudit.core.data.recommendation_result import (
     StretchToConfirm,
 )
 from collaudit.core.data.sensitivity_result import Sensitivity
-from collaudit.core.data.shown import distinct
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.null_tail import BLOCK_S, block_peaks, null_tail

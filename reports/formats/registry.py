@@ -125,7 +125,7 @@ def summary_text(
     """
     from dataclasses import replace
 
-    from collaudit.core.data.shown import distinct
+    from collaudit.core.data import distinct
     from collaudit.reports.values.night import QUIET
 
     known = format_named(fmt)

@@ -74,7 +74,7 @@ def audit_files(
         CollauditError: the log cannot be judged at all.
     """
     from collaudit.core import api
-    from collaudit.core.provenance import file_sha256
+    from collaudit.core.small_files import file_sha256
 
     path = loaded.friction_path
     digest = file_sha256(path) if path else None

@@ -198,7 +198,6 @@ def fit(
     """
     from collaudit.core.fitting import fit_logs
     from collaudit.core.prepare.prepared import Prepared
-    from collaudit.core.provenance import make_provenance
 
     unread = sum(not isinstance(log, Prepared) for log in logs)
     reading = 0.25 if unread else 0.0
@@ -210,7 +209,7 @@ def fit(
         from collaudit.core.prepare.known_load import loaded
 
         prepared = [loaded(log, load, settings.config) for log, load in zip(prepared, loads, strict=True)]
-    provenance = make_provenance(settings, None, prepared[0].robot.sha256)
+    provenance = settings.provenance(None, prepared[0].robot.sha256)
     return fit_logs(prepared, settings.config, provenance, truth, stage(progress, reading, 1.0))
 
 
@@ -271,10 +270,9 @@ def audit(
         )
     prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.45))
     from collaudit.core.audit import audit_log  # a log that is refused while it is read needs none of it
-    from collaudit.core.provenance import make_provenance
     from collaudit.core.robot.robot_building import sibling_robots
 
-    provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
+    provenance = settings.provenance(friction_sha256, prepared.robot.sha256)
     siblings = sibling_robots(settings.config.robot, settings.base_dir, prepared.robot.joint_names)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import stat
 from pathlib import Path
 from typing import Any
+
+from collaudit.core.errors import ConfigError
 
 #: No description of a robot, configuration, list of labels or note of a run is larger.
 MOST_BYTES = 64 << 20
@@ -44,3 +47,17 @@ def read_object(path: Path, most: int = MOST_BYTES) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}
+
+
+def file_sha256(path: Path) -> str:
+    """Hash of a file's bytes.
+
+    Raises:
+        ConfigError: it cannot be read.
+    """
+    try:
+        check_regular(path)
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error

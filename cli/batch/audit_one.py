@@ -19,11 +19,11 @@ from collaudit.cli.batch.log_jobs import LogJob, Outcome
 from collaudit.cli.fleet.remote_logs import local_copy, remote_stamp
 from collaudit.cli.shared_steps import audit_files
 from collaudit.core.api import LogFiles, Progress
+from collaudit.core.config.load import versions
 from collaudit.core.contacts.contact_states import Precedents, day_refusal
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.logs.log_reading import sha256_of
-from collaudit.core.provenance import versions
 from collaudit.core.small_files import read_object, read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text

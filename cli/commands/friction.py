@@ -180,7 +180,6 @@ def plan_command(
     (JointTrajectory), motion.script (URScript, for six joints). `collaudit fit --plan` says what it delivered.
     """
     from collaudit.core.plan.planning import PlanRequest, make_plan
-    from collaudit.core.provenance import make_provenance
     from collaudit.reports.exports.plan_files import write_plan
     from collaudit.reports.files.run_files import result_json
     from collaudit.reports.page.plane_page import plan_page
@@ -192,7 +191,7 @@ def plan_command(
     gamma = detect.gamma_nm if "gamma_nm" in detect.given and isinstance(detect.gamma_nm, float | int) else None
     request = PlanRequest(minutes, joints or None, speed_scale=speed_scale, gamma_nm=gamma)
     with progress("planning") as report:
-        plan = make_plan(loaded, friction, audits, request, make_provenance(loaded, None, None), report)
+        plan = make_plan(loaded, friction, audits, request, loaded.provenance(None, None), report)
     by_model = {model: log for log, model in loaded.config.log.joint_names.items()}
     names = [by_model.get(name, name) for name in plan.robot.joint_names]
     files = write_plan(output, plan, names, plan_page(plan))

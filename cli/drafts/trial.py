@@ -103,7 +103,6 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
     from collaudit.core.audit import audit_log
     from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.preparation import calibrated, prepare
-    from collaudit.core.provenance import make_provenance
     from collaudit.core.verdict.verdict import asked_findings
     from collaudit.reports.files.run_files import read_friction
 
@@ -117,7 +116,7 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
         trial = replace(trial, prepared=prepared, findings=tuple(asked_findings(prepared, config)))
         if not audit:
             return trial
-        origin = make_provenance(loaded, None, robot.sha256)
+        origin = loaded.provenance(None, robot.sha256)
         # a fit tells automatic thresholds, and the gain of an effort in a unit of its own
         own = friction is None and (config.detect.automatic or config.log.units.effort == "raw")
         report(2, 10)

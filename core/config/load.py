@@ -1,4 +1,7 @@
-"""Loading a configuration: TOML, flags on top, validated once, with a hash that names no folder."""
+"""Loading a configuration: TOML, flags on top, validated once, with a hash that names no folder.
+
+What is computed by it says so: its origin, the versions and hashes of all that went in.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ import json
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import msgspec
@@ -14,6 +19,7 @@ import msgspec
 from collaudit.core.config.config_table import toml_values
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import parse_toml
+from collaudit.core.data.audit_result import Provenance
 from collaudit.core.errors import ConfigError
 from collaudit.core.small_files import read_small
 
@@ -23,6 +29,8 @@ _REPLACES: dict[str, tuple[str, ...]] = {
     "detect.persistence_ms": ("detect.n",),
     "robot.urdf": ("robot.dh", "robot.dh_convention"),
 }
+#: Distributions whose version can change a number.
+_COMPUTING = ("numpy", "scipy", "pin", "pandas", "pyarrow", "mcap", "rosbags")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +59,29 @@ class LoadedConfig:
         """The robot's description as it is found from the working folder; None when the configuration names none."""
         urdf = self.config.robot.urdf
         return None if urdf is None else self.base_dir / urdf
+
+    def provenance(self, friction_sha256: str | None, model_sha256: str | None) -> Provenance:
+        """Origin of a result.
+
+        Args:
+            friction_sha256: hash of the friction file judged with, None when there is none.
+            model_sha256: hash of the robot model.
+        """
+        return Provenance(version("collaudit"), versions(), self.sha256, friction_sha256, model_sha256)
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of what can change a number."""
+    return {name: found for name in _COMPUTING if (found := _installed(name))}
+
+
+@cache  # what is installed does not change under a running program
+def _installed(name: str) -> str | None:
+    """The version of a distribution; None where it is not installed."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
 
 
 def load_config(path: str | Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:

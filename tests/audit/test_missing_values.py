@@ -20,7 +20,6 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.simulation import SimulatedFiles
 
 SECONDS = 12.0
@@ -42,7 +41,7 @@ def arm(
         loaded = load_config(files.config)
         log = api.open_log(files.log, loaded)
         model = api.load_robot(loaded, log.joint_names)
-        about = make_provenance(loaded, None, model.sha256)
+        about = loaded.provenance(None, model.sha256)
 
         def judge(spoilt: JointLog) -> AuditResult | None:
             try:

@@ -15,7 +15,6 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.simulation import SimulatedFiles
 
 SECONDS = 12.0
@@ -30,7 +29,7 @@ def judged(
     settings = load_config(files.config)
     log = api.open_log(files.log, settings)
     arm = api.load_robot(settings, log.joint_names)
-    about = make_provenance(settings, None, arm.sha256)
+    about = settings.provenance(None, arm.sha256)
 
     def judge(spoilt: JointLog) -> AuditResult:
         prepared = prepare(spoilt, arm, settings.config, Calibration.of(friction, settings.config))

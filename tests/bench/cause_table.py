@@ -22,7 +22,6 @@ from collaudit.core.data.audit_result import Cause, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.provenance import make_provenance
 from collaudit.core.robot.pinocchio_model import point_mass_parameters, rotation_rpy
 
 FITTED_S, JUDGED_S = 180.0, 120.0
@@ -91,7 +90,7 @@ def cases(arm: Arm, seed: int) -> Iterator[Made]:
 
 def fitted(arm: Arm, seed: int) -> FrictionFile:
     ready = prepared(day(arm, seed, FITTED_S, first=True), arm.described)
-    return fit_logs([ready], arm.described.config, make_provenance(arm.described, None, ready.robot.sha256))
+    return fit_logs([ready], arm.described.config, arm.described.provenance(None, ready.robot.sha256))
 
 
 def spoken(causes: tuple[Cause, ...]) -> Cause | None:

@@ -16,7 +16,6 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.provenance import make_provenance
 
 Change = Callable[[JointLog], JointLog]
 
@@ -56,7 +55,7 @@ def prepared(log: JointLog, settings: LoadedConfig, friction: FrictionFile | Non
 def judged(log: JointLog | Prepared, settings: LoadedConfig, friction: FrictionFile | None) -> Audit:
     """A log in memory, as ``api.audit`` judges a file."""
     ready = log if isinstance(log, Prepared) else prepared(log, settings, friction)
-    return audit_log(ready, settings.config, friction, make_provenance(settings, None, ready.robot.sha256))
+    return audit_log(ready, settings.config, friction, settings.provenance(None, ready.robot.sha256))
 
 
 def fitted(logs: Sequence[JointLog | Prepared], settings: LoadedConfig) -> FrictionFile:

@@ -26,7 +26,6 @@ from collaudit.core.causes.program_change import compare_programs
 from collaudit.core.data.audit_result import Audit, Collision, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
-from collaudit.core.provenance import make_provenance
 
 ARMS = ("paper6", "ur10_robot.urdf")
 ERRORS = (0.1, 0.2, 0.3)
@@ -45,7 +44,7 @@ CHANGES = ("none", "speed", "load", "path", "friction")
 def fitted(arm: Arm) -> FrictionFile:
     """Of a day whose motion does not repeat."""
     ready = prepared(day(arm, 1, FITTED_S, first=True), arm.described)
-    return fit_logs([ready], arm.described.config, make_provenance(arm.described, None, ready.robot.sha256))
+    return fit_logs([ready], arm.described.config, arm.described.provenance(None, ready.robot.sha256))
 
 
 def programs(seed: int) -> Program:

@@ -19,7 +19,6 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.fitting import fit_logs
-from collaudit.core.provenance import make_provenance
 from collaudit.core.residual.detector import DETECTORS
 
 _UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -59,7 +58,7 @@ def levels(data: Path, work: Path) -> Iterator[str]:
         }
         config.write_text(tomlkit.dumps(tables), encoding="utf-8")
         loaded = load_config(config)
-        provenance = make_provenance(loaded, None, None)
+        provenance = loaded.provenance(None, None)
         prepared = [prepare((data / name,), loaded) for name in names]
         friction = fit_logs(prepared, loaded.config, provenance)
         configs = [with_detector(loaded.config, name) for name in ("direct", *others)]

@@ -20,7 +20,6 @@ from collaudit.core.findings import joints_not_judged
 from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import JudgedResidual, Score, score
 from collaudit.fixtures import simulation
 from collaudit.fixtures.arms import robot_named
@@ -61,7 +60,7 @@ def friction_of(folder: Path, robot: str) -> FrictionFile:
         log = simulated(folder, robot, "friction", 1)
         loaded = load_config(log.with_suffix(".toml"))
         prepared = prepare((log,), loaded)
-        write_friction(file, fit_logs([prepared], loaded.config, make_provenance(loaded, None, None)))
+        write_friction(file, fit_logs([prepared], loaded.config, loaded.provenance(None, None)))
     return read_friction(file)
 
 

@@ -23,7 +23,6 @@ from collaudit.core.data.signals import State
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import whole_window_minima
 from collaudit.core.numeric.null_tail import ZERO_DOUBT_NM, block_peaks
-from collaudit.core.provenance import make_provenance
 
 ARMS = ("paper6", "seven", "ur10_robot.urdf", "panda.urdf")
 FITTED_S = (30.0, 100.0, 300.0, 1200.0)
@@ -34,7 +33,7 @@ CLEAN_S, LOG_S, PUSH_N, EVERY_S = 1200.0, 600.0, 25.0, 3.0
 def measured(arm: Arm, seconds: float, seed: int, logs: int) -> dict[str, Any]:
     """One fit, and the days judged with it."""
     ready = prepared(day(arm, seed, seconds, first=True), arm.described)
-    origin = make_provenance(arm.described, None, ready.robot.sha256)
+    origin = arm.described.provenance(None, ready.robot.sha256)
     friction = fit_logs([ready], arm.described.config, origin)
     clean = [judged(day(arm, 1000 * seed + k, CLEAN_S), arm.described, friction) for k in range(1, logs + 1)]
     pushes = pushes_of(seed)

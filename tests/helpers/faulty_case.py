@@ -17,7 +17,6 @@ from collaudit.core.errors import CollauditError
 from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.provenance import make_provenance
 from collaudit.core.robot.robot_building import build_robot
 
 RATE_HZ = 250.0
@@ -89,7 +88,7 @@ def judge(config_text: str, friction: FrictionFile, spoilt: Signals, known: froz
         robot = build_robot(loaded.config.robot, Path(), JOINTS)
         used = spoilt.friction(friction) if spoilt.friction is not None else friction
         prepared = prepare(without_impossible(log, "row"), robot, loaded.config, Calibration.of(used, loaded.config))
-        audit = audit_log(prepared, loaded.config, used, make_provenance(loaded, None, robot.sha256), siblings=None)
+        audit = audit_log(prepared, loaded.config, used, loaded.provenance(None, robot.sha256), siblings=None)
     except CollauditError as error:
         return Judged("refused", error.message)
     return outcome_of(audit.result, known)
@@ -117,9 +116,7 @@ def statements(config_text: str, friction: FrictionFile, whole: Signals) -> froz
     )  # fmt: skip
     robot = build_robot(loaded.config.robot, Path(), JOINTS)
     prepared = prepare(log, robot, loaded.config, Calibration.of(friction, loaded.config))
-    result = audit_log(
-        prepared, loaded.config, friction, make_provenance(loaded, None, robot.sha256), siblings=None
-    ).result
+    result = audit_log(prepared, loaded.config, friction, loaded.provenance(None, robot.sha256), siblings=None).result
     return frozenset([*result.exclusions, *(finding.text for finding in result.findings)])
 
 

@@ -10,7 +10,6 @@ import pytest
 from collaudit.core.config import load_config
 from collaudit.core.errors import ConfigError
 from collaudit.core.plan.planning import PlanRequest, make_plan, move_check
-from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.truth import config_text
@@ -61,7 +60,7 @@ def test_a_start_that_is_stated_is_never_moved(data_dir: Path, tmp_path: Path) -
 
 def test_a_plan_is_told_in_300_words(tmp_path: Path) -> None:
     loaded = load_config(shipped("seven", tmp_path))
-    plan = make_plan(loaded, None, [], PlanRequest(1.0), make_provenance(loaded, None, None))
+    plan = make_plan(loaded, None, [], PlanRequest(1.0), loaded.provenance(None, None))
     text = plan_text(plan.file, brief=True)
     assert len(text.split()) <= 300
     assert "A person must check it on the robot" in text and "start of every joint: not stated" in text

@@ -12,10 +12,9 @@ import pytest
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import CollauditError
-from collaudit.core.provenance import file_sha256
 from collaudit.core.robot.robot_description import describe_robot
 from collaudit.core.scoring.detection_score import read_truth
-from collaudit.core.small_files import read_small
+from collaudit.core.small_files import file_sha256, read_small
 from collaudit.reports.files.run_files import read_friction
 from collaudit.reports.sections.body_region_sections import read_limits
 

@@ -34,14 +34,13 @@ ROOMS = (
     "verdict",
     "causes",
     "history",
-    "provenance",
     "fitting",
     "plan",
     "audit",
     "api",
 )
 #: Rooms that every other one may use; arrows to them would hide the others.
-_EVERYWHERE = frozenset({"errors", "small_files", "findings", "numeric", "vendors", "data", "config", "provenance"})
+_EVERYWHERE = frozenset({"errors", "small_files", "findings", "numeric", "vendors", "data", "config"})
 
 
 @cache

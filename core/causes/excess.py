@@ -142,11 +142,7 @@ def excess_of(
     friction = np.column_stack([laws[name].torque(v[:, c]) for name, c in zip(names, columns, strict=True)])
     faster = np.column_stack([laws[name].torque(v[:, c] + _DV) for name, c in zip(names, columns, strict=True)])
     slope += (faster - friction) / _DV * a[:, columns]  # where it slides one way; elsewhere nothing is known
-    level = np.column_stack([thinned(residual.levels[name].deviation[:, None], size) for name in names])
-    followed = friction * level
-    for k, name in enumerate(names):
-        if name in residual.zeros:
-            followed[:, k] += thinned(residual.zeros[name].offset_nm[:, None], size)[:, 0]
+    followed = np.column_stack([thinned(residual.followed_nm[:, k : k + 1], size) for k in own])
     return Excess(
         tuple(names),
         columns,

@@ -140,13 +140,11 @@ def _not_followed(
 ) -> tuple[FloatArray, FloatArray]:
     """(n,) what model and friction as fitted leave, NaN where friction is no value; and friction as fitted."""
     joint = series.joint_names[j]
-    torque = np.where(residual.state[:, j] == State.JUDGED, residual.torque_nm[:, j], np.nan)
+    torque = residual.torque_nm[:, j] + residual.followed_nm[:, j]
+    torque[residual.state[:, j] != State.JUDGED] = np.nan
     friction = np.zeros_like(torque)
     if joint in residual.levels:
         friction = inputs.laws[joint].torque(series.velocity_rad_s[:, j])
-        torque += friction * residual.levels[joint].deviation
-    if joint in residual.zeros:
-        torque += residual.zeros[joint].offset_nm
     return torque, friction
 
 

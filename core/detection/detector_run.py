@@ -12,7 +12,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.cycles.cycle_reference import CycleResidual, cycle_residual
 from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, RuleFacts, Spoke
 from collaudit.core.data.cycles_result import CycleReference
-from collaudit.core.data.detection_result import DelayFacts, DetectionFacts, LevelFacts, ZeroFacts
+from collaudit.core.data.detection_result import DelayFacts, DetectionFacts
 from collaudit.core.data.signals import CycleSignals, Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import MERGE_S, Event, both_events
@@ -20,11 +20,9 @@ from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, lasting, lowest_in_row
 from collaudit.core.numeric.parallel import by_name, each
-from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named, joined_residual
-from collaudit.core.residual.followed_offsets import FrictionLevel
 from collaudit.core.residual.residual import Residual, ResidualInputs
 
 
@@ -276,21 +274,9 @@ def detection_facts(run: DetectorRun, rule: RuleFacts, causal: bool, period_s: f
         causal=causal,
         equation=run.detector.equation,
         delay=DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s)),
-        friction_level={joint: _level_facts(level) for joint, level in residual.levels.items()},
+        friction_level=residual.levels,
         flags=(),
-        torque_zero={joint: ZeroFacts(z.lowest_nm, z.highest_nm, z.bound_nm) for joint, z in residual.zeros.items()},
-    )
-
-
-def _level_facts(level: FrictionLevel) -> LevelFacts:
-    """Range and standard error of a joint's friction level."""
-    share = 1.0 + level.deviation
-    return LevelFacts(
-        lowest=float(share.min()),
-        median=median_of(share),
-        highest=float(share.max()),
-        sd=median_of(level.sd),
-        mean=1.0 + level.mean,
+        torque_zero=residual.zeros,
     )
 
 

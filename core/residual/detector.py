@@ -6,7 +6,7 @@ A new detector is a line of ``DETECTORS`` and its name in ``DetectorName`` (``co
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.detection_result import LevelFacts, ZeroFacts
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.filters import BOTH_WAYS, Kernel, butterworth, double_pole, first_order
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance, balance_from_acceleration, balance_from_momentum
-from collaudit.core.residual.followed_offsets import FrictionLevel, TorqueZero
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
 #: The kernel G(s) of a detector on a log: its gain, and whether it runs forward only.
@@ -118,18 +118,18 @@ def joined_residual(parts: Iterable[tuple[BoolArray, Residual]]) -> Residual:
             to. Of detectors that judge each joint.
     """
     remaining = iter(parts)
-    rows, first = next(remaining)
-    share = float(np.mean(rows))
-    levels = {joint: replace(level, mean=share * level.mean) for joint, level in first.levels.items()}
-    effort = None if first.effort_nm is None else first.effort_nm.copy(order="K")
-    made = replace(first, effort_nm=effort, levels=levels, zeros=dict(first.zeros))
+    rows, made = next(remaining)
+    if made.effort_nm is not None:
+        made = replace(made, effort_nm=made.effort_nm.copy(order="K"))  # that of the log's own
+    levels, zeros = [(float(np.mean(rows)), made.levels)], [made.zeros]
     for rows, part in remaining:
         for mine, its in zip(_arrays(made), _arrays(part), strict=True):
             mine[rows] = its[rows]
-        _take_offsets(made, part, rows)
+        levels.append((float(np.mean(rows)), part.levels))
+        zeros.append(part.zeros)
         for joint, amplitude in part.ripple_not_shown_nm.items():
             made.ripple_not_shown_nm[joint] = max(amplitude, made.ripple_not_shown_nm.get(joint, 0.0))
-    return made
+    return replace(made, levels=_levels_of(levels), zeros=_zeros_of(zeros))
 
 
 def _arrays(residual: Residual) -> list[NDArray[Any]]:
@@ -140,6 +140,7 @@ def _arrays(residual: Residual) -> list[NDArray[Any]]:
         residual.effort_nm,
         residual.state,
         residual.uncertainty_nm,
+        residual.followed_nm,
         residual.hidden_nm,
         residual.balance.total_nm,
         *span,
@@ -147,15 +148,21 @@ def _arrays(residual: Residual) -> list[NDArray[Any]]:
     return [array for array in every if array is not None]
 
 
-def _take_offsets(made: Residual, part: Residual, rows: BoolArray) -> None:
-    """Levels of friction and zeros of a part, in its rows."""
-    share, none = float(np.mean(rows)), np.zeros(rows.size)
-    for joint, level in part.levels.items():
-        own = made.levels.get(joint, FrictionLevel(none.copy(), none.copy()))
-        own.deviation[rows], own.sd[rows] = level.deviation[rows], level.sd[rows]
-        made.levels[joint] = replace(own, mean=own.mean + share * level.mean)
-    for joint, zero in part.zeros.items():
-        found = made.zeros.get(joint, TorqueZero(none.copy(), np.inf, -np.inf, 0.0))
-        found.offset_nm[rows] = zero.offset_nm[rows]
-        lowest, highest = min(found.lowest_nm, zero.lowest_nm), max(found.highest_nm, zero.highest_nm)
-        made.zeros[joint] = TorqueZero(found.offset_nm, lowest, highest, max(found.bound_nm, zero.bound_nm))
+def _levels_of(parts: Sequence[tuple[float, Mapping[str, LevelFacts]]]) -> dict[str, LevelFacts]:
+    """Levels of friction over all parts, by the share of the log that each is."""
+    out = {}
+    for joint in dict.fromkeys(joint for _, levels in parts for joint in levels):
+        shares, its = zip(*((share, levels[joint]) for share, levels in parts if joint in levels), strict=True)
+        median, sd, mean = np.average([(x.median, x.sd, x.mean) for x in its], axis=0, weights=shares).tolist()
+        out[joint] = LevelFacts(min(x.lowest for x in its), median, max(x.highest for x in its), sd, mean)
+    return out
+
+
+def _zeros_of(parts: Sequence[Mapping[str, ZeroFacts]]) -> dict[str, ZeroFacts]:
+    """Zeros of the torque over all parts."""
+    out: dict[str, ZeroFacts] = {}
+    for joint, zero in ((joint, zero) for zeros in parts for joint, zero in zeros.items()):
+        own = out.get(joint, zero)
+        lowest, highest = min(own.lowest_nm, zero.lowest_nm), max(own.highest_nm, zero.highest_nm)
+        out[joint] = ZeroFacts(lowest, highest, max(own.bound_nm, zero.bound_nm))
+    return out

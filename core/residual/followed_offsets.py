@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from collaudit.core.data.detection_result import LevelFacts, ZeroFacts
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import parabola_minimum
+from collaudit.core.numeric.stats import median_of, parabola_minimum
 
 #: Levels considered, as deviations from the calibration.
 LARGEST = 0.3
@@ -43,6 +44,18 @@ class FrictionLevel:
     deviation: FloatArray
     sd: FloatArray
     mean: float = 0.0
+
+    @property
+    def facts(self) -> LevelFacts:
+        """Range and standard error."""
+        share = 1.0 + self.deviation
+        return LevelFacts(
+            lowest=float(share.min()),
+            median=median_of(share),
+            highest=float(share.max()),
+            sd=median_of(self.sd),
+            mean=1.0 + self.mean,
+        )
 
 
 def follow_level(
@@ -130,14 +143,11 @@ class TorqueZero:
 
     Attributes:
         offset_nm: (n,) what is taken off the torque, N·m: within the bound.
-        lowest_nm, highest_nm: what was found, N·m.
-        bound_nm: the bound.
+        facts: what was found, and the bound.
     """
 
     offset_nm: FloatArray
-    lowest_nm: float
-    highest_nm: float
-    bound_nm: float
+    facts: ZeroFacts
 
 
 def follow_zero(
@@ -172,7 +182,7 @@ def follow_zero(
         level = scipy.ndimage.median_filter(level, width, mode="nearest")
         found = np.interp(np.arange(excess_nm.size), at, level)
     offset = np.clip(found, -bound_nm, bound_nm)
-    return TorqueZero(offset, float(level.min()), float(level.max()), bound_nm)
+    return TorqueZero(offset, ZeroFacts(float(level.min()), float(level.max()), bound_nm))
 
 
 def balanced_zero(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.detection_result import LevelFacts, ZeroFacts
 from collaudit.core.data.recommendation_result import JointThreshold
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
@@ -20,7 +21,7 @@ from collaudit.core.prepare.calibration import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance
-from collaudit.core.residual.followed_offsets import FrictionLevel, TorqueZero, balanced_zero, follow_level, follow_zero
+from collaudit.core.residual.followed_offsets import FrictionLevel, balanced_zero, follow_level, follow_zero
 from collaudit.core.residual.friction_bounds import FrictionBounds, carried_load, friction_bounds, known_ripple
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
@@ -65,7 +66,8 @@ class Residual:
         uncertainty_nm: (n, j) what friction may be wrong by (95 %): its level, and its curve above the fastest fitted
             speed; less what the threshold covers; and what the model torque lacks of fast motion. The threshold is
             raised by it.
-        levels: friction level by joint, where there is a law and a model.
+        followed_nm: (n, j) by how much friction and the zero of the torque are off their calibration: it was taken off.
+        levels: level of friction by joint, where there is a law and a model.
         zeros: zero of the torque by joint, where it is followed.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
@@ -81,8 +83,9 @@ class Residual:
     effort_nm: FloatArray | None
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
-    levels: dict[str, FrictionLevel]
-    zeros: dict[str, TorqueZero]
+    followed_nm: FloatArray
+    levels: dict[str, LevelFacts]
+    zeros: dict[str, ZeroFacts]
     balance: Balance
     hidden_nm: FloatArray | None = None
     span_nm: tuple[FloatArray, FloatArray] | None = None
@@ -129,6 +132,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         effort,
         state,
         uncertainty,
+        np.zeros((n, count), order="F"),
         {},
         {},
         balance,
@@ -137,7 +141,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         frozenset(inputs.quiet),
     )
 
-    def fill_joint(j: int) -> tuple[FrictionLevel, TorqueZero | None, float]:
+    def fill_joint(j: int) -> tuple[LevelFacts, ZeroFacts | None, float]:
         law = inputs.laws[names[j]]
         seen = inputs.covered.get(names[j])
         fastest = 0.0 if seen is None or seen.fastest_rad_s is None else seen.fastest_rad_s
@@ -183,7 +187,7 @@ def _fill_joint(
     load_nm: FloatArray | None,
     fastest_rad_s: float,
     zero_bound_nm: float,
-) -> tuple[FrictionLevel, TorqueZero | None, float]:
+) -> tuple[LevelFacts, ZeroFacts | None, float]:
     """Fill the columns of one joint with a friction law; its threshold covers errors up to a speed.
 
     Returns:
@@ -206,12 +210,14 @@ def _fill_joint(
     excess = total - friction
     excess -= balanced_zero(excess, velocity, usable, series.period_s, config.causal)
     level = follow_level(excess, friction, usable, series.period_s, sd, config.causal)
-    steady_nm = friction * (1.0 + level.deviation)
+    made.followed_nm[:, j] = friction * level.deviation
+    steady_nm = friction + made.followed_nm[:, j]
     zero = None
     if zero_bound_nm > 0.0:
         zero = follow_zero(total - steady_nm, usable, series.period_s, zero_bound_nm, config.causal)
     if zero is not None:
         total -= zero.offset_nm
+        made.followed_nm[:, j] += zero.offset_nm
     torque[:] = total - steady_nm
     doubt_of_level = np.abs(friction) * (SIGMAS * level.sd)
     uncertainty[:] = np.where(np.isfinite(doubt_of_level), doubt_of_level, 0.0)
@@ -236,10 +242,11 @@ def _fill_joint(
     if doubt is not None and doubt.any():
         smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
         uncertainty += np.nan_to_num(smoothed[:, 0])
+    facts = level.facts, None if zero is None else zero.facts
     if isinstance(ripple, float):
-        return level, zero, ripple_doubt_nm
+        return *facts, ripple_doubt_nm
     uncertainty += ripple_doubt_nm
-    return level, zero, 0.0
+    return *facts, 0.0
 
 
 def _span(

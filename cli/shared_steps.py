@@ -13,7 +13,7 @@ from collaudit.core.api import LogFiles, Progress, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import Audit, FrictionFile, Verdict
-from collaudit.core.data.cycles_result import CycleReference
+from collaudit.core.data.signals import CycleReference
 from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.scoring.detection_score import TruthFile, read_truth

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from collaudit.core.contacts.contact_states import Precedents
-    from collaudit.core.data.cycles_result import CycleReference
+    from collaudit.core.data.signals import CycleReference
     from collaudit.core.logs.log_summary import LogSummary
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared

@@ -13,7 +13,7 @@ from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.contacts.contact_states import Precedents
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.cycles_result import CycleReference
+from collaudit.core.data.signals import CycleReference
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.history.night_row import NightFrom, NightRow, rows_of_result
 from collaudit.core.logs.log_reading import sha256_of

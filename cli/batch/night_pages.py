@@ -18,8 +18,8 @@ from collaudit.core.causes.program_change import compare_programs
 from collaudit.core.config.accepted import Acceptance
 from collaudit.core.contacts.contact_states import acceptance_uses, program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, Verdict
-from collaudit.core.data.cycles_result import ProgramComparison
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
+from collaudit.core.data.signals import ProgramComparison
 from collaudit.core.verdict.verdict import budget_breaches
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import read_result

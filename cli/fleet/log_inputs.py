@@ -27,7 +27,7 @@ from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.data import distinct
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.logs.inputs import left_out, left_out_urls, other_files
 from collaudit.core.logs.log_formats import is_bag_folder

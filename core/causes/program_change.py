@@ -25,8 +25,7 @@ from collaudit.core.cycles.path_place import (
     usual_path,
 )
 from collaudit.core.data.audit_result import Audit
-from collaudit.core.data.cycles_result import LEAST_CHANGE, ChangedQuantity, ProgramChange, ProgramComparison
-from collaudit.core.data.signals import Signals, State
+from collaudit.core.data.signals import LEAST_CHANGE, ChangedQuantity, ProgramChange, ProgramComparison, Signals, State
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, equal_runs
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95

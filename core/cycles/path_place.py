@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from collaudit.core.cycles.cycle_search import NEAR_RAD, DrawnPath, Motion, resampled
-from collaudit.core.data.cycles_result import CycleReference
+from collaudit.core.data.signals import CycleReference
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 

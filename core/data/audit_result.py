@@ -12,7 +12,6 @@ from typing import Literal
 
 from collaudit.core.data import Showing, Shown, first_few
 from collaudit.core.data.arm_geometry import ArmGeometry
-from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import (
@@ -26,7 +25,7 @@ from collaudit.core.data.identification_result import (
 )
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.sensitivity_result import Sensitivity
-from collaudit.core.data.signals import Signals
+from collaudit.core.data.signals import CycleFacts, CycleReference, Signals
 from collaudit.core.findings import Finding
 
 

@@ -1,4 +1,7 @@
-"""A log as recorded: joint signals, the wrist sensor, what the log says of itself, and where it came from."""
+"""A log as recorded: joint signals, the wrist sensor, what the log says of itself, and where it came from.
+
+And what lies in a folder of logs and was not judged.
+"""
 
 from __future__ import annotations
 
@@ -149,3 +152,24 @@ class JointLog(Showing):
             ("findings", first_few(dict.fromkeys(finding.code for finding in self.findings), 8)),
         ]
         return f"{self.source.name} ({self.source.format}), {span_s:.4g} s", [row for row in rows if row[1]]
+
+
+LeftOutKind = Literal["leftover", "archive", "unreadable", "other", "companion"]
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A file, or folder, that was not judged.
+
+    Attributes:
+        name: its path or URL.
+        kind: ``leftover`` of a recorder or a copy that was cut; ``archive`` that holds logs, or may; ``unreadable``;
+            ``other``: any other name; ``companion``: what usually lies beside logs, which is named and never counts.
+        not_judged: whether it counts as a log that was not judged.
+        text: why it was left out.
+    """
+
+    name: str
+    kind: LeftOutKind
+    not_judged: bool
+    text: str

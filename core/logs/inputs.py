@@ -15,7 +15,7 @@ from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Literal
 
-from collaudit.core.data.left_out import LeftOut, LeftOutKind
+from collaudit.core.data.joint_log import LeftOut, LeftOutKind
 from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, named_format

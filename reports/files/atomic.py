@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.errors import CollauditError
 from collaudit.reports.values.visible_text import visible
 

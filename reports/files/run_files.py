@@ -15,8 +15,8 @@ import msgspec
 import numpy as np
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
-from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.plan_result import PlanFile
+from collaudit.core.data.signals import CycleReference
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
 from collaudit.core.small_files import read_small

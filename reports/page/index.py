@@ -11,8 +11,8 @@ from markupsafe import Markup
 
 from collaudit.core.contacts.contact_states import AcceptanceUse
 from collaudit.core.data.audit_result import Verdict
-from collaudit.core.data.cycles_result import ProgramComparison
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
+from collaudit.core.data.signals import ProgramComparison
 from collaudit.core.history.night_groups import NightGroup
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_files import json_text

@@ -22,7 +22,7 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from collaudit.core.data.cycles_result import CycleReference
+from collaudit.core.data.signals import CycleReference
 from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.night_row import STORE_SCHEMA, NightRow
 from collaudit.core.small_files import check_regular

@@ -9,8 +9,8 @@ from urllib.parse import quote
 
 from collaudit.core.contacts.contact_states import AcceptanceUse
 from collaudit.core.data.audit_result import Verdict
-from collaudit.core.data.cycles_result import LEAST_CHANGE, ProgramComparison
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
+from collaudit.core.data.signals import LEAST_CHANGE, ProgramComparison
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.night_groups import Moment, NightGroup
 from collaudit.reports.sections.section import Section, section_of

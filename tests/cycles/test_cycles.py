@@ -10,8 +10,8 @@ import pytest
 from repeated_program import GAMMA, Push, judged, program
 
 from collaudit.core.data.audit_result import Audit
-from collaudit.core.data.cycles_result import CycleFacts, CycleReference
 from collaudit.core.data.joint_log import Annotation
+from collaudit.core.data.signals import CycleFacts, CycleReference
 from collaudit.reports.files.event_recount import check_events
 from collaudit.reports.files.run_files import open_run, read_reference, reference_bytes, write_run
 

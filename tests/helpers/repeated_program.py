@@ -13,9 +13,9 @@ from three_joints import COULOMB, NAMES, VISCOUS, arm, settings, tables
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FRICTION_SCHEMA, Audit, FrictionFile, Provenance
-from collaudit.core.data.cycles_result import CycleReference
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.signals import CycleReference
 from collaudit.core.prepare.preparation import prepare
 
 PERIOD = 0.008

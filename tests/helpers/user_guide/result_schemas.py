@@ -16,17 +16,17 @@ from collaudit.core.config.describe import choices_of_laws
 from collaudit.core.contacts.contact_states import AcceptanceUse
 from collaudit.core.data import (
     arm_geometry,
-    cycles_result,
     detection_result,
     friction_result,
     identification_result,
     plan_result,
     recommendation_result,
     sensitivity_result,
+    signals,
 )
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.findings import Finding
 from collaudit.core.history.night_groups import Moment, NightGroup
@@ -76,7 +76,7 @@ def _dataclass(name: str) -> type:
     elsewhere = {one.__name__: one for one in (Finding, IndexEntry, LeftOut, AcceptanceUse, NightGroup, Moment)}
     homes = (
         arm_geometry,
-        cycles_result,
+        signals,
         result_types,
         detection_result,
         friction_result,

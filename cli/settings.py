@@ -97,7 +97,7 @@ def _assignment(text: str) -> tuple[str, object]:
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise click.BadParameter(f"{text!r} is not KEY=VALUE, such as detect.n=13")
-    from collaudit.core.config.toml_text import parse_toml
+    from collaudit.core.small_files import parse_toml
 
     try:
         return key.strip(), parse_toml(f"v = {value}")["v"]

@@ -10,10 +10,9 @@ from pathlib import Path
 
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.config_table import ConfigTable
-from collaudit.core.config.toml_text import KeyPath, key_lines, to_toml, toml_key
 from collaudit.core.logs.log_summary import TopicInfo
 from collaudit.core.logs.tables.column_roles import standard_unit
-from collaudit.core.small_files import read_small
+from collaudit.core.small_files import KeyPath, key_lines, read_small, to_toml, toml_key
 from collaudit.reports.values.visible_text import visible
 
 _MARK = "# GUESS:"

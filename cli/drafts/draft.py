@@ -11,7 +11,6 @@ from collaudit.core.api import LogFiles
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.describe import all_keys
 from collaudit.core.config.schema import CsvConfig
-from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
@@ -21,6 +20,7 @@ from collaudit.core.logs.tables.column_groups import is_label
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.topics.joint_states_topic import TopicFacts, in_order
 from collaudit.core.robot.robot_description import Description
+from collaudit.core.small_files import KeyPath
 
 _WRENCH_FRAME = (
     Line("wrench_frame", "ft_sensor", "a frame of the model", active=False),

@@ -20,11 +20,11 @@ from collaudit.cli.drafts.trial import Trial, missing, try_again, try_log
 from collaudit.core.api import LogFiles
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
-from collaudit.core.config.toml_text import KeyPath
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.arms_in_log import Arm, arms_of, same_arm
 from collaudit.core.prepare.effort.effort_kind import smooth_joints
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.small_files import KeyPath
 
 _SOURCE = "gravity and inertia of the robot's description"
 _TELLS = "motion that lifts what the joint carries, from a pose where gravity loads it, or a known load at the tool"

@@ -11,8 +11,8 @@ from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable, Interval, Positive, Vec3, about
 from collaudit.core.config.load import parsed, problem_of, read_text
-from collaudit.core.config.toml_text import to_toml
 from collaudit.core.errors import ConfigError
+from collaudit.core.small_files import to_toml
 
 ACCEPTED_NAME = "accepted.toml"
 #: Begins an entry; what is above the first one is the file's own heading.

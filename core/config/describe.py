@@ -18,9 +18,9 @@ from msgspec import inspect
 
 from collaudit.core.config.config_table import ConfigTable, KeyedError
 from collaudit.core.config.schema import Config
-from collaudit.core.config.toml_text import KeyPath, to_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction_laws.law_registry import NameOfLaw
+from collaudit.core.small_files import KeyPath, to_toml
 
 #: Dotted key, names that a user chose left out, and what to do instead.
 REMOVED: Mapping[str, str] = {

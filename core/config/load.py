@@ -18,10 +18,9 @@ import msgspec
 
 from collaudit.core.config.config_table import toml_values
 from collaudit.core.config.schema import Config
-from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.data.audit_result import Provenance
 from collaudit.core.errors import ConfigError
-from collaudit.core.small_files import read_small
+from collaudit.core.small_files import parse_toml, read_small
 
 #: Keys that say the same thing in another way: a flag for the first takes the others out of the file's answer.
 _REPLACES: dict[str, tuple[str, ...]] = {
@@ -150,7 +149,7 @@ def problem_of(
         model: the schema.
     """
     from collaudit.core.config.describe import Places, schema_problem
-    from collaudit.core.config.toml_text import key_lines
+    from collaudit.core.small_files import key_lines
 
     places = Places(str(path) if path else None, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
     return schema_problem(error, data, places, model)

@@ -8,9 +8,9 @@ from typing import Any
 import tomlkit
 from tomlkit.items import KeyType, SingleKey, Table
 
-from collaudit.core.config.toml_text import to_toml
 from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+from collaudit.core.small_files import to_toml
 
 
 def written_into(text: str, found: ArmRecommendation, robot: str | None = None) -> str:

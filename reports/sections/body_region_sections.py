@@ -9,11 +9,10 @@ from typing import Annotated
 from msgspec import Meta, ValidationError
 
 from collaudit.core.config.config_table import ConfigTable, Positive
-from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.errors import ConfigError, similar_file
-from collaudit.core.small_files import read_small
+from collaudit.core.small_files import parse_toml, read_small
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.words import nothing_judged

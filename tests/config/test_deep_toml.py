@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.config import load_config
-from collaudit.core.config.toml_text import parse_toml
 from collaudit.core.errors import ConfigError
+from collaudit.core.small_files import parse_toml
 
 
 @pytest.mark.parametrize(

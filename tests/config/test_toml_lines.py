@@ -5,7 +5,7 @@ import tomllib
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collaudit.core.config.toml_text import key_lines
+from collaudit.core.small_files import key_lines
 
 TEXT = '''# comment with [brackets] and = signs
 top = "a # no comment"

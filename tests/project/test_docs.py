@@ -13,7 +13,7 @@ from user_guide.who_sets import WHO_SETS
 
 from collaudit.core.config.describe import all_keys
 from collaudit.core.config.schema import Config
-from collaudit.core.config.toml_text import to_toml
+from collaudit.core.small_files import to_toml
 
 PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collaudit.cli.drafts.config_text import Section, document
-from collaudit.core.config.toml_text import to_toml, toml_key
+from collaudit.core.small_files import to_toml, toml_key
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 VALUES = st.recursive(

@@ -8,7 +8,7 @@ from msgspec import NODEFAULT, Meta
 
 from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.describe import Key
-from collaudit.core.config.toml_text import to_toml
+from collaudit.core.small_files import to_toml
 
 
 def meaning(key: Key) -> str:

@@ -26,8 +26,8 @@ from collaudit.core.logs.opening import (
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.signal_roles import is_usable
+from collaudit.core.logs.storage.readers import MessageReader, damage_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables

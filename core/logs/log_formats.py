@@ -19,8 +19,7 @@ from collaudit.core.logs.storage.file_content import (
     open_unpacked,
     unpacked_name,
 )
-from collaudit.core.logs.storage.records import Damage, MessageReader, Overview
-from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.readers import Damage, MessageReader, Overview, TableReader
 
 _LOGS = "collaudit.core.logs"
 
@@ -38,11 +37,11 @@ class LogFormat:
         suffixes: of its files, lower case; the usual one first; none where others name their files so, too.
         recognises: tells from the first bytes of a file whether it is one.
         reader: ``module:name`` of what opens a file. Of messages it takes the path and returns a
-            :class:`~collaudit.core.logs.storage.records.MessageReader`; of a table it takes the path and
-            ``[log.csv]`` and returns a :class:`~collaudit.core.logs.storage.table_reader.TableReader`.
+            :class:`~collaudit.core.logs.storage.readers.MessageReader`; of a table it takes the path and
+            ``[log.csv]`` and returns a :class:`~collaudit.core.logs.storage.readers.TableReader`.
             It raises ``LogError`` where the file cannot be read at all.
         overview: ``module:name`` of what takes a path and returns an
-            :class:`~collaudit.core.logs.storage.records.Overview` of a huge file of messages, or None where the file
+            :class:`~collaudit.core.logs.storage.readers.Overview` of a huge file of messages, or None where the file
             has no usable summary; "" for formats that have none.
         by_content: whether the first bytes alone make a file of any name a log; any text may be a table, and is not.
         in_bag_folders: whether ROS 2 bag folders keep their messages in it.

@@ -21,9 +21,8 @@ from collaudit.core.logs.storage.file_content import (
     other_format,
     trace_values,
 )
+from collaudit.core.logs.storage.readers import Batch, Channel, Damage, MessageReader, TableReader
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader
-from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.numeric.parallel import Progress, stage
 
 

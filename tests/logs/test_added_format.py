@@ -25,7 +25,7 @@ from collaudit.core.logs.log_reading import read_log
 TOY_MESSAGES = '''
 import json
 import numpy as np
-from collaudit.core.logs.storage.records import Batch, Channel
+from collaudit.core.logs.storage.readers import Batch, Channel
 
 class ToyMessages:
     """Lines of JSON after a line with the magic: [time in ns, message]."""
@@ -50,7 +50,7 @@ TOY_TABLE = '''
 import json
 import numpy as np
 import pyarrow as pa
-from collaudit.core.logs.storage.table_reader import TableColumns
+from collaudit.core.logs.storage.readers import TableColumns
 
 class ToyTable:
     """One JSON object of columns after the magic."""

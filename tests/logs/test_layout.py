@@ -21,7 +21,7 @@ from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, lay_out, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
-from collaudit.core.logs.storage.records import Batch, Channel
+from collaudit.core.logs.storage.readers import Batch, Channel
 from collaudit.core.vendors.message_profiles import PROFILES, Profile
 
 NUMBERS = {

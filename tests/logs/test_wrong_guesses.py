@@ -21,7 +21,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_formats import LogFormat
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
+from collaudit.core.logs.storage.readers import TableColumns, TableReader
 from collaudit.core.logs.tables import joined_tables
 
 #: What a joint's name leaves open is settled by its order in the robot, which is not the alphabet's here.

@@ -34,7 +34,7 @@ BELONGS = {
     "lz4": ("core/logs/storage/",),
     "zstandard": ("core/logs/storage/", "core/logs/table_files/", "reports/exports/"),
     "pyarrow": (
-        "core/logs/storage/table_reader.py",
+        "core/logs/storage/readers.py",
         "core/logs/table_files/",
         "core/logs/tables/",
         "reports/",

@@ -12,7 +12,7 @@ import numpy as np
 
 from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
 from collaudit.core.logs.messages.layout import MISSING, Chars, Layout, LayoutError, Node, Numbers
-from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
+from collaudit.core.logs.storage.readers import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, INTERFACES, Profile
 

@@ -28,7 +28,7 @@ from collaudit.core.logs.messages.message_schema import (
     Schema,
     SchemaError,
 )
-from collaudit.core.logs.storage.records import Channel
+from collaudit.core.logs.storage.readers import Channel
 
 MAX_LEAVES = 200_000
 

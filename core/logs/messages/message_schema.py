@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from collaudit.core.errors import ConfigError
-from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
+from collaudit.core.logs.storage.readers import MAX_SCHEMA_BYTES
 from collaudit.core.small_files import read_small
 
 _SEPARATOR = "=" * 80

@@ -15,7 +15,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.records import (
+from collaudit.core.logs.storage.readers import (
     NS_PER_S,
     ByteArray,
     Channel,
@@ -127,7 +127,7 @@ def _like_the_first(view: ByteArray, places: IntArray) -> tuple[np.ndarray[tuple
 
 
 class BagFile(ChunkedFile):
-    """A ROS 1 bag (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
+    """A ROS 1 bag (see :class:`collaudit.core.logs.storage.readers.MessageReader`)."""
 
     format = "ros1-bag"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import unpacked_name
-from collaudit.core.logs.storage.records import Damage
+from collaudit.core.logs.storage.readers import Damage
 from collaudit.core.small_files import read_small
 
 _MAX_METADATA = 8 << 20

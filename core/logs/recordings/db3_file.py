@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located, ros_type
+from collaudit.core.logs.storage.readers import Batch, Channel, DamageNotes, Located, ros_type
 from collaudit.core.numeric.parallel import Progress
 
 _ROWS = 4096
@@ -27,7 +27,7 @@ _LEAST_LENGTH = 1 << 20
 
 
 class Db3File:
-    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
+    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.storage.readers.MessageReader`)."""
 
     format = "ros2-db3"
 

@@ -24,7 +24,7 @@ from zlib_ng import zlib_ng
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.decompression import unpack
-from collaudit.core.logs.storage.records import (
+from collaudit.core.logs.storage.readers import (
     MAX_SCHEMA_BYTES,
     ByteArray,
     Channel,
@@ -117,7 +117,7 @@ def _walked(data: bytes) -> tuple[IntArray, list[tuple[int, bytes]], int]:
 
 
 class McapFile(ChunkedFile):
-    """An MCAP file (see :class:`collaudit.core.logs.storage.records.MessageReader`).
+    """An MCAP file (see :class:`collaudit.core.logs.storage.readers.MessageReader`).
 
     Attributes:
         schemas, named: schemas and channels by number, as the mcap package has them.

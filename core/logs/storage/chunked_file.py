@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.readers import Batch, Channel, DamageNotes, Located
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Batch, Channel, DamageNotes, Located
 from collaudit.core.numeric.parallel import Progress, ordered_map
 
 

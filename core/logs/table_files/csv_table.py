@@ -22,7 +22,7 @@ from pyarrow import enable_signal_handlers
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
+from collaudit.core.logs.storage.readers import TableColumns, TableReader, numbers_of
 from collaudit.core.logs.table_files.csv_text import (
     BLANKS,
     COMMENT,
@@ -49,7 +49,7 @@ _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "bl
 
 
 class CsvTable:
-    """A CSV (see :class:`collaudit.core.logs.storage.table_reader.TableReader`)."""
+    """A CSV (see :class:`collaudit.core.logs.storage.readers.TableReader`)."""
 
     format = "csv"
     left_out: tuple[str, ...] = ()

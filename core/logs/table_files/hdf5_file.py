@@ -12,8 +12,8 @@ import pyarrow as pa
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import python_line, quoted
+from collaudit.core.logs.storage.readers import arrow_of
 from collaudit.core.logs.storage.reading_bounds import plausible_table
-from collaudit.core.logs.storage.table_reader import arrow_of
 from collaudit.core.logs.table_files.named_columns import NamedColumns, columns_of, fields_of, read_as
 
 #: An array below a group that is one recording of several, such as ``demo_3`` or ``episode_000012``.

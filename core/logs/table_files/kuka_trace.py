@@ -15,7 +15,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import AXIS, values_beside
-from collaudit.core.logs.storage.table_reader import arrow_of
+from collaudit.core.logs.storage.readers import arrow_of
 from collaudit.core.logs.table_files.named_columns import NamedColumns
 
 _CHANNEL = re.compile(r"#BEGINCHANNELHEADER\s+(.*?)#ENDCHANNELHEADER", re.DOTALL)

@@ -14,8 +14,8 @@ import pyarrow as pa
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import head_of
+from collaudit.core.logs.storage.readers import TableColumns, arrow_of, numbers_of
 from collaudit.core.logs.storage.reading_bounds import plausible_table
-from collaudit.core.logs.storage.table_reader import TableColumns, arrow_of, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
 _ARCHIVE = b"PK"
@@ -141,7 +141,7 @@ def read_as(title: str, path: Path) -> Iterator[None]:
 
 
 class NamedColumns:
-    """Columns by name (see :class:`collaudit.core.logs.storage.table_reader.TableReader`).
+    """Columns by name (see :class:`collaudit.core.logs.storage.readers.TableReader`).
 
     Args:
         path: the file, for messages.

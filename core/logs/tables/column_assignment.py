@@ -11,7 +11,7 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import role_of_path, strongest, words_of
-from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.tables.column_groups import (
     Choice,
     choose,

@@ -12,7 +12,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, families, is_usable, refusal_hint
 from collaudit.core.logs.storage.file_content import python_line
-from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.table_files.csv_text import is_number
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_groups import groups_of, is_measured, meaning_of, word_dropped

@@ -13,7 +13,7 @@ from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_roles import families, is_usable, role_of_path
-from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.tables.column_assignment import AssignedTable, assign
 from collaudit.core.logs.tables.column_patterns import (
     MOTION,

@@ -15,8 +15,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.storage.records import Damage, damage_findings
-from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
+from collaudit.core.logs.storage.readers import Damage, TableColumns, TableReader, damage_findings
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_faults import (
     check_columns,

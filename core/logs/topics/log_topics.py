@@ -13,8 +13,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import SchemaError, read_definitions
+from collaudit.core.logs.storage.readers import Channel, MessageReader
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.storage.records import Channel, MessageReader
 from collaudit.core.numeric.parallel import Progress
 from collaudit.core.vendors.message_profiles import PROFILES, Profile
 

@@ -17,9 +17,8 @@ from collaudit.core.logs.messages.column_extraction import Plan, make_plan
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.layout import Layout, LayoutError, value_layouts, walk
 from collaudit.core.logs.messages.message_schema import SchemaError, parse_schema
-from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.readers import Batch, ByteArray, Channel, gather
-from collaudit.core.logs.storage.reading_bounds import FILE_RATIO
+from collaudit.core.logs.storage.reading_bounds import FILE_RATIO, bounded
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.vendors.message_profiles import Profile
 

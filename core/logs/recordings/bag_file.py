@@ -14,7 +14,6 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
-from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.readers import (
     NS_PER_S,
     ByteArray,
@@ -23,6 +22,7 @@ from collaudit.core.logs.storage.readers import (
     gather,
     ros_type,
 )
+from collaudit.core.logs.storage.reading_bounds import unpack
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 

@@ -23,7 +23,6 @@ from zlib_ng import zlib_ng
 
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
-from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.readers import (
     MAX_SCHEMA_BYTES,
     ByteArray,
@@ -33,6 +32,7 @@ from collaudit.core.logs.storage.readers import (
     gather,
     ros_type,
 )
+from collaudit.core.logs.storage.reading_bounds import unpack
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 

@@ -19,8 +19,14 @@ from pathlib import Path, PureWindowsPath
 from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.decompression import DECOMPRESSION_ERRORS, decompressor
-from collaudit.core.logs.storage.reading_bounds import FILE_RATIO, FREE_FILE_BYTES, FREE_TABLE_BYTES, TABLE_RATIO
+from collaudit.core.logs.storage.reading_bounds import (
+    DECOMPRESSION_ERRORS,
+    FILE_RATIO,
+    FREE_FILE_BYTES,
+    FREE_TABLE_BYTES,
+    TABLE_RATIO,
+    decompressor,
+)
 
 _HEAD = 4096
 _PIECE = 1 << 20

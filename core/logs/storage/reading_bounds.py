@@ -37,6 +37,15 @@ MOST_LAYOUTS = 1000
 #: A compressed file may become this large, or so many times its size; a table too, all of which is in memory at once.
 FREE_FILE_BYTES, FILE_RATIO = 64 << 20, 1000
 FREE_TABLE_BYTES, TABLE_RATIO = 128_000_000, 25
+_STEP = 1 << 16
+#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
+_ZSTD_PIECE = 1 << 11
+_OF_CHUNKS = ("zstd", "lz4", "bz2")
+#: What the decompressors raise on damaged files.
+DECOMPRESSION_ERRORS = (
+    OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile
+)  # fmt: skip
+_ERRORS = (*DECOMPRESSION_ERRORS, ValueError, MemoryError)
 
 
 def plausible_table(file_bytes: int, claimed: int) -> bool:
@@ -103,17 +112,6 @@ class ReadingBounds:
             expected=f"at most {most}",
             hint=f"if the log is genuine, {way}",
         )
-
-
-_STEP = 1 << 16
-#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
-_ZSTD_PIECE = 1 << 11
-_OF_CHUNKS = ("zstd", "lz4", "bz2")
-#: What the decompressors raise on damaged files.
-DECOMPRESSION_ERRORS = (
-    OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile
-)  # fmt: skip
-_ERRORS = (*DECOMPRESSION_ERRORS, ValueError, MemoryError)
 
 
 class _Zstd(BufferedIOBase):

@@ -1,16 +1,21 @@
-"""A table of columns in memory, whatever file they came from; of arrays, as NumPy keeps them (.npz, .npy)."""
+"""Tables of columns in memory, by name: of Parquet, Feather and Arrow files, of JSON lines, and of any named arrays."""
 
 from __future__ import annotations
 
-import zipfile
+import io
+import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+from pyarrow import feather
+from pyarrow import json as arrow_json
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import head_of
@@ -18,126 +23,20 @@ from collaudit.core.logs.storage.readers import TableColumns, arrow_of, numbers_
 from collaudit.core.logs.storage.reading_bounds import plausible_table
 from collaudit.core.numeric.arrays import FloatArray
 
-_ARCHIVE = b"PK"
 #: Fewer values in a row than these are no signal but a setting.
 _ROWS = 4
-
-
-def open_numpy(path: Path, settings: object) -> NamedColumns:
-    """Open an archive of arrays, or one array: records, or a matrix whose columns are numbered from 1.
-
-    Of a matrix the rows are numbered where there are fewer of these. Pickled objects are never loaded.
-
-    Raises:
-        LogError: it cannot be read, decompresses into more than its size allows, or holds no columns.
-    """
-    kind, title = ("npz", "NumPy archive") if head_of(path, len(_ARCHIVE)) == _ARCHIVE else ("npy", "NumPy array")
-    with read_as(f"a {title}", path):  # mapped: a header may claim more than there is
-        arrays = _archived(path) if kind == "npz" else fields_of("", np.load(path, mmap_mode="r", allow_pickle=False))
-    columns, left_out = columns_of(arrays, path)
-    return NamedColumns(path, kind, title, columns, left_out=left_out, named="" not in arrays)
-
-
-def _archived(path: Path) -> dict[str, Any]:
-    with zipfile.ZipFile(path) as archive:
-        claimed = sum(item.file_size for item in archive.infolist())
-    if not plausible_table(path.stat().st_size, claimed):
-        raise LogError("decompresses into more than its size allows", where=str(path), found=f"{claimed} bytes")
-    arrays: dict[str, Any] = {}
-    with np.load(path, allow_pickle=False) as loaded:
-        for name in loaded.files:
-            with suppress(ValueError):  # objects: loading them may run any code
-                arrays |= fields_of(name, loaded[name])
-    return arrays
-
-
-def fields_of(name: str, array: Any) -> dict[str, Any]:
-    """An array, or the arrays of its fields."""
-    if array.dtype.names is None:
-        return {name: array}
-    return {f"{name}.{field}".lstrip("."): array[field] for field in array.dtype.names}
-
-
-def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Columns of one length; a matrix of n rows and j columns becomes ``name1`` … ``namej``.
-
-    Args:
-        arrays: name to array. Those that have not as many rows as most others are settings, and left out; a matrix
-            may lie on its side.
-        path: the file, for messages.
-
-    Returns:
-        The columns, and the arrays of numbers that are left out because of their length, each with its shape.
-
-    Raises:
-        LogError: no array has rows.
-    """
-    kept = {name: np.squeeze(value) for name, value in arrays.items() if np.asarray(value).dtype.kind in "fiubUSM"}
-    kept = _without_common(kept)
-    rows = _rows({name: value for name, value in kept.items() if value.ndim in (1, 2)}, path)
-    columns: dict[str, Any] = {}
-    left_out = []
-    for name, value in kept.items():
-        if value.ndim == 1 and value.shape[0] == rows:
-            columns[name] = _arrow(value)
-        elif value.ndim == 2 and rows in value.shape:
-            upright = value if value.shape[0] == rows else value.T
-            numbers = range(1, upright.shape[1] + 1)
-            taken = name[-1:].isdigit() or any(f"{name}{k}" in kept for k in numbers)
-            between = "_" if taken else ""
-            for k in numbers:
-                columns[f"{name}{between}{k}"] = _arrow(upright[:, k - 1])
-        elif value.dtype.kind in "fiub" and max(value.shape, default=0) * 2 >= rows:
-            left_out.append(f"{name} {' x '.join(map(str, value.shape))}")
-    return columns, tuple(left_out)
-
-
-def _without_common(arrays: dict[str, Any]) -> dict[str, Any]:
-    """Names without the name of the one struct that they are all fields of."""
-    first = {name.partition(".")[0] for name in arrays if "." in name}
-    if len(first) != 1 or not all("." in name for name in arrays):
-        return arrays
-    return _without_common({name.partition(".")[2]: value for name, value in arrays.items()})
-
-
-def _arrow(values: Any) -> Any:
-    """Values (n,) as an Arrow array of a type that Arrow has."""
-    if values.dtype.kind in "fiub":
-        wide = values.dtype.kind == "f" and values.dtype.itemsize > np.dtype(np.float64).itemsize
-        return arrow_of(values.astype(np.float64 if wide else values.dtype.newbyteorder("=")))
-    if values.dtype.kind == "M":
-        return pa.array(values.astype("datetime64[ns]"))
-    words = [str(value.decode(errors="replace") if isinstance(value, bytes) else value) for value in values.tolist()]
-    return pa.array(words)
-
-
-def _rows(arrays: Mapping[str, Any], path: Path) -> int:
-    """How many rows the table has: the longer side of most arrays; there are fewer joints than samples."""
-    lengths = Counter(max(value.shape) for value in arrays.values() if max(value.shape) >= _ROWS)
-    best = lengths.most_common()
-    if not best:
-        held = ", ".join(f"{name} {value.shape}" for name, value in list(arrays.items())[:12]) or "no arrays of numbers"
-        raise LogError("the file holds no arrays that are columns of a table", where=str(path), found=held)
-    return max(int(size) for size, count in best if count == best[0][1])
-
-
 #: Cells that are compared to tell whether tables were written from one recording.
 _FIRST_ROWS = 50
-
-
-@contextmanager
-def read_as(title: str, path: Path) -> Iterator[None]:
-    """Say of a file that cannot be read what it was read as: libraries raise what the damage happens to cause.
-
-    Raises:
-        LogError: as raised within, or for whatever else was.
-    """
-    try:
-        yield
-    except LogError:
-        raise
-    except Exception as error:
-        raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
+_PARQUET = b"PAR1"
+#: Bytes of a number, to tell how large columns become.
+_NUMBER = 8
+#: What the columns of collaudit's own ``signals.parquet`` hold.
+_SIGNALS = {
+    "time": "time_s",
+    "position": "position_rad:{joint}",
+    "velocity": "velocity_rad_s:{joint}",
+    "effort": "measured_nm:{joint}",
+}
 
 
 class NamedColumns:
@@ -228,3 +127,175 @@ class NamedColumns:
 def _whole(column: Any) -> Any:
     """An Arrow array in one piece."""
     return column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
+
+
+@contextmanager
+def read_as(title: str, path: Path) -> Iterator[None]:
+    """Say of a file that cannot be read what it was read as: libraries raise what the damage happens to cause.
+
+    Raises:
+        LogError: as raised within, or for whatever else was.
+    """
+    try:
+        yield
+    except LogError:
+        raise
+    except Exception as error:
+        raise LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path)) from error
+
+
+def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Columns of one length; a matrix of n rows and j columns becomes ``name1`` … ``namej``.
+
+    Args:
+        arrays: name to array. Those that have not as many rows as most others are settings, and left out; a matrix
+            may lie on its side.
+        path: the file, for messages.
+
+    Returns:
+        The columns, and the arrays of numbers that are left out because of their length, each with its shape.
+
+    Raises:
+        LogError: no array has rows.
+    """
+    kept = {name: np.squeeze(value) for name, value in arrays.items() if np.asarray(value).dtype.kind in "fiubUSM"}
+    kept = _without_common(kept)
+    rows = _rows({name: value for name, value in kept.items() if value.ndim in (1, 2)}, path)
+    columns: dict[str, Any] = {}
+    left_out = []
+    for name, value in kept.items():
+        if value.ndim == 1 and value.shape[0] == rows:
+            columns[name] = _arrow(value)
+        elif value.ndim == 2 and rows in value.shape:
+            upright = value if value.shape[0] == rows else value.T
+            numbers = range(1, upright.shape[1] + 1)
+            taken = name[-1:].isdigit() or any(f"{name}{k}" in kept for k in numbers)
+            between = "_" if taken else ""
+            for k in numbers:
+                columns[f"{name}{between}{k}"] = _arrow(upright[:, k - 1])
+        elif value.dtype.kind in "fiub" and max(value.shape, default=0) * 2 >= rows:
+            left_out.append(f"{name} {' x '.join(map(str, value.shape))}")
+    return columns, tuple(left_out)
+
+
+def _without_common(arrays: dict[str, Any]) -> dict[str, Any]:
+    """Names without the name of the one struct that they are all fields of."""
+    first = {name.partition(".")[0] for name in arrays if "." in name}
+    if len(first) != 1 or not all("." in name for name in arrays):
+        return arrays
+    return _without_common({name.partition(".")[2]: value for name, value in arrays.items()})
+
+
+def _arrow(values: Any) -> Any:
+    """Values (n,) as an Arrow array of a type that Arrow has."""
+    if values.dtype.kind in "fiub":
+        wide = values.dtype.kind == "f" and values.dtype.itemsize > np.dtype(np.float64).itemsize
+        return arrow_of(values.astype(np.float64 if wide else values.dtype.newbyteorder("=")))
+    if values.dtype.kind == "M":
+        return pa.array(values.astype("datetime64[ns]"))
+    words = [str(value.decode(errors="replace") if isinstance(value, bytes) else value) for value in values.tolist()]
+    return pa.array(words)
+
+
+def _rows(arrays: Mapping[str, Any], path: Path) -> int:
+    """How many rows the table has: the longer side of most arrays; there are fewer joints than samples."""
+    lengths = Counter(max(value.shape) for value in arrays.values() if max(value.shape) >= _ROWS)
+    best = lengths.most_common()
+    if not best:
+        held = ", ".join(f"{name} {value.shape}" for name, value in list(arrays.items())[:12]) or "no arrays of numbers"
+        raise LogError("the file holds no arrays that are columns of a table", where=str(path), found=held)
+    return max(int(size) for size, count in best if count == best[0][1])
+
+
+def open_arrow(path: Path, settings: object) -> NamedColumns:
+    """Open a Parquet or Feather file (version 2, which is an Arrow file).
+
+    Raises:
+        LogError: it cannot be read, or claims more rows than its size allows.
+    """
+    title, read = ("Parquet", _parquet) if head_of(path, len(_PARQUET)) == _PARQUET else ("Feather", _feather)
+    with read_as(title, path), path.open("rb") as file:  # Arrow opens no name that is not UTF-8
+        table = read(file, path.stat().st_size)
+        table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
+    columns = columns_of_table(table, path)
+    try:
+        own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
+    except (ValueError, RecursionError):  # another program's
+        own = None
+    signals = isinstance(own, dict) and "time_s" in columns and any(n.startswith("measured_nm:") for n in columns)
+    return NamedColumns(path, title.lower(), title, columns, _SIGNALS if signals else None)
+
+
+def columns_of_table(table: Any, path: Path) -> dict[str, Any]:
+    """The columns of an Arrow table by name: fields of structs behind a dot, elements of lists by number.
+
+    Raises:
+        LogError: two columns have the same name.
+    """
+    while any(pa.types.is_struct(held) for held in table.schema.types):
+        table = table.flatten()
+    columns: dict[str, Any] = {}
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        found = _of_lists(name, column) if _is_list(column.type) else {_index_name(name, column.type): column}
+        if twice := found.keys() & columns.keys():
+            raise LogError("two columns have the same name", where=str(path), found=", ".join(sorted(twice)))
+        columns |= found
+    return columns
+
+
+def _feather(stream: IO[bytes], _size: int) -> Any:
+    return feather.read_table(stream)
+
+
+def _parquet(stream: IO[bytes], size: int) -> Any:
+    with pq.ParquetFile(stream) as file:
+        rows, columns = int(file.metadata.num_rows), int(file.metadata.num_columns)
+        if not plausible_table(size, rows * columns * _NUMBER):
+            raise LogError(
+                "claims more rows than its size allows",
+                where=stream.name,
+                found=f"{rows} rows of {columns} columns",
+                hint="if the log is genuine, write it with fewer columns, or as CSV",
+            )
+        return file.read()
+
+
+def _index_name(name: str, kind: Any) -> str:
+    """The time of a pandas index without a name of its own is called so."""
+    times = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
+    return "time" if times and name.startswith("__index_level_") else name
+
+
+def _is_list(kind: Any) -> bool:
+    return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind))
+
+
+def _of_lists(name: str, column: Any) -> dict[str, Any]:
+    """Columns ``name1``, ``name2`` … of lists that are all equally long; none where they are not."""
+    widths = pc.unique(pc.list_value_length(column)).to_pylist()
+    if len(widths) != 1:
+        return {}
+    return {f"{name}{k + 1}": pc.list_element(column, k) for k in range(widths[0] or 0)}
+
+
+def open_json_lines(path: Path, settings: object) -> NamedColumns:
+    """Open a file of JSON lines: objects in objects become ``header.stamp``, lists ``position1``, ``position2`` …
+
+    A last line that was cut is left out.
+
+    Raises:
+        LogError: a line is no object, or a key holds values of different types.
+    """
+    data = path.read_bytes().removeprefix(b"\xef\xbb\xbf")
+    whole, _, last = data.rpartition(b"\n")
+    damage = None
+    try:
+        json.loads(last or b"{}")
+    except ValueError:
+        data, damage = whole + b"\n", "its last line ends in the middle and was left out"
+    options = arrow_json.ReadOptions(use_threads=False, block_size=max(len(data), 1))  # types hold for the whole file
+    with read_as("JSON lines", path):
+        columns = columns_of_table(arrow_json.read_json(io.BytesIO(data), options), path)
+    read = NamedColumns(path, "jsonl", "JSON lines", columns)
+    read.damage = damage
+    return read

@@ -19,7 +19,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import FACT, Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, covered, frozen
 from collaudit.core.numeric.stats import median_of, robust_sd
-from collaudit.core.vendors.controller_modes import WORDS, StateKind, state_of
+from collaudit.core.vendors.vendor_words import STATE_WORDS, StateKind, state_of
 
 #: Share of its usual friction that a joint's drive brings up at least, in the median of the joints that tell.
 _DRIVEN = 0.6
@@ -117,7 +117,7 @@ def _flagged(
             findings.append(Finding("arm-guided", "info", text, label.source, None, start, end))
             continue
         text = (
-            f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s: the arm was {WORDS[kind]}; not "
+            f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s: the arm was {STATE_WORDS[kind]}; not "
             "judged there."
         )
         first = braking_before(series, span) if kind == "off" else span.start

@@ -11,7 +11,7 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.vendors.column_words import Role
+from collaudit.core.vendors.vendor_words import Role
 
 
 @dataclass(frozen=True, slots=True)

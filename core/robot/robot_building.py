@@ -23,7 +23,7 @@ from collaudit.core.robot.pinocchio_model import PinocchioModel, PointMass, dh_m
 from collaudit.core.robot.robot_description import Description, describe_robot, dh_names, joint_values, unknown_name
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.robot.urdf_file import JointFacts
-from collaudit.core.vendors.column_words import GRIPPER
+from collaudit.core.vendors.vendor_words import GRIPPER
 
 #: Standard gravity in the world, m/s²; [robot] base_rpy_deg says how the arm stands in it.
 GRAVITY_M_S2 = (0.0, 0.0, -9.80665)

@@ -22,7 +22,7 @@ from collaudit.core.logs.signals.annotation_spans import absent_labels
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.scoring.detection_score import JudgedResidual, TrueEvent, TruthFile, score, true_events
-from collaudit.core.vendors.controller_modes import state_of
+from collaudit.core.vendors.vendor_words import state_of
 
 
 def score_detection(

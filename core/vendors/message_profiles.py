@@ -19,8 +19,7 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS
-from collaudit.core.vendors.controller_modes import FRANKA_MODE, UR_ROBOT_MODE, UR_SAFETY_MODE
+from collaudit.core.vendors.vendor_words import CURRENTS, FRANKA_MODE, QUANTITY_WORDS, UR_ROBOT_MODE, UR_SAFETY_MODE
 
 #: Stands before the name of an annotation where quantities are named.
 ANNOTATION = "annotation:"

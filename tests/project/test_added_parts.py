@@ -74,7 +74,7 @@ print(*log.joint_names, log.position_rad[10, 0], log.effort[10, 1])
 
 
 def test_a_mode_of_a_vendor_is_a_word(tree: Path) -> None:
-    edit(tree / "core/vendors/controller_modes.py", "MODE_WORDS = {", '"acmeteach": "guiding", ')
+    edit(tree / "core/vendors/vendor_words.py", "MODE_WORDS = {", '"acmeteach": "guiding", ')
     time_s = 0.002 * np.arange(100)
     rows = [f"{t:.3f},{np.sin(t):.6f},1,{'ACME_TEACH' if 40 <= k < 60 else 'AUTO'}" for k, t in enumerate(time_s)]
     (tree.parent / "log.csv").write_text("\n".join(["t,q1,tau1,robot_mode", *rows]), encoding="utf-8")

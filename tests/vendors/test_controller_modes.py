@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collaudit.core.vendors.controller_modes import FRANKA_MODE, MODE_WORDS, UR_ROBOT_MODE, UR_SAFETY_MODE, state_of
+from collaudit.core.vendors.vendor_words import FRANKA_MODE, MODE_WORDS, UR_ROBOT_MODE, UR_SAFETY_MODE, state_of
 
 
 def test_every_state_is_one_of_a_kind() -> None:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from collaudit.core.vendors.column_words import NO_NAMESPACE, NO_TOPIC, ROLE_OF, STRONGEST, USABLE, Role
+from collaudit.core.vendors.vendor_words import NO_NAMESPACE, NO_TOPIC, ROLE_OF, STRONGEST, USABLE, Role
 
 #: Stands for the number in a stem.
 MARK = "\0"

@@ -14,7 +14,7 @@ from pathlib import Path
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import head_of
-from collaudit.core.vendors.column_words import UNIT_WORDS
+from collaudit.core.vendors.vendor_words import UNIT_WORDS
 
 HEAD_BYTES = 1 << 18
 _SAMPLE_LINES = 64

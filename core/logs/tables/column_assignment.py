@@ -29,7 +29,7 @@ from collaudit.core.logs.tables.column_patterns import (
     match_pattern,
 )
 from collaudit.core.logs.tables.time_columns import guess_time
-from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning
+from collaudit.core.vendors.vendor_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning
 
 #: What stands between a joint's name and the word.
 _BETWEEN = re.compile("[_./ -]")

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from collaudit.core.logs.signals.signal_roles import MARK, families, is_usable, strongest, words_of
 from collaudit.core.logs.tables.column_patterns import Found, bare, without_unit
-from collaudit.core.vendors.column_words import (
+from collaudit.core.vendors.vendor_words import (
     BY_DOT,
     CONVERTED,
     CURRENTS,

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.signal_roles import MARK
-from collaudit.core.vendors.column_words import CONVERTED, Meaning
+from collaudit.core.vendors.vendor_words import CONVERTED, Meaning
 
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")

@@ -22,7 +22,7 @@ from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_
 from collaudit.core.logs.tables.other_columns import find_wrench
 from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit, named_unit
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.vendors.column_words import UNIT_WORDS
+from collaudit.core.vendors.vendor_words import UNIT_WORDS
 
 #: Quantity to the units that are converted, and how column names spell them.
 UNITS = {

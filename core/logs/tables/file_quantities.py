@@ -23,7 +23,7 @@ from collaudit.core.logs.tables.column_patterns import (
     match_pattern,
 )
 from collaudit.core.logs.tables.time_columns import fraction_of
-from collaudit.core.vendors.column_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
+from collaudit.core.vendors.vendor_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
 
 #: Words in the name of a file that is one joint's; runs of one joint lie beside one another, too.
 _JOINTS = frozenset({"joint", "axis", "motor", "drive"})

@@ -12,7 +12,7 @@ from collaudit.core.data.joint_log import Annotation
 from collaudit.core.logs.signals.annotation_spans import spans_of
 from collaudit.core.logs.signals.signal_roles import MARK, families
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.vendors.controller_modes import (
+from collaudit.core.vendors.vendor_words import (
     FRANKA_MODE,
     MODE_WORDS,
     ROBOT_COLUMNS,

@@ -20,7 +20,7 @@ from collaudit.core.logs.topics.field_paths import fields_line, fields_of
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, described, named, stated_topic
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import bend_of, noise_of
-from collaudit.core.vendors.column_words import USABLE, Role
+from collaudit.core.vendors.vendor_words import USABLE, Role
 
 #: Messages that noise is told from.
 _ROWS = 20_000

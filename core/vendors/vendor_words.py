@@ -1,4 +1,4 @@
-"""The words that robot software writes above its columns: quantity, role, unit; what names of joints tell."""
+"""The words of robot software: above columns (quantity, role, unit), of joints, and for a controller's modes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ TORQUE_SENSED = re.compile(
 )
 #: Joints of grippers, by the words that their descriptions use.
 GRIPPER = re.compile(r"finger|gripper|knuckle|(^|[_/])jaw", re.I)
-
-
 Role = Literal[
     "measured",
     "plain",
@@ -27,14 +25,12 @@ Role = Literal[
     "derivative",
     "unknown word",
 ]
-
 #: Roles that a guess may take for a measurement, best first.
 USABLE: tuple[Role, ...] = ("measured", "plain", "filtered", "side")
 #: A column with words of several roles has the first of these.
 STRONGEST: tuple[Role, ...] = (
     "derivative", "error", "external", "model", "desired", "commanded", "side", "filtered", "measured"
 )  # fmt: skip
-
 #: Words of each quantity in the names of columns, and of files that hold one quantity, the usual first.
 QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
     "position": ("q", "qpos", "position", "positions", "pos", "angle", "angles", "ang", "jpos", "theta"),
@@ -51,7 +47,6 @@ MOTOR = frozenset({"motor", "motors", "rotor", "rotors"})
 MOTOR_WORDS = frozenset({"theta", "dtheta"})
 #: Positions that a ``dot`` behind makes velocities, and the velocity's word.
 BY_DOT = {"q": "qdot", "theta": "dtheta"}
-
 ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "measured": ("actual", "act", "measured", "meas", "measure", "msr", "feedback", "fbk", "present", "real"),
     "filtered": ("filtered", "filt", "filter", "lp", "lpf", "smooth", "smoothed"),
@@ -89,6 +84,53 @@ UNITS_OF = {
     "velocity": ("deg/s", "rad/s", "rpm", "deg", "rad"),
     "effort": ("Nm", "mNm", "A", "mA", "counts", "percent", "permille"),
     "temperature": ("deg",),
+}
+#: Columns that may mark true events, letters only and in lower case.
+LABEL_WORDS = ("label", "labels", "anomaly", "anomalies", "collision", "collisions", "iscollision", "contact",
+               "contacts", "incontact", "touch", "robotprotectivestop", "protectivestop", "collisionlabel")  # fmt: skip
+#: Doosan's real-time state (dsr_msgs2/RobotStateRt): names that only it has beside ``actual_joint_position``, and what
+#: other names mean beside them. It is in degrees, and ``actual_joint_torque`` is estimated.
+DOOSAN_ONLY = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
+DOOSAN: dict[str, dict[str, Any]] = {
+    "actualjointposition": {"unit": "deg"},
+    "actualjointvelocity": {"unit": "deg/s"},
+    "actualjointtorque": {"role": "model"},
+}
+#: Words of a path below which angles are in degrees: Kinova's Kortex.
+DEGREES_BELOW = frozenset({"actuators"})
+#: Units of efforts that are converted by constants of the drives.
+OF_DRIVES = ("A", "mA", "current", "percent", "permille")
+#: Units that are converted; columns in others are passed over.
+CONVERTED = ("", "deg", "rad", "deg/s", "rad/s", "Nm", *OF_DRIVES)
+StateKind = Literal["stopped", "guided", "off"]
+#: Values of UR's safety_mode and robot_mode (RTDE, ur_dashboard_msgs), and of libfranka's robot_mode, by the state that
+#: each stands for; other values are ordinary.
+UR_SAFETY_MODE = {3: "protective_stop", 5: "safeguard_stop", 6: "emergency_stop", 7: "emergency_stop",
+                  8: "safety_stop", 9: "safety_stop"}  # fmt: skip
+UR_ROBOT_MODE = {3: "power_off", 4: "power_off", 5: "power_off", 6: "backdrive"}
+FRANKA_MODE = {3: "guiding", 4: "reflex", 5: "user_stop"}
+#: A robot_mode that is ever this is UR's: running.
+UR_RUNNING = 7
+#: The same in words, letters only and in lower case, libfranka's with and without their k.
+MODE_WORDS = {"protectivestop": "protective_stop", "safeguardstop": "safeguard_stop", "emergencystop": "emergency_stop",
+              "robotemergencystop": "emergency_stop", "systememergencystop": "emergency_stop", "poweroff": "power_off",
+              "backdrive": "backdrive", "freedrive": "freedrive", "guiding": "guiding", "handguiding": "guiding",
+              "reflex": "reflex", "userstopped": "user_stop"}  # fmt: skip
+#: Ends of the names of columns that hold UR's safety mode, and a robot_mode, letters only and in lower case.
+SAFETY_COLUMNS, ROBOT_COLUMNS = ("safetymode", "safetystatus"), ("robotmode",)
+#: Names of flags, letters only and in lower case.
+_FLAGS: dict[StateKind, frozenset[str]] = {
+    "stopped": frozenset(
+        {"protectivestop", "robotprotectivestop", "safeguardstop", "emergencystop", "userstop", "userstopped", "reflex",
+         "jointreflex", "cartesianreflex", "safetystop", "stopcategory0", "stopcategory1", "estop"}
+    ),
+    "guided": frozenset({"guiding", "handguiding", "freedrive", "backdrive", "leadthrough", "zerog"}),
+    "off": frozenset({"poweroff", "drivesoff", "brakeson", "motorsoff"}),
+}  # fmt: skip
+STATE_WORDS: dict[StateKind, str] = {
+    "stopped": "stopped by its controller",
+    "guided": "guided by hand",
+    "off": "without power at its drives",
 }
 
 
@@ -144,20 +186,8 @@ KNOWN: dict[str, Meaning] = {
     "torquesraw": Meaning("effort", "measured", "torques", "Nm"),
 }
 
-#: Columns that may mark true events, letters only and in lower case.
-LABEL_WORDS = ("label", "labels", "anomaly", "anomalies", "collision", "collisions", "iscollision", "contact",
-               "contacts", "incontact", "touch", "robotprotectivestop", "protectivestop", "collisionlabel")  # fmt: skip
-#: Doosan's real-time state (dsr_msgs2/RobotStateRt): names that only it has beside ``actual_joint_position``, and what
-#: other names mean beside them. It is in degrees, and ``actual_joint_torque`` is estimated.
-DOOSAN_ONLY = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
-DOOSAN: dict[str, dict[str, Any]] = {
-    "actualjointposition": {"unit": "deg"},
-    "actualjointvelocity": {"unit": "deg/s"},
-    "actualjointtorque": {"role": "model"},
-}
-#: Words of a path below which angles are in degrees: Kinova's Kortex.
-DEGREES_BELOW = frozenset({"actuators"})
-#: Units of efforts that are converted by constants of the drives.
-OF_DRIVES = ("A", "mA", "current", "percent", "permille")
-#: Units that are converted; columns in others are passed over.
-CONVERTED = ("", "deg", "rad", "deg/s", "rad/s", "Nm", *OF_DRIVES)
+
+def state_of(flag: str) -> StateKind | None:
+    """The state that a flag of this name stands for; None for any other flag."""
+    letters = re.sub(r"[^a-z0-9]", "", flag.lower())
+    return next((kind for kind, names in _FLAGS.items() if letters in names), None)

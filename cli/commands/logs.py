@@ -34,7 +34,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary
-from collaudit.core.logs.signals.signal_roles import is_usable, refusal_hint
+from collaudit.core.logs.signals.signal_names import is_usable, refusal_hint
 from collaudit.core.logs.topics.field_paths import fields_line
 
 

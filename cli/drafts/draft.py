@@ -15,9 +15,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.column_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_naming import JointGuess, guess_joints
-from collaudit.core.logs.signals.signal_roles import is_usable
+from collaudit.core.logs.signals.signal_names import counts_message, is_usable
 from collaudit.core.logs.tables.column_groups import is_label
-from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.topics.joint_states_topic import TopicFacts, in_order
 from collaudit.core.robot.robot_description import Description
 from collaudit.core.small_files import KeyPath

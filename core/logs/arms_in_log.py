@@ -12,7 +12,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_naming import guess_joints
 from collaudit.core.logs.signals.sample_clock import interpolate
-from collaudit.core.logs.signals.signal_roles import MARK, families
+from collaudit.core.logs.signals.signal_names import MARK, families
 
 #: Poses of two topics this close, rad and share of the range, are two reports on one arm (measured and commanded …).
 _SAME_POSE, _SAME_SHARE = 0.02, 0.02

@@ -14,7 +14,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.signals.signal_roles import is_usable, role_of_path
+from collaudit.core.logs.signals.signal_names import is_usable, role_of_path
 
 NAMES = ("a", "b", "c")
 COMMANDED = (

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.signals.signal_roles import families
+from collaudit.core.logs.signals.signal_names import families
 
 
 @dataclass(frozen=True, slots=True)

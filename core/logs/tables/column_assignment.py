@@ -10,7 +10,17 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.signal_roles import role_of_path, strongest, words_of
+from collaudit.core.logs.signals.signal_names import (
+    MOTION,
+    QUANTITIES,
+    Found,
+    bare,
+    column_index,
+    match_pattern,
+    role_of_path,
+    strongest,
+    words_of,
+)
 from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.tables.column_groups import (
     Choice,
@@ -19,14 +29,6 @@ from collaudit.core.logs.tables.column_groups import (
     is_measured,
     meaning_of,
     with_unknown,
-)
-from collaudit.core.logs.tables.column_patterns import (
-    MOTION,
-    QUANTITIES,
-    Found,
-    bare,
-    column_index,
-    match_pattern,
 )
 from collaudit.core.logs.tables.time_columns import guess_time
 from collaudit.core.vendors.vendor_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, Meaning

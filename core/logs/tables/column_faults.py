@@ -10,13 +10,23 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.signal_roles import MARK, NO_CONTACT, families, is_usable, refusal_hint
+from collaudit.core.logs.signals.signal_names import (
+    MARK,
+    MOTION,
+    NO_CONTACT,
+    QUANTITIES,
+    Found,
+    families,
+    is_usable,
+    refusal_hint,
+    stated_line,
+    without_unit,
+)
 from collaudit.core.logs.storage.file_content import python_line
 from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.table_files.csv_text import is_number
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_groups import groups_of, is_measured, meaning_of, word_dropped
-from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, Found, stated_line, without_unit
 from collaudit.core.logs.tables.file_quantities import parts_of
 from collaudit.core.logs.tables.time_columns import guess_time
 

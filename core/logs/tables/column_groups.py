@@ -7,8 +7,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from collaudit.core.logs.signals.signal_roles import MARK, families, is_usable, strongest, words_of
-from collaudit.core.logs.tables.column_patterns import Found, bare, without_unit
+from collaudit.core.logs.signals.signal_names import (
+    MARK,
+    Found,
+    bare,
+    families,
+    is_usable,
+    strongest,
+    without_unit,
+    words_of,
+)
 from collaudit.core.vendors.vendor_words import (
     BY_DOT,
     CONVERTED,

@@ -15,10 +15,10 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.signal_names import bare, column_index, unit_of
 from collaudit.core.logs.table_files.csv_text import is_number
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_groups import groups_of, is_label, is_measured
-from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.other_columns import find_wrench
 from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit, named_unit
 from collaudit.core.numeric.arrays import FloatArray

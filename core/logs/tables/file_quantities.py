@@ -12,16 +12,18 @@ from collaudit.core.config.config_table import ColumnPattern
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.signal_roles import families, is_usable, role_of_path
-from collaudit.core.logs.storage.readers import TableReader
-from collaudit.core.logs.tables.column_assignment import AssignedTable, assign
-from collaudit.core.logs.tables.column_patterns import (
+from collaudit.core.logs.signals.signal_names import (
     MOTION,
     QUANTITIES,
     Found,
     counts_message,
+    families,
+    is_usable,
     match_pattern,
+    role_of_path,
 )
+from collaudit.core.logs.storage.readers import TableReader
+from collaudit.core.logs.tables.column_assignment import AssignedTable, assign
 from collaudit.core.logs.tables.time_columns import fraction_of
 from collaudit.core.vendors.vendor_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
 

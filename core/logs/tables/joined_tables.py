@@ -15,6 +15,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.signal_names import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.storage.readers import Damage, TableColumns, TableReader, damage_findings
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_faults import (
@@ -25,7 +26,6 @@ from collaudit.core.logs.tables.column_faults import (
     refuse_by_names,
     widening_command,
 )
-from collaudit.core.logs.tables.column_patterns import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.tables.column_roles import (
     guess_findings,
     left_out_findings,

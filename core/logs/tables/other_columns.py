@@ -10,7 +10,7 @@ import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.logs.signals.annotation_spans import spans_of
-from collaudit.core.logs.signals.signal_roles import MARK, families
+from collaudit.core.logs.signals.signal_names import MARK, families
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.vendors.vendor_words import (
     FRANKA_MODE,

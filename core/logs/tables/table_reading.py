@@ -15,10 +15,10 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings, phases_of, spans_of
 from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.sample_clock import interpolate, start_of
+from collaudit.core.logs.signals.signal_names import QUANTITIES
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
-from collaudit.core.logs.tables.column_patterns import QUANTITIES
 from collaudit.core.logs.tables.column_roles import UNITS, standard_unit
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.other_columns import mode_annotations

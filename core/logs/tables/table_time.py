@@ -11,9 +11,9 @@ from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.signal_names import bare, column_index
 from collaudit.core.logs.signals.stamp_conflicts import set_back_findings, straighten_seconds
 from collaudit.core.logs.tables.column_assignment import AssignedTable
-from collaudit.core.logs.tables.column_patterns import bare, column_index
 from collaudit.core.logs.tables.time_columns import SCALES, named_unit, time_parts
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 

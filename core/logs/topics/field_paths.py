@@ -9,9 +9,9 @@ from dataclasses import replace
 from collaudit.core.logs.messages.layout import Chars, Layout, LayoutError, Node, Numbers
 from collaudit.core.logs.messages.message_decoding import first_message, layouts_of
 from collaudit.core.logs.messages.message_schema import SchemaError
+from collaudit.core.logs.signals.signal_names import MOTION, Found
 from collaudit.core.logs.storage.readers import Batch, MessageReader
 from collaudit.core.logs.tables.column_groups import choose, groups_of, meaning_of
-from collaudit.core.logs.tables.column_patterns import MOTION, Found
 from collaudit.core.logs.topics.log_topics import Topic
 
 Fields = Mapping[str, str | list[str]]

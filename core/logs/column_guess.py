@@ -14,7 +14,7 @@ from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.signals.signal_names import QUANTITIES
 from collaudit.core.logs.storage.file_content import AXIS
 from collaudit.core.logs.tables.column_assignment import AssignedTable
-from collaudit.core.logs.tables.column_roles import stated_units
+from collaudit.core.logs.tables.column_roles import WrenchColumns, find_wrench, stated_units
 from collaudit.core.logs.tables.file_quantities import (
     as_stated,
     assign_columns,
@@ -26,7 +26,6 @@ from collaudit.core.logs.tables.file_quantities import (
     written,
 )
 from collaudit.core.logs.tables.joined_tables import join_tables
-from collaudit.core.logs.tables.other_columns import WrenchColumns, find_wrench
 from collaudit.core.logs.tables.time_columns import time_parts
 
 #: Keys that say how a table is written.

@@ -13,7 +13,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.tables.other_columns import find_wrench
+from collaudit.core.logs.tables.column_roles import find_wrench
 
 
 def numbered(stem: str, numbers: range | tuple[int, ...]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.logs.tables.other_columns import mode_annotations, mode_columns
+from collaudit.core.logs.signals.annotation_spans import mode_annotations, mode_columns
 
 
 def states(name: str, cells: list[str]) -> dict[str, tuple[tuple[float, float], ...]]:

@@ -1,12 +1,13 @@
 """What is said of a table's columns: what each may be, their units, which were taken and which passed over.
 
-By the configuration or a column's name where these say it, else by its numbers.
+By the configuration or a column's name where these say it, else by its numbers; six may be a wrist force sensor's.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,11 +16,10 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.signals.signal_names import bare, column_index, unit_of
+from collaudit.core.logs.signals.signal_names import MARK, bare, column_index, families, unit_of
 from collaudit.core.logs.table_files.csv_text import is_number
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_groups import groups_of, is_label, is_measured
-from collaudit.core.logs.tables.other_columns import find_wrench
 from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit, named_unit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.vendors.vendor_words import UNIT_WORDS
@@ -37,6 +37,26 @@ UNITS = {
     },
 }
 _PER_SECOND = re.compile(r"\s*([/·* .]?\s*(s|sec|second)(\^?-1|⁻¹)?|ps)$")
+#: Columns of larger files are named only.
+_MOST_BYTES = 512 << 20
+#: Rows that derivatives are looked for in, and the span of one difference.
+_ROWS, _SPAN = 20_000, 5
+#: Columns of wider tables are not compared with each other: that takes the square of their number.
+_MOST_RELATED = 1000
+#: A column goes as the derivative of another from this correlation on.
+_ALIKE = 0.97
+#: A number that stands still for so many rows in the mean is a state.
+_STATE_ROWS = 20
+_UNITS = {**UNIT_OF_WORD, **UNIT_WORDS}
+#: What a column may be: role, evidence, joint, unit.
+_Guess = tuple[str, str, str, str]
+_OF_WRENCH = dict.fromkeys(("f", "force", "forces", "kraft"), "force")
+_OF_WRENCH |= dict.fromkeys(("m", "t", "torque", "torques", "moment", "moments", "tau"), "torque")
+_WRENCH = tuple(f"{kind} {axis}" for kind in ("force", "torque") for axis in "xyz")
+#: Words before six numbered columns that hold a wrench.
+_NUMBERED = re.compile(r"(wrench|ft|fts|forcetorque|tcpforce|tcpwrench|ftsensor|ftraw|fext|fexthatk)$")
+#: A wrench that was computed from joint torques or currents, so that it says nothing that they do not.
+_ESTIMATED = re.compile(r"ext|est|hat|virtual|model|desired|target|cmd|command")
 
 
 def standard_unit(quantity: str, named: str) -> str | None:
@@ -87,23 +107,6 @@ def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Fi
         return []
     text = f"Arrays that do not have the table's {rows} rows were left out: {listed(left_out)}."
     return [Finding("log-left-out", "warning", text, where=where)]
-
-
-#: Columns of larger files are named only.
-_MOST_BYTES = 512 << 20
-#: Rows that derivatives are looked for in, and the span of one difference.
-_ROWS, _SPAN = 20_000, 5
-#: Columns of wider tables are not compared with each other: that takes the square of their number.
-_MOST_RELATED = 1000
-#: A column goes as the derivative of another from this correlation on.
-_ALIKE = 0.97
-#: A number that stands still for so many rows in the mean is a state.
-_STATE_ROWS = 20
-_UNITS = {**UNIT_OF_WORD, **UNIT_WORDS}
-
-
-#: What a column may be: role, evidence, joint, unit.
-_Guess = tuple[str, str, str, str]
 
 
 def describe_columns(files: Sequence[AssignedTable], settings: LogConfig) -> tuple[ColumnInfo, ...]:
@@ -240,3 +243,52 @@ def _stated_unit(name: str) -> str:
     text = re.sub(r"(deg|rad)[^a-z]+(?:per[^a-z]+)?s(?:ec)?(?![a-z])", r"\1ps", bare(name).lower())
     words = re.split(r"[^a-zµ]+", text)
     return next((_UNITS[word] for word in reversed(words[1:]) if word in _UNITS), "")
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchColumns:
+    """Six columns: forces, then torques.
+
+    Attributes:
+        names: as the file has them.
+        estimated: the names say that no sensor measured them.
+    """
+
+    names: tuple[str, ...]
+    estimated: bool
+
+
+def find_wrench(names: Sequence[str]) -> WrenchColumns | None:
+    """The six columns whose names say force and torque along x, y and z; measured ones before estimated ones.
+
+    They are offered, never taken.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for name in names:
+        rest, place = _kind_and_axis(name)
+        found.setdefault(rest, {}).setdefault(place, name)
+    for family in families(names):
+        front, _, behind = family.stem.partition(MARK)
+        stem = re.sub(r"[^a-z]", "", front.lower())
+        if _NUMBERED.search(stem) and not re.search(r"\d", behind) and family.counts and len(family.places) == 6:
+            found[stem] = {place: names[index] for place, index in zip(_WRENCH, family.places, strict=True)}
+    whole = [
+        (rest, tuple(columns[place] for place in _WRENCH))
+        for rest, columns in found.items()
+        if {*_WRENCH} <= {*columns}
+    ]
+    wrenches = (WrenchColumns(six, bool(_ESTIMATED.search(rest))) for rest, six in whole)
+    return min(wrenches, key=lambda each: each.estimated, default=None)
+
+
+def _kind_and_axis(name: str) -> tuple[str, str]:
+    """What remains of a name without its kind and axis, and these; empty where it has none."""
+    text = re.sub(r"[\[(].*$", "", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)).lower()
+    text = re.sub(rf"(?<![a-z])({'|'.join(_OF_WRENCH)})([xyz])(?![a-z])", r"\1_\2", text)  # fx is the force along x
+    words = re.findall(r"[a-z]+|\d+", text)
+    axes = [place for place, word in enumerate(words) if word in ("x", "y", "z")]
+    kinds = [place for place, word in enumerate(words) if word in _OF_WRENCH]
+    if len(axes) != 1 or not kinds:
+        return "", ""
+    left = [word for place, word in enumerate(words) if place not in (axes[0], kinds[-1])]
+    return "/".join(left), f"{_OF_WRENCH[words[kinds[-1]]]} {words[axes[0]]}"

@@ -13,6 +13,7 @@ import pyarrow as pa
 from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
+from collaudit.core.logs.signals.annotation_spans import mode_columns
 from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_names import MOTION, QUANTITIES, counts_message
@@ -32,7 +33,6 @@ from collaudit.core.logs.tables.column_roles import (
     stated_units,
 )
 from collaudit.core.logs.tables.file_quantities import assign_columns, parts_of
-from collaudit.core.logs.tables.other_columns import mode_columns
 from collaudit.core.logs.tables.table_time import RUN, run_column, split_runs, told_unit
 from collaudit.core.logs.tables.time_columns import (
     FRACTION,

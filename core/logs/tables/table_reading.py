@@ -12,7 +12,13 @@ from collaudit.core.config.schema import LogConfig, UnitsConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings, phases_of, spans_of
+from collaudit.core.logs.signals.annotation_spans import (
+    absent_labels,
+    annotation_findings,
+    mode_annotations,
+    phases_of,
+    spans_of,
+)
 from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.sample_clock import interpolate, start_of
 from collaudit.core.logs.signals.signal_names import QUANTITIES
@@ -21,7 +27,6 @@ from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.tables.column_roles import UNITS, standard_unit
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
-from collaudit.core.logs.tables.other_columns import mode_annotations
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 
 #: What a cell says while an annotation does not hold, in lower case; a number says so by being zero or none.

@@ -23,8 +23,7 @@ from collaudit.core.logs.opening import (
     open_messages,
     open_tables,
 )
-from collaudit.core.logs.signals.impossible_values import plausible_ns
-from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.signals.sample_clock import plausible_ns, start_of
 from collaudit.core.logs.signals.signal_names import is_usable
 from collaudit.core.logs.storage.readers import MessageReader, damage_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds

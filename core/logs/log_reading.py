@@ -24,7 +24,7 @@ from collaudit.core.logs.opening import (
     open_messages,
     open_tables,
 )
-from collaudit.core.logs.signals.impossible_values import without_impossible
+from collaudit.core.logs.signals.joint_values import without_impossible
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.parallel import Progress, begun
 

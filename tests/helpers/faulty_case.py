@@ -14,7 +14,7 @@ from collaudit.core.config import parse_config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.errors import CollauditError
-from collaudit.core.logs.signals.impossible_values import without_impossible
+from collaudit.core.logs.signals.joint_values import without_impossible
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot

@@ -17,7 +17,8 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, LogConfig
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.signals.impossible_values import _beyond, garbage_ns, garbage_stamps
+from collaudit.core.logs.signals.joint_values import _beyond
+from collaudit.core.logs.signals.sample_clock import garbage_ns, garbage_stamps
 
 COUNT = 300
 AT = (0, 120, 121, 122, 123, 124, 299)

@@ -138,7 +138,7 @@ def test_a_wrong_velocity_that_is_asked_for_is_used_and_said(friction: FrictionF
 
 
 def test_values_that_are_garbage_hide_nothing(friction: FrictionFile) -> None:
-    from collaudit.core.logs.signals.impossible_values import without_impossible
+    from collaudit.core.logs.signals.joint_values import without_impossible
 
     log = pushed()
     assert log.effort is not None

@@ -21,7 +21,7 @@ from mcap.reader import make_reader
 from mcap.summary import Summary
 from zlib_ng import zlib_ng
 
-from collaudit.core.logs.signals.impossible_values import plausible_ns
+from collaudit.core.logs.signals.sample_clock import plausible_ns
 from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
 from collaudit.core.logs.storage.readers import (
     MAX_SCHEMA_BYTES,

@@ -1,4 +1,4 @@
-"""Stamps as seconds, and which of the two clocks of a recording is the time of its samples."""
+"""Stamps as seconds, those that are no times of a recording, and which of its two clocks is the time of its samples."""
 
 from __future__ import annotations
 
@@ -9,11 +9,29 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of, quantile_of
 
 #: A value is interpolated only between neighbours closer than this many of their own periods.
 NEIGHBOUR_PERIODS = 2.5
+Clock = Literal["header", "log"]
+#: Stamps before this (1980) are not taken as times since the epoch.
+EPOCH_FLOOR_NS = 315_532_800_000_000_000
+#: Nor later ones (2200), which are garbage.
+EPOCH_CEILING_NS = 7_258_118_400_000_000_000
+#: Percentiles of steps rest on this many of them at most, evenly taken.
+_SAMPLE = 50_000
+_FEW = 10
+#: Parts of the log at its beginning and end whose medians are compared: a few late messages do not move them.
+_PARTS = 10
+#: Stamps that lie so much farther apart than the recording lasts are of two clocks, one of which was never set.
+_TWO_CLOCKS_NS = 10**15
+#: More than this share is worth a warning: speeds are wrong by as much.
+_WARNED_SHARE = 0.01
+#: A stamp so far from the middle of the log, s (12 days), and so many times the usual distance, is garbage where few
+#: are: a recording with a long break has many on both sides.
+_FAR_S, _FAR_TIMES, _FAR_SHARE = 1e6, 1e3, 0.1
+_SURELY_NEAR_NS = int(0.9 * _FAR_S * 1e9)
 
 
 def seconds_since(stamps_ns: IntArray, origin_ns: int) -> FloatArray:
@@ -52,22 +70,6 @@ def interpolate(at_s: FloatArray, time_s: FloatArray, values: FloatArray) -> Flo
     mixed[step > limit] = np.nan
     out[inside] = mixed
     return out
-
-
-Clock = Literal["header", "log"]
-#: Stamps before this (1980) are not taken as times since the epoch.
-EPOCH_FLOOR_NS = 315_532_800_000_000_000
-#: Nor later ones (2200), which are garbage.
-EPOCH_CEILING_NS = 7_258_118_400_000_000_000
-#: Percentiles of steps rest on this many of them at most, evenly taken.
-_SAMPLE = 50_000
-_FEW = 10
-#: Parts of the log at its beginning and end whose medians are compared: a few late messages do not move them.
-_PARTS = 10
-#: Stamps that lie so much farther apart than the recording lasts are of two clocks, one of which was never set.
-_TWO_CLOCKS_NS = 10**15
-#: More than this share is worth a warning: speeds are wrong by as much.
-_WARNED_SHARE = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,3 +189,53 @@ def compare_clocks(
         "ppm): one of them runs fast or slow, was set, or tells simulated time."
     )
     return [Finding("log-clock", "warning" if abs(gained / over) > _WARNED_SHARE else "info", text, where=topic)]
+
+
+def garbage_stamps(time_s: FloatArray) -> BoolArray:
+    """(n,) stamps that are no times of this recording; those that are not numbers are not among them.
+
+    Args:
+        time_s: (n,) s from any origin, in any order.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        known = np.isfinite(time_s)
+        times = time_s[known]
+        if not times.size or float(times.max() / 2 - times.min() / 2) < _FAR_S / 2:
+            return np.zeros(time_s.shape, dtype=np.bool_)
+        middle = float(np.median(times))
+        distance = np.abs(time_s - middle)
+        usual = float(np.median(distance[known]))
+        far = known & (distance > max(_FAR_S, _FAR_TIMES * usual))
+    few = np.count_nonzero(far) <= _FAR_SHARE * np.count_nonzero(known)
+    return np.asarray(far if few else np.zeros_like(far))
+
+
+def garbage_ns(stamps_ns: IntArray) -> BoolArray | None:
+    """As :func:`garbage_stamps` of seconds; None where there is no garbage, which the ends of a recording tell."""
+    if not stamps_ns.size or int(stamps_ns.max()) - int(stamps_ns.min()) < _SURELY_NEAR_NS:
+        return None
+    far = garbage_stamps(stamps_ns / 1e9)
+    return far if far.any() else None
+
+
+def plausible_ns(stamps_ns: IntArray, where: str) -> tuple[IntArray, list[Finding]]:
+    """The stamps, ns, without garbage, and a finding where there is some."""
+    far = garbage_ns(stamps_ns)
+    return (stamps_ns, []) if far is None else (stamps_ns[~far], garbage_findings(far, "message", where))
+
+
+def garbage_findings(far: BoolArray | None, what: str, where: str) -> list[Finding]:
+    """A finding for the stamps that are garbage, if any are.
+
+    Args:
+        far: (n,) which of them are; None where none is.
+        what: "row" or "message".
+        where: the file or topic.
+    """
+    if far is None or not far.any():
+        return []
+    text = (
+        f"{np.count_nonzero(far)} of {far.size} stamps are no times of this recording; these {what}s were left out. "
+        f"The first is {what} {int(np.argmax(far)) + 1}."
+    )
+    return [Finding("log-nan", "warning", text, where=where)]

@@ -14,8 +14,8 @@ from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.annotation_spans import mode_columns
-from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.sample_clock import garbage_findings
 from collaudit.core.logs.signals.signal_names import MOTION, QUANTITIES, counts_message
 from collaudit.core.logs.storage.readers import Damage, TableColumns, TableReader, damage_findings
 from collaudit.core.logs.tables.column_assignment import AssignedTable

@@ -16,8 +16,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.sample_clock import garbage_stamps
 from collaudit.core.logs.signals.signal_names import bare
 from collaudit.core.logs.storage.readers import TableReader, arrow_of, integers_of, numbers_of
 from collaudit.core.logs.table_files.csv_text import is_time_of_day

@@ -13,12 +13,13 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
-from collaudit.core.logs.signals.impossible_values import garbage_findings
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
+from collaudit.core.logs.signals.joint_values import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.signals.sample_clock import (
     Clock,
     choose_clock,
     compare_clocks,
+    garbage_findings,
     header_steadiness,
     interpolate,
     seconds_since,
@@ -26,7 +27,6 @@ from collaudit.core.logs.signals.sample_clock import (
     steadiness,
 )
 from collaudit.core.logs.signals.stamp_conflicts import as_recorded, contradictions, set_back_findings
-from collaudit.core.logs.signals.unit_conversion import angle_factor, check_joint_keys, to_si, with_currents
 from collaudit.core.logs.storage.readers import MessageReader, damage_findings
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.topics.annotation_topics import (

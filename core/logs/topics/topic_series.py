@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.logs.messages.decoded_columns import QUANTITIES, Decoded, Group
-from collaudit.core.logs.signals.impossible_values import garbage_ns
-from collaudit.core.logs.signals.sample_clock import Clock, interpolate, of_two_clocks, seconds_since
+from collaudit.core.logs.signals.sample_clock import Clock, garbage_ns, interpolate, of_two_clocks, seconds_since
 from collaudit.core.logs.signals.stamp_conflicts import SetBack, straighten
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 

@@ -1,16 +1,20 @@
-"""Units and signs: from the log's to SI, in place."""
+"""Values of joints: units and signs from the log's to SI, in place; and those that no arm can have."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from math import pi
 
+import numpy as np
+
 from collaudit.core.config.schema import UnitsConfig
-from collaudit.core.data.joint_log import EffortUnit
+from collaudit.core.data.joint_log import EffortUnit, JointLog, WrenchSeries
 from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import NameMap, listed
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 
 #: Units of effort of which a constant of each drive makes N·m: the key of the constants, and how many of their units.
 _BY_CONSTANT = {
@@ -24,6 +28,9 @@ _HINTS = {
     "rated_torque_nm": "the drive's data sheet states it (CiA 402: object 6076h), times the ratio of the gear",
 }
 _UNITS_OF = {key: [unit for unit, (own, _) in _BY_CONSTANT.items() if own == key] for key in _HINTS}
+#: No arm's values are larger, whatever their unit: rad or m (encoder counts too), rad/s, effort, N or N·m.
+_LARGEST = 1e9
+_WORDS = {"position_rad": "position", "velocity_rad_s": "velocity", "effort": "effort"}
 
 
 def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:
@@ -124,3 +131,62 @@ def _scale_effort(effort: FloatArray | None, names: NameMap, settings: UnitsConf
     if effort is not None and any(factor != 1.0 for factor in factors):
         effort *= factors
     return "raw" if settings.effort == "raw" else "Nm"
+
+
+def without_impossible(log: JointLog, what: str) -> JointLog:
+    """The log without rows whose stamp is infinite, and with values that no arm can have as missing ones.
+
+    Args:
+        log: as read.
+        what: "row" or "message", as the findings count.
+    """
+    findings: list[Finding] = []
+    changed: dict[str, FloatArray] = {}
+    far = np.isinf(log.time_s)
+    for name, word in _WORDS.items():
+        values: FloatArray | None = getattr(log, name)
+        if values is None or (bad := _beyond(values)) is None:
+            continue
+        bad &= ~far[:, None]  # of rows that are left out anyway nothing is said
+        for j in np.flatnonzero(bad.any(axis=0)).tolist():
+            joint = log.joint_names[j]
+            findings.append(_finding(bad[:, [j]], values[:, [j]], f"{word} of joint '{joint}'", what, joint))
+        changed[name] = _missing(values, bad)
+    wrench = log.wrench
+    if wrench is not None and (bad := _beyond(wrench.wrench)) is not None:
+        findings.append(_finding(bad, wrench.wrench, f"wrench of {wrench.topic}", what))
+        wrench = WrenchSeries(wrench.time_s, _missing(wrench.wrench, bad), wrench.topic)
+    if findings:
+        log = replace(log, wrench=wrench, findings=(*log.findings, *findings), **changed)  # type: ignore[arg-type]
+    return _without_rows(log, far) if far.any() else log
+
+
+def _without_rows(log: JointLog, far: BoolArray) -> JointLog:
+    wrench = log.wrench
+    if wrench is not None:
+        keep = ~np.isinf(wrench.time_s)
+        wrench = WrenchSeries(frozen(wrench.time_s[keep]), frozen(wrench.wrench[keep]), wrench.topic)
+    return replace(log.samples(~far), wrench=wrench)
+
+
+def _beyond(values: FloatArray) -> BoolArray | None:
+    """Which of the numbers (n, c) no arm can have; None where there are none."""
+    if not any(bool((np.abs(column) > _LARGEST).any()) for column in values.T):
+        return None
+    bad: BoolArray = (np.abs(values) > _LARGEST) & np.isfinite(values)
+    return bad if bad.any() else None
+
+
+def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:
+    out = values.copy(order="K")
+    out[bad] = np.nan
+    return frozen(out)
+
+
+def _finding(bad: BoolArray, values: FloatArray, signal: str, what: str, joint: str | None = None) -> Finding:
+    rows = np.flatnonzero(bad.any(axis=1))
+    text = (
+        f"{rows.size} values of the {signal} are beyond what an arm can have and count as missing; the "
+        f"first is {values[bad][0]:.3g} in {what} {rows[0] + 1}."
+    )
+    return Finding("log-nan", "warning", text, joint=joint)

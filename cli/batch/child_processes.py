@@ -29,7 +29,7 @@ _PRELOADED = (
     "collaudit.core.logs.table_files.csv_table",
     "collaudit.core.logs.recordings.mcap_file",
     "collaudit.core.logs.recordings.bag_file",
-    "collaudit.core.logs.recordings.db3_file",
+    "collaudit.core.logs.recordings.ros2_bag",
     "collaudit.core.logs.tables.table_reading",
     "collaudit.core.logs.topics.message_reading",
     "collaudit.reports.files.signals_file",

@@ -108,7 +108,7 @@ FORMATS: tuple[LogFormat, ...] = (
               begins_with(b"#ROSBAG V", b"#ROSRECORD V", b"#ROSLOG V"),
               f"{_LOGS}.recordings.bag_file:BagFile"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
-              f"{_LOGS}.recordings.db3_file:Db3File", in_bag_folders=True),
+              f"{_LOGS}.recordings.ros2_bag:Db3File", in_bag_folders=True),
     LogFormat("parquet", "Parquet", "table", (".parquet",), begins_with(b"PAR1"),
               f"{_LOGS}.table_files.named_columns:open_arrow"),
     LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),

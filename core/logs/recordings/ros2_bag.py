@@ -1,11 +1,14 @@
-"""Reading the sqlite3 storage of ROS 2 bags as batches of raw messages."""
+"""ROS 2 bags: which files of a folder hold the data, several files as one recording, and storage by sqlite3."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,9 +17,24 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.readers import Batch, Channel, DamageNotes, Located, ros_type
-from collaudit.core.numeric.parallel import Progress
+from collaudit.core.logs.storage.file_content import (
+    unpacked_name,
+)
+from collaudit.core.logs.storage.readers import (
+    Batch,
+    Channel,
+    Damage,
+    DamageNotes,
+    Located,
+    MessageReader,
+    ros_type,
+)
+from collaudit.core.numeric.parallel import Progress, stage
+from collaudit.core.small_files import read_small
 
+_MAX_METADATA = 8 << 20
+#: What rosbag2's plugins for compression are called in metadata.yaml, of those that are read.
+PACKINGS = ("zstd", "lz4")
 _ROWS = 4096
 #: Number, topic, time and payload.
 _Row = tuple[Any, ...]
@@ -24,6 +42,131 @@ _Row = tuple[Any, ...]
 _MAX_CLAIM = 1 << 40
 #: SQL texts have to fit too.
 _LEAST_LENGTH = 1 << 20
+
+
+def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[Path, ...], tuple[Damage, ...]]:
+    """The storage files of a bag folder in recording order, and what is wrong with its list of them.
+
+    The list of metadata.yaml is used; when it names no file that is there (a recording that was killed leaves
+    none, renamed files are found under other names), every storage file of the folder is taken in the order of
+    the numbers in the names.
+
+    Args:
+        path: the folder.
+        is_storage: whether a file is of a format that bags are stored in.
+
+    Raises:
+        LogError: the folder holds no storage file, or its recorder compressed it in a way that is not read.
+    """
+    metadata = _metadata(path / "metadata.yaml")
+    _check_compression(metadata, path)
+    named = [path / Path(name).name for name in _relative_paths(metadata)]
+    there = tuple(file for file in named if file.is_file())
+    found = sorted((file for file in path.iterdir() if file.is_file() and is_storage(file)), key=_natural)
+    if there:
+        absent = ", ".join(file.name for file in named if not file.is_file())
+        known = {unpacked_name(file.name) for file in named}  # a packed file may have been unpacked beside itself
+        beside = ", ".join(file.name for file in found if unpacked_name(file.name) not in known)
+        damage = [Damage(f"the bag folder lacks files its metadata.yaml names: {absent}")] if absent else []
+        damage += [Damage(f"its metadata.yaml does not name {beside}, and they were not read")] if beside else []
+        return there, tuple(damage)
+    if not found:
+        names = ", ".join(file.name for file in named)
+        raise LogError(
+            "the folder holds no ROS 2 storage file",
+            where=str(path),
+            found=f"metadata.yaml names {names}, which are not there" if names else None,
+            expected="a .db3 or .mcap file",
+        )
+    read = ", ".join(file.name for file in found)
+    return tuple(found), (Damage(f"its metadata.yaml names no file that is there; {read} was read", lost=False),)
+
+
+def _metadata(file: Path) -> str:
+    """The text of metadata.yaml; empty where it cannot be had."""
+    try:
+        return read_small(file, _MAX_METADATA).decode("utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _check_compression(metadata: str, folder: Path) -> None:
+    """Refuse compression by a plugin whose output is not read; what is read is told by the bytes themselves."""
+    stated = dict(re.findall(r"(?m)^\s*(compression_format|compression_mode):\s*['\"]?(\w*)['\"]?\s*$", metadata))
+    mode, method = (stated.get(f"compression_{key}", "").lower() for key in ("mode", "format"))
+    if mode in ("message", "file") and method not in PACKINGS:
+        raise LogError(
+            f"the bag is compressed in a way that is not read (compression_format {method or 'not stated'})",
+            where=str(folder / "metadata.yaml"),
+            expected=" or ".join(PACKINGS),
+            hint="write it again without compression by `ros2 bag convert`",
+        )
+
+
+def _relative_paths(text: str) -> list[str]:
+    """The items under ``relative_file_paths:``, a plain YAML list in every version of rosbag2."""
+    found = re.search(r"(?m)^[ \t]*relative_file_paths:\s*(\[[^\]]*\]|(?:(?:#|- ).*\s*)*)", text)
+    listed = "" if found is None else found[1]
+    items = listed.strip("[]").split(",") if listed.startswith("[") else re.findall(r"(?m)^\s*- (.*)", listed)
+    return [name for item in items if (name := item.strip().strip("'\""))]
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """The name with its numbers as numbers."""
+    parts = re.split(r"(\d+)", path.name)
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
+
+
+class JoinedRecording:
+    """Several files of one recording read as one log, in the order given."""
+
+    def __init__(self, readers: Sequence[tuple[Path, MessageReader]], damage: Sequence[Damage]) -> None:
+        self._readers = tuple(readers)
+        self._folder_damage = tuple(damage)
+        self.format = self._readers[0][1].format
+        self.channels, self._keys = _joined([reader.channels for _, reader in self._readers])
+
+    @property
+    def damage(self) -> list[Damage]:
+        """The damage of the folder and of all files, the latter with their names."""
+        files = [(path.name, item) for path, reader in self._readers for item in reader.damage]
+        return [*self._folder_damage, *(Damage(f"{name}: {item.text}", item.lost) for name, item in files)]
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages, file after file."""
+        total = sum(path.stat().st_size for path, _ in self._readers)
+        done = 0
+        for (path, reader), names in zip(self._readers, self._keys, strict=True):
+            wanted = frozenset(inner for inner, key in names.items() if keys is None or key in keys)
+            after = done + path.stat().st_size
+            for batch in reader.batches(wanted, stage(progress, done / total, after / total)) if wanted else ():
+                yield replace(batch, key=names[batch.key])
+            done = after
+
+    def close(self) -> None:
+        """Release the files."""
+        for _, reader in self._readers:
+            reader.close()
+
+
+def _joined(files: Sequence[Sequence[Channel]]) -> tuple[tuple[Channel, ...], tuple[dict[int, int], ...]]:
+    """The channels of all files, and for each file its keys to theirs.
+
+    A channel that goes on in the next file, told by topic and definition, stays one: its clock can be followed. Several
+    of the same kind on one topic are told by their order.
+    """
+    out: dict[tuple[Channel, int], Channel] = {}
+    keys = []
+    for channels in files:
+        counts: Counter[Channel] = Counter()
+        names = {}
+        for channel in channels:
+            kind = replace(channel, key=0, claimed=0)
+            joined = out.setdefault((kind, counts[kind]), replace(channel, key=len(out)))
+            counts[kind] += 1
+            names[channel.key] = joined.key
+        keys.append(names)
+    return tuple(out.values()), tuple(keys)
 
 
 class Db3File:

@@ -72,7 +72,7 @@ def find_logs(arguments: Sequence[str], settings: LoadedConfig) -> list[LogFiles
 
 def log_name(files: LogFiles) -> str:
     """A log's name as reports show it."""
-    from collaudit.core.logs.opening import log_name as joined_names
+    from collaudit.core.logs.log_formats import log_name as joined_names
 
     return joined_names(files)
 

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.log_formats import is_table
-from collaudit.core.logs.opening import open_tables
+from collaudit.core.logs.log_formats import is_table, open_tables
 from collaudit.core.logs.signals.signal_names import QUANTITIES
 from collaudit.core.logs.storage.file_content import AXIS
 from collaudit.core.logs.tables.column_assignment import AssignedTable

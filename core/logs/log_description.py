@@ -12,17 +12,18 @@ import numpy as np
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.log_formats import format_of, is_table
-from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
-from collaudit.core.logs.messages.decoded_columns import all_names
-from collaudit.core.logs.opening import (
+from collaudit.core.logs.log_formats import (
     check_there,
     data_files,
+    format_of,
+    is_table,
     log_name,
     misnamed,
     open_messages,
     open_tables,
 )
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
+from collaudit.core.logs.messages.decoded_columns import all_names
 from collaudit.core.logs.signals.sample_clock import plausible_ns, start_of
 from collaudit.core.logs.signals.signal_names import is_usable
 from collaudit.core.logs.storage.readers import MessageReader, damage_findings

@@ -15,10 +15,10 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.log_formats import is_table
-from collaudit.core.logs.opening import (
+from collaudit.core.logs.log_formats import (
     check_there,
     data_files,
+    is_table,
     log_name,
     misnamed,
     open_messages,

@@ -13,9 +13,8 @@ from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import Signals
 from collaudit.core.errors import ConfigError
-from collaudit.core.logs.log_formats import is_table
+from collaudit.core.logs.log_formats import is_table, open_messages
 from collaudit.core.logs.log_reading import sha256_of
-from collaudit.core.logs.opening import open_messages
 from collaudit.reports.exports.audit_mcap import start_ns, write_audit_mcap
 from collaudit.reports.exports.ros_mcap import Channel
 

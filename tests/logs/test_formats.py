@@ -17,8 +17,8 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import log_reading
 from collaudit.core.logs.inputs import expand_inputs
 from collaudit.core.logs.log_description import describe, describe_by_overview
+from collaudit.core.logs.log_formats import open_messages
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.opening import open_messages
 from collaudit.core.numeric import parallel
 
 COUNT = 300

@@ -16,8 +16,8 @@ from packed_bombs import packed_columns, packed_messages, packed_text, packed_ze
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_formats import open_messages
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.opening import open_messages
 from collaudit.core.logs.storage import reading_bounds
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.topics.joint_states_topic import peek

@@ -92,7 +92,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig, robot: Sequ
     """Read one log from one or several tables.
 
     Args:
-        readers: the tables, those of :func:`~collaudit.core.logs.opening.also_files` among them.
+        readers: the tables, those of :func:`~collaudit.core.logs.log_formats.also_files` among them.
         settings: patterns and units.
         robot: the robot's joints, as of :func:`collaudit.core.logs.tables.column_assignment.assign`.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from collaudit.cli.drafts.draft import Known
     from collaudit.cli.drafts.drafted_log import Drafted
-    from collaudit.core.logs.arms_in_log import Arm
+    from collaudit.core.logs.log_guess import Arm
 
 
 @example_command(
@@ -53,8 +53,8 @@ def init_command(logs: tuple[str, ...], output: Path | None, force: bool, as_jso
     from collaudit.cli.drafts.trial import next_step
     from collaudit.cli.shared_steps import one_log
     from collaudit.core.config import load_config
-    from collaudit.core.logs.column_guess import guess_csv_columns, guess_layout
     from collaudit.core.logs.log_description import describe
+    from collaudit.core.logs.log_guess import guess_csv_columns, guess_layout
     from collaudit.core.robot.robot_description import describe_robot
 
     if str(output) == "-":

@@ -12,7 +12,7 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.config.describe import all_keys
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.findings import Finding
-from collaudit.core.logs.column_guess import ColumnGuess
+from collaudit.core.logs.log_guess import ColumnGuess
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.core.logs.signals.joint_naming import JointGuess, guess_joints
 from collaudit.core.logs.signals.signal_names import counts_message, is_usable

@@ -30,7 +30,7 @@ from collaudit.core.logs.storage.reading_bounds import DECOMPRESSION_ERRORS
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
-    from collaudit.core.logs.column_guess import TablePart
+    from collaudit.core.logs.log_guess import TablePart
 
 #: What a folder without logs holds is named up to so many.
 _MOST_NAMED = 5
@@ -163,7 +163,7 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
 
 
 def _part(path: Path, settings: LogConfig) -> TablePart | None:
-    from collaudit.core.logs.column_guess import table_part  # a recording is opened without what reads tables
+    from collaudit.core.logs.log_guess import table_part  # a recording is opened without what reads tables
 
     return table_part(path, settings)
 

@@ -12,7 +12,7 @@ import pytest
 from simulated_logs import without_thresholds
 from small_arm import arm_module
 
-from collaudit.core.logs.arms_in_log import arms_of
+from collaudit.core.logs.log_guess import arms_of
 from collaudit.core.logs.log_summary import LogSummary
 
 ROBOT = arm_module().CONFIG.partition("[log.csv]")[0] + "[detect]\ngamma_nm = 4.0\n"

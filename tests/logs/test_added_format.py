@@ -16,10 +16,10 @@ import pytest
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs import log_formats
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import expand_inputs, group_inputs
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_formats import FORMATS, LogFormat, begins_with
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 
 TOY_MESSAGES = '''

@@ -15,9 +15,9 @@ from scipy.io import savemat
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import expand_inputs, group_inputs
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 
 TIME_S = 0.01 * np.arange(300)

@@ -17,9 +17,9 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import expand_inputs, group_inputs, left_out, other_files
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 
 h5py = pytest.importorskip("h5py")

@@ -13,8 +13,8 @@ from vocabularies import VOCABULARIES, header
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.tables.column_assignment import recognise
 from collaudit.core.logs.tables.column_groups import choose, groups_of

@@ -16,9 +16,9 @@ from given_values import given_values
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import group_inputs
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 
 ROWS = [(0.01 * k, 0.1 * k, -0.2 * k, 1.0 + k, 2.0 - k) for k in range(40)]

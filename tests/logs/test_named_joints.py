@@ -11,10 +11,9 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.arms_in_log import arms_of
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.inputs import group_inputs
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_guess import arms_of, guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.signals.joint_naming import map_names
 from collaudit.core.logs.tables.column_assignment import recognise

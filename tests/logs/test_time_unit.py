@@ -10,8 +10,8 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_description import describe
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.tables.table_time import LONGEST_STEP_S
 from collaudit.core.logs.tables.time_columns import SCALES

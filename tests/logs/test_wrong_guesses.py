@@ -18,8 +18,8 @@ from vocabularies import CURRENTS, TORQUE_CONSTANT, VOCABULARIES, table_of
 
 from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
-from collaudit.core.logs.column_guess import guess_csv_columns
 from collaudit.core.logs.log_formats import LogFormat
+from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.storage.readers import TableColumns, TableReader
 from collaudit.core.logs.tables import joined_tables

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
+from collaudit.core.logs.messages.decoded_columns import GroupKey
 from collaudit.core.logs.messages.layout import MISSING, Chars, Layout, LayoutError, Node, Numbers
+from collaudit.core.logs.signals.signal_names import MOTION
 from collaudit.core.logs.storage.readers import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import ANNOTATION, INTERFACES, Profile

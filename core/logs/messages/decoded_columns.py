@@ -19,8 +19,6 @@ _MOST_TIMES = 64
 Column = IntArray | FloatArray
 #: Numbers of a row besides its quantities: stamps, place and source.
 _OWN_COLUMNS = 4
-MOTION = ("position", "velocity", "effort")
-QUANTITIES = (*MOTION, "temperature", "joint_torque")
 
 
 class Growing:

@@ -1,10 +1,16 @@
-"""A log at some forty samples a second, each the mean of what it stands for: causes and checks act more slowly."""
+"""A log in time: at some forty samples a second, each the mean of what it stands for, and in blocks held out in turn.
+
+Causes and checks act more slowly than forty times a second. One division into blocks serves every choice and every
+residual.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import FloatArray
@@ -17,6 +23,12 @@ _RATE_HZ = 40.0
 _BLOCK_S = 1.0
 #: A joint that keeps to less is an arm that gives under a touch; its effort against the model tells of the touch.
 _LEAST_TRAVEL_RAD = 0.05
+#: Blocks of time a fold at least, so that no fold is one kind of motion only; a long log has so many longer ones.
+_BLOCKS_A_FOLD, _ENOUGH_BLOCKS = 3, 20
+_FOLD_BLOCK_S = 10.0
+#: With so many samples a fit without a third of them is as good as one without a fifth, and takes less time. A half
+#: would often lack speeds of the other.
+_MANY, _FEWEST_FOLDS = 100_000, 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,3 +111,26 @@ def thinned(values: FloatArray, size: int) -> FloatArray:
     count = np.count_nonzero(known, axis=1)
     out[holes] = np.where(2 * count > size, total / np.maximum(count, 1), np.nan)
     return np.asarray(out.T)
+
+
+def fold_count(logs: Sequence[UniformSeries], most: int) -> int:
+    """How many folds there are of these logs, of at most so many."""
+    return most if sum(series.time_s.size for series in logs) <= _MANY else min(most, _FEWEST_FOLDS)
+
+
+def block_length_s(series: UniformSeries, folds: int) -> float:
+    """Length of the blocks of time that are dealt out in turn, so that each fold has a part of every kind of motion."""
+    duration_s = float(series.time_s[-1] - series.time_s[0]) + series.period_s
+    usual_s = max(_FOLD_BLOCK_S, duration_s / (folds * _ENOUGH_BLOCKS))
+    return min(usual_s, duration_s / (folds * _BLOCKS_A_FOLD))
+
+
+def fold_of_sample(series: UniformSeries, folds: int) -> NDArray[np.int16]:
+    """(n,) fold of each sample of a log.
+
+    Args:
+        series: the log.
+        folds: how many there are.
+    """
+    block = np.floor((series.time_s - series.time_s[0]) / block_length_s(series, folds))
+    return np.asarray(block.astype(np.int64) % folds, dtype=np.int16)

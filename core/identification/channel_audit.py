@@ -15,8 +15,14 @@ from collaudit.core.identification.force_sensor import audit_force_sensor, calib
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import few_values
-from collaudit.core.prepare.effort.channel_shift import all_known, effort_shift, thinned
-from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift
+from collaudit.core.prepare.effort.channel_delay import (
+    Delay,
+    Undetermined,
+    all_known,
+    best_shift,
+    effort_shift,
+    thinned,
+)
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.torque_table.block_sums import squares_left
 

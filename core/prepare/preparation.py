@@ -25,7 +25,7 @@ from collaudit.core.prepare.calibration import (
 )
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque
 from collaudit.core.prepare.conditioned_log import conditioned
-from collaudit.core.prepare.effort.delay_estimate import Delay
+from collaudit.core.prepare.effort.channel_delay import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains, friction_signs
 from collaudit.core.prepare.effort.effort_kind import computed_findings, magnitude_findings, smooth_joints
 from collaudit.core.prepare.effort.gain_findings import (

@@ -16,7 +16,7 @@ from collaudit.core.findings import Finding, torque_unit_of
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.commanded_force import CommandedTorque
-from collaudit.core.prepare.effort.delay_estimate import Delay
+from collaudit.core.prepare.effort.channel_delay import Delay
 from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.effort.effort_kind import EffortKind, EffortSource
 from collaudit.core.prepare.effort.effort_smoothing import Smoothing

@@ -22,7 +22,7 @@ from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetConfig, PolicyConfig
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.log_guess import Arm, arms_of, same_arm
-from collaudit.core.prepare.effort.effort_kind import smooth_joints
+from collaudit.core.prepare.effort_kind import smooth_joints
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.small_files import KeyPath
 

@@ -20,7 +20,7 @@ from collaudit.core.friction.motion_points import any_motion_tells_more, motion_
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import Progress, by_name, stage
-from collaudit.core.prepare.effort.effort_gain import EffortGain
+from collaudit.core.prepare.effort_gain import EffortGain
 from collaudit.core.prepare.prepared import Prepared
 
 Motion = Literal["sections", "any", "sensors"]

@@ -15,7 +15,7 @@ from collaudit.core.identification.force_sensor import audit_force_sensor, calib
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import few_values
-from collaudit.core.prepare.effort.channel_delay import (
+from collaudit.core.prepare.channel_delay import (
     Delay,
     Undetermined,
     all_known,

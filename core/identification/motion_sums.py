@@ -26,7 +26,7 @@ from collaudit.core.identification.torque_terms import (
 )
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
-from collaudit.core.prepare.effort.channel_delay import prompt_motion
+from collaudit.core.prepare.channel_delay import prompt_motion
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.robot.robot_model import RobotModel

@@ -12,10 +12,10 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError, NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.linear_algebra import memory_bytes
+from collaudit.core.prepare.channel_delay import undelayed
 from collaudit.core.prepare.commanded_force import tool_force
-from collaudit.core.prepare.effort.channel_delay import undelayed
-from collaudit.core.prepare.effort.effort_kind import effort_kind
-from collaudit.core.prepare.effort.mounting import mounting, mounting_findings
+from collaudit.core.prepare.effort_kind import effort_kind
+from collaudit.core.prepare.mounting import mounting, mounting_findings
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.prepare.prepared import ConditionedLog, in_model_order

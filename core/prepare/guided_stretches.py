@@ -15,7 +15,7 @@ from collaudit.core.config.schema_judging import PUSH_S
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.prepare.effort.effort_smoothing import effort_smoothing, smoothing_words
+from collaudit.core.prepare.effort_smoothing import effort_smoothing, smoothing_words
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.torque_table.thinned_log import TorqueTable, thinned

@@ -23,12 +23,12 @@ from collaudit.core.prepare.calibration import (
     spring_findings,
     weightless_findings,
 )
+from collaudit.core.prepare.channel_delay import Delay
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque
 from collaudit.core.prepare.conditioned_log import conditioned
-from collaudit.core.prepare.effort.channel_delay import Delay
-from collaudit.core.prepare.effort.effort_gain import EffortGain, described_gains, effort_gains, friction_signs
-from collaudit.core.prepare.effort.effort_kind import computed_findings, magnitude_findings, smooth_joints
-from collaudit.core.prepare.effort.gain_findings import (
+from collaudit.core.prepare.effort_gain import EffortGain, described_gains, effort_gains, friction_signs
+from collaudit.core.prepare.effort_kind import computed_findings, magnitude_findings, smooth_joints
+from collaudit.core.prepare.gain_findings import (
     delay_finding,
     identified_scale_findings,
     late_signs,

@@ -15,11 +15,11 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.prepare.calibration import Calibration
+from collaudit.core.prepare.channel_delay import Delay
 from collaudit.core.prepare.commanded_force import CommandedTorque
-from collaudit.core.prepare.effort.channel_delay import Delay
-from collaudit.core.prepare.effort.effort_gain import EffortGain
-from collaudit.core.prepare.effort.effort_kind import EffortKind, EffortSource
-from collaudit.core.prepare.effort.effort_smoothing import Smoothing
+from collaudit.core.prepare.effort_gain import EffortGain
+from collaudit.core.prepare.effort_kind import EffortKind, EffortSource
+from collaudit.core.prepare.effort_smoothing import Smoothing
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.thinned_log import TorqueTable

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent.with_name("helpers")))
 from delayed_channels import found_and_true
 from tables import put
 
-from collaudit.core.prepare.effort.channel_delay import Delay
+from collaudit.core.prepare.channel_delay import Delay
 
 FIRST = 1001
 #: What is said of it; motion, noise as a share of the signal, its memory from sample to sample, hold s, carries.

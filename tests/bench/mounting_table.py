@@ -17,7 +17,7 @@ from changed_logs import prepared
 from simulated_days import Arm, arm_of, day
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.effort.mounting import mounting
+from collaudit.core.prepare.mounting import mounting
 from collaudit.core.robot.pinocchio_model import rotation_rpy
 
 SECONDS = 60.0

@@ -10,7 +10,7 @@ import pytest
 from collaudit.cli.drafts import draft_evidence
 from collaudit.cli.drafts.config_text import Section
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.effort.effort_gain import EffortGain
+from collaudit.core.prepare.effort_gain import EffortGain
 
 JOINTS = ("pan", "lift", "elbow")
 

@@ -13,7 +13,7 @@ from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.law_comparison import choose
 from collaudit.core.friction.motion_points import any_motion_tells_more, covered, distinct_speeds
 from collaudit.core.friction.physical_law import drives
-from collaudit.core.prepare.effort.effort_gain import EffortGain
+from collaudit.core.prepare.effort_gain import EffortGain
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 

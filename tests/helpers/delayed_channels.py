@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from collaudit.core.prepare.effort.channel_delay import best_shift, reach
+from collaudit.core.prepare.channel_delay import best_shift, reach
 from collaudit.core.torque_table.block_sums import squares_left
 
 T, LENGTH_S = 0.004, 40.0

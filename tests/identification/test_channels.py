@@ -28,7 +28,7 @@ from collaudit.core.identification.channel_audit import (
 )
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.effort.channel_delay import Delay, effort_shift
+from collaudit.core.prepare.channel_delay import Delay, effort_shift
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.robot.robot_building import build_robot
 

@@ -10,7 +10,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import differentiate, low_pass
-from collaudit.core.prepare.effort.channel_delay import all_known, position_velocity
+from collaudit.core.prepare.channel_delay import all_known, position_velocity
 
 SEGMENTS = (Span(0, 300), Span(310, 900))
 PERIOD_S = 0.004

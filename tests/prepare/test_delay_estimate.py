@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from delayed_channels import found_and_true
 
-from collaudit.core.prepare.effort.channel_delay import Delay, Undetermined
+from collaudit.core.prepare.channel_delay import Delay, Undetermined
 
 SEEDS = 25
 

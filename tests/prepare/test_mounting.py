@@ -11,7 +11,7 @@ from three_joints import arm, log_of, settings
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.effort.mounting import mounting
+from collaudit.core.prepare.mounting import mounting
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared
 

@@ -24,7 +24,7 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import butterworth, double_pole, first_order
 from collaudit.core.prepare import guided_stretches
-from collaudit.core.prepare.effort.effort_smoothing import Smoothing
+from collaudit.core.prepare.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual import residual
 from collaudit.core.robot.robot_building import build_robot

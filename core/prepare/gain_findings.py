@@ -11,8 +11,8 @@ from collaudit.core.data.identification_result import Identified
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.effort.channel_delay import Delay, effort_shift, moved
-from collaudit.core.prepare.effort.effort_gain import ACCURATE_GAIN, PLAUSIBLE_GAIN, EffortGain, effort_gains, overlaps
+from collaudit.core.prepare.channel_delay import Delay, effort_shift, moved
+from collaudit.core.prepare.effort_gain import ACCURATE_GAIN, PLAUSIBLE_GAIN, EffortGain, effort_gains, overlaps
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import TorqueTable

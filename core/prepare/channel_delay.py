@@ -1,4 +1,4 @@
-"""By how much a channel is stamped late, with an interval that holds, or why that is not told; a stated delay taken off.
+"""By how much a channel is stamped late, with an interval that holds, or why nothing tells; a stated delay taken off.
 
 A shift is told by how much more a channel is left unexplained at any other. That is tested over the whole reach, block
 of time against block: a channel that carries nothing, or a motion that repeats itself, has other shifts that are as

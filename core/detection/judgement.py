@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
 from collaudit.core.data.detection_result import DetectionFacts
@@ -50,7 +49,8 @@ from collaudit.core.identification.log_cleaning import find_contact
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.parallel import Progress, by_name, ordered_map
 from collaudit.core.numeric.stats import quantile_of
-from collaudit.core.prepare.guided_stretches import with_effort_smoothing, without_guiding
+from collaudit.core.prepare.effort_smoothing import Friction
+from collaudit.core.prepare.hand_guiding import with_effort_smoothing, without_guiding
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.followed_offsets import BOUND_SHARE
 

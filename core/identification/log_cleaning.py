@@ -35,7 +35,7 @@ from collaudit.core.numeric.arrays import (
 )
 from collaudit.core.numeric.parallel import Progress, ordered_map, stage
 from collaudit.core.numeric.robust_regression import BISQUARE, RobustFit, local_spread, robust_fit
-from collaudit.core.prepare.guided_stretches import fitted_without_guiding
+from collaudit.core.prepare.hand_guiding import fitted_without_guiding
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
 

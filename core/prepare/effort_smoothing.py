@@ -9,14 +9,13 @@ gradually and looks smoothed itself: such motion is a bound from above and never
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, isfinite
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.arm_states.hand_guiding import Friction
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, run_bounds
 from collaudit.core.numeric.filters import gaussian_smoothed
@@ -45,6 +44,8 @@ _ROUNDING = 1e-12
 _MATERIAL = 1.5
 #: A window of this standard deviation or more is said, s: at 0.05 s a push of 0.2 s keeps 95 % of its height.
 _SHOWN_S = 0.05
+#: Sliding friction at (k,) speeds, in the effort's unit.
+Friction = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, slots=True)

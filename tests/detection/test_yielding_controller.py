@@ -14,7 +14,7 @@ from three_joints import COULOMB, NAMES, VISCOUS, arm, settings, sines
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.detection.judgement import _with_smoothing
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.guided_stretches import with_effort_smoothing
+from collaudit.core.prepare.hand_guiding import with_effort_smoothing
 from collaudit.core.prepare.preparation import prepare
 
 CONFIG = settings()

@@ -23,7 +23,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import butterworth, double_pole, first_order
-from collaudit.core.prepare import guided_stretches
+from collaudit.core.prepare import hand_guiding
 from collaudit.core.prepare.effort_smoothing import Smoothing
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual import residual
@@ -147,7 +147,7 @@ def test_a_push_that_the_channel_smooths_shows_above_what_is_said(
     q, window_s = one_standing(20.0), 0.15
     plain = torque_at(audit(log_of(q), friction), "joint1", 0.5)
     known = dict.fromkeys(("joint1", "joint2"), Smoothing(window_s, window_s, window_s))
-    monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: known)
+    monkeypatch.setattr(hand_guiding, "effort_smoothing", lambda *_: known)
     said = torque_at(audit(log_of(q), friction), "joint1", 0.5)
     assert plain is not None and said is not None
     assert said == pytest.approx(plain / erf(0.1 / (np.sqrt(2.0) * window_s)), rel=0.05)
@@ -162,7 +162,7 @@ def test_a_push_that_the_channel_smooths_shows_above_what_is_said(
 def test_where_slow_motion_does_not_bound_the_smoothing_no_push_counts_as_noticed_and_it_is_said(
     friction: FrictionFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guided_stretches, "effort_smoothing", lambda *_: {"joint1": Smoothing(1.0, 0.0, np.inf)})
+    monkeypatch.setattr(hand_guiding, "effort_smoothing", lambda *_: {"joint1": Smoothing(1.0, 0.0, np.inf)})
     found = audit(log_of(one_standing(20.0)), friction)
     assert torque_at(found, "joint1", 0.5) is None
     assert found.verdict == "not_judged"

@@ -18,7 +18,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding
 from collaudit.core.friction.applied_friction import applied_friction
-from collaudit.core.prepare.guided_stretches import fitted_without_guiding, with_effort_smoothing, without_guiding
+from collaudit.core.prepare.hand_guiding import fitted_without_guiding, with_effort_smoothing, without_guiding
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.compare import audit_simulated, read_truth
 from collaudit.fixtures.simulation import SimulatedFiles

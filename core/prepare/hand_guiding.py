@@ -1,4 +1,4 @@
-"""An arm that a person guides while its drives only hold its weight, told from the signals.
+"""An arm that a person guides while its drives only hold its weight, told by the signals: not judged nor fitted there.
 
 A drive that moves an arm supplies what friction and inertia take: s = f(v) + tau_rigid - g(q). When the arm is guided
 by hand (freedrive, zero gravity), a person supplies it, and the effort is gravity's torque alone. So of the drive's
@@ -8,24 +8,34 @@ makes y larger, or smaller on the joints that it loads and for as long as it las
 every joint that tells anything, must show it for a second. Where the drives act within such a stretch (y as large as s,
 a push against a drive), the stretch is interrupted. What is left of it must last half a second: a single spike of s,
 as a jump of the clock makes, outweighs all else in the windows around it. An effort that is what the drive supplies,
-only late (a slow low-pass), is no sign of a hand.
+only late (a slow low-pass), is no sign of a hand; how far efforts are smoothed is told by the same two sides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from math import ceil
 
 import numpy as np
 import scipy
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.arm_states.arm_states import without_states
+from collaudit.core.config.schema import Config
+from collaudit.core.config.schema_judging import PUSH_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of
+from collaudit.core.prepare.effort_smoothing import Friction, effort_smoothing, smoothing_words
+from collaudit.core.prepare.preparation import without_effort
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.torque_table.block_sums import products_of
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.thinned_log import TorqueTable, thinned
 
+#: Of friction's line over speed one coefficient beside the other.
+_EITHER = ("way", "along"), ("along", "way")
 #: Blocks, s; window that must show it, blocks.
 _BLOCK_S, _WINDOW = 0.1, 10
 #: A joint moves in a window when it moves for this share of it; it tells when s is this many times its noise.
@@ -38,14 +48,132 @@ _LEAST_JOINTS = 2
 _QUIET = 0.2
 #: Longest pause within one stretch, and shortest stretch, s.
 _PAUSE_S, _LEAST_S = 3.0, 0.5
-
 #: Time constants of a late drive that are tried, s; how long before the stretch its low-pass starts, in time constants.
 _LAGS_S, _BEFORE = (0.1, 0.15, 0.25, 0.4, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5), 5.0
 #: Share of the effort beside gravity, as its power, that a late drive leaves at most in the mean of the joints.
 #: Simulated, it leaves up to 0.4, and an arm in a hand several times the whole.
 _LEFT = 0.5
 
-Friction = Callable[[FloatArray], FloatArray]
+
+def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
+    """The log with stretches of hand guiding marked as not driven, and a finding for each.
+
+    Args:
+        prepared: the log to be judged.
+        friction: sliding friction by joint.
+        config: ``[detect] hand_guiding``.
+    """
+    found = _found(prepared, friction, config)
+    if not found:
+        return prepared
+    series = prepared.series
+    mask = _covered(series, found)
+    if series.not_driven is not None:
+        mask |= series.not_driven
+    findings = tuple(_finding("arm-guided", one, "judged") for one in found)
+    marked = without_states(series, mask)
+    return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
+
+
+def with_effort_smoothing(
+    prepared: Prepared, friction: Mapping[str, Friction], contact: BoolArray | None = None
+) -> Prepared:
+    """The log with how far its efforts are smoothed, and a finding where that is more than a drive does, or unknown.
+
+    Args:
+        prepared: the log to be judged.
+        friction: sliding friction by joint.
+        contact: (n,) samples that are not looked at.
+    """
+    table = _table(prepared)
+    if table is None:
+        return prepared
+    if contact is not None:
+        touched = thinned(contact[:, None].astype(np.float64), round(table.period_s / prepared.series.period_s))
+        table = replace(table, effort=np.where(touched > 0.0, np.nan, table.effort))
+    found = effort_smoothing(table, friction)
+    shown = {joint: one for joint, one in found.items() if one.shown}
+    findings = prepared.findings
+    if shown:
+        text = smoothing_words(shown, PUSH_S)
+        findings = (*findings, Finding("effort-filtered", "warning", text))
+    if unknown := [joint for joint, one in found.items() if not (one.bounded or one.shown)]:
+        text = (
+            f"How far the efforts of {', '.join(unknown)} are smoothed on their way into the log is not known: the "
+            "motion is too slow to show it. No push there counts as noticed. Faster motion in the log shows it."
+        )
+        findings = (*findings, Finding("effort-filtered", "warning", text))
+    return replace(prepared, findings=findings, effort_smoothing=found)
+
+
+def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared, tuple[Finding, ...]]:
+    """A log that is to be fitted, with the effort unknown where a hand guided the arm, and a finding for each stretch.
+
+    Friction is not known yet: :func:`rough_friction` of the log itself stands for it.
+    """
+    found = _found(prepared, rough_friction(prepared), config)
+    if not found:
+        return prepared, ()
+    findings = tuple(_finding("fit-left-out", one, "fitted") for one in found)
+    return without_effort(prepared, _covered(prepared.series, found), config), findings
+
+
+def rough_friction(prepared: Prepared) -> dict[str, Friction]:
+    """Sliding friction F sgn v + D v by joint, of motion one way, as most of its seconds have it.
+
+    In some of the motion the drives may supply less, as under a hand. Joints that hardly move, or whose effort does not
+    go with their motion, have none.
+    """
+    table, found = _table(prepared), dict[str, Friction]()
+    if table is None:
+        return {}
+    # counted by the rows that were recorded: a gap may be of years
+    recorded = replace(table, time_s=np.arange(table.time_s.size) * np.float64(table.period_s))
+    along = table.way * np.abs(table.motion[1])
+    for joint, sums in recorded.sums(rest=table.effort - table.model, along=along).items():
+        level = sums.slope("rest", "way", "beyond", "one")
+        coulomb, viscous = (sums.slope("rest", *two, "one", least_own=0.0) for two in _EITHER)
+        if joint in prepared.judged and level is not None and level.positive and coulomb and viscous:
+            found[joint] = partial(_sliding, max(coulomb.value, 0.0), max(viscous.value, 0.0))
+    return found
+
+
+def _sliding(coulomb_nm: float, viscous_nm_s_per_rad: float, velocity: FloatArray) -> FloatArray:
+    return np.asarray(coulomb_nm * np.tanh(velocity / (0.5 * MOVING_RAD_S)) + viscous_nm_s_per_rad * velocity)
+
+
+def _found(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> list[HandGuiding]:
+    table = None if config.detect.hand_guiding == "off" else _table(prepared)
+    return [] if table is None else hand_guiding(table, prepared.robot.gravity_torque, friction)
+
+
+def _table(prepared: Prepared) -> TorqueTable | None:
+    """What the drives exert beside the tool's commanded force, and the rigid bodies' torque; None where unknown."""
+    series, rigid, start = prepared.series, prepared.rigid_nm, prepared.start.table
+    if rigid is None or start is None or series.effort is None or series.effort_unit != "Nm":
+        return None
+    contact = prepared.contact_nm
+    driven = series if contact is None else replace(series, effort=series.effort - contact)
+    return start.seen(driven, rigid)
+
+
+def _covered(series: UniformSeries, found: Sequence[HandGuiding]) -> BoolArray:
+    """(n,) samples in one of the stretches."""
+    out = np.zeros(series.time_s.size, dtype=np.bool_)
+    for one in found:
+        out |= (series.time_s >= one.start_s) & (series.time_s < one.end_s)
+    return out
+
+
+def _finding(code: str, found: HandGuiding, what: str) -> Finding:
+    """That a hand guided the arm in a stretch, which is not ``what``."""
+    text = (
+        f"From {found.start_s:.4g} to {found.end_s:.4g} s the arm moves and its drives do not move it: on "
+        f"{', '.join(found.joints)} their efforts hold gravity and supply {100 * max(found.share, 0.0):.0f} % of what "
+        f"friction and inertia take; {found.work_j:.3g} J come from outside. It looks guided by hand (freedrive) "
+        f"without a flag that says so; not {what} there."
+    )
+    return Finding(code, "warning", text, start_s=found.start_s, end_s=found.end_s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,9 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.conditioning.doubled_samples import duplicate_findings, without_contradictions
 from collaudit.core.conditioning.position_jumps import continued_angles, missing_rows
 from collaudit.core.conditioning.stamp_order import (
-    SEVERAL,
-    filled,
+    duplicate_findings,
     interpolated,
     lost_ends_s,
     missing_findings,
@@ -20,8 +18,9 @@ from collaudit.core.conditioning.stamp_order import (
     positions_known,
     usable_order,
     with_positions,
+    without_contradictions,
 )
-from collaudit.core.conditioning.timebase import Timebase, make_timebase
+from collaudit.core.conditioning.timebase import SEVERAL, Timebase, filled, make_timebase
 from collaudit.core.conditioning.unmeasured import effort_signal_findings, saturation, without_unmeasured
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig

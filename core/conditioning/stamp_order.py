@@ -1,11 +1,13 @@
 """Which samples are used, in which order, with which stamps: sorted, each once, rebuilt where the motion tells them.
 
-Rows and samples that were lost are told first: a row without the position of every joint is a lost one.
+Rows and samples that were lost are told first: a row without the position of every joint is a lost one. Of samples that
+share a stamp the first counts; those that contradict each other are missing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,9 +15,12 @@ from collaudit.core.conditioning.motion_clock import clock_findings, motion_cloc
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.parallel import each
+from collaudit.core.logs.signals.stamp_conflicts import contradicting
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, frozen
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.stats import median_of, robust_sd
+
+_PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
 
 
 def positions_known(log: JointLog) -> BoolArray:
@@ -76,82 +81,6 @@ def missing_findings(log: JointLog) -> Iterator[Finding]:
                 yield Finding("log-nan", "warning", text, joint=joint)
 
 
-#: The longest step over several lost samples, and over a single one, in periods of the filter's band.
-SEVERAL, _SINGLE = 0.25, 0.4
-#: From this share of bridged samples on it is a warning.
-_MANY = 0.05
-
-
-def bridged_steps(steps: FloatArray, period_s: float, limit_s: float, bandwidth_hz: float) -> BoolArray:
-    """(n - 1,) steps that are too long for one period and short enough to be bridged.
-
-    Args:
-        steps: between stamps, s.
-        period_s: sample period, s.
-        limit_s: a longer step lost samples.
-        bandwidth_hz: of the filters that the samples pass.
-    """
-    slack = 0.05 * period_s
-    single = steps <= min(2.5 * period_s, _SINGLE / bandwidth_hz + slack)
-    return np.asarray((steps > limit_s) & (single | (steps <= SEVERAL / bandwidth_hz + slack)))
-
-
-def filled(rows: FloatArray, places: IntArray, count: int, smooth: bool) -> FloatArray:
-    """(count, j) rows at every place, those between interpolated: straight, or by a cubic through two on either side.
-
-    Args:
-        rows: (m, j) recorded values.
-        places: (m,) their places, ascending from 0.
-        count: number of places.
-        smooth: positions, of which second derivatives are taken.
-    """
-    out = np.empty((count, rows.shape[1]), order="F")
-    at = np.arange(count, dtype=np.float64)
-    out[places] = rows
-    missing = np.ones(count, dtype=bool)
-    missing[places] = False
-    holes = np.flatnonzero(missing)
-    right = np.searchsorted(places, holes)
-    cubic = smooth & (right >= 2) & (right + 1 < places.size)
-    for j in range(rows.shape[1]):
-        out[holes, j] = np.interp(at[holes], places, rows[:, j])
-    k, x = right[cubic], at[holes[cubic]]
-    if k.size:
-        nodes = [places[k + o].astype(np.float64) for o in (-2, -1, 0, 1)]
-        out[holes[cubic]] = through(x, nodes, [rows[k + o] for o in (-2, -1, 0, 1)])
-    return out
-
-
-def through(x: FloatArray, nodes: Sequence[FloatArray], values: Sequence[FloatArray]) -> FloatArray:
-    """(m, j) at places (m,) the polynomial through values (m, j) at nodes (m,), each place with its own."""
-    out = np.zeros(values[0].shape)
-    for node, rows in zip(nodes, values, strict=True):
-        weight = np.ones_like(x)
-        for other in nodes:
-            if other is not node:
-                weight = weight * (x - other) / (node - other)
-        out = out + weight[:, None] * rows
-    return out
-
-
-def bridged_findings(count: int, holes: int, total: int, longest_s: float) -> list[Finding]:
-    """How many samples were bridged.
-
-    Args:
-        count: samples that were put in; holes: how many holes they fill.
-        total: samples with them.
-        longest_s: the longest step that was bridged, s.
-    """
-    if not count:
-        return []
-    share = count / total
-    text = (
-        f"{count} lost samples ({100 * share:.2g} %) in {holes} holes of {1e3 * longest_s:.3g} ms at most were bridged "
-        "by interpolation: they are short against the filter. What happened only inside a hole is not seen."
-    )
-    return [Finding("time-gap", "warning", text) if share > _MANY else fact(text)]
-
-
 def picked_rows(order: IntArray) -> IntArray | slice:
     """Indices of consecutive samples as a slice, which copies nothing."""
     first = int(order[0]) if order.size else 0
@@ -167,6 +96,18 @@ def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArra
         out[:, c] = np.interp(x, at, values[:, c])
 
     each(fill, range(values.shape[1]))
+    return out
+
+
+def through(x: FloatArray, nodes: Sequence[FloatArray], values: Sequence[FloatArray]) -> FloatArray:
+    """(m, j) at places (m,) the polynomial through values (m, j) at nodes (m,), each place with its own."""
+    out = np.zeros(values[0].shape)
+    for node, rows in zip(nodes, values, strict=True):
+        weight = np.ones_like(x)
+        for other in nodes:
+            if other is not node:
+                weight = weight * (x - other) / (node - other)
+        out = out + weight[:, None] * rows
     return out
 
 
@@ -220,9 +161,6 @@ def _distinct(order: IntArray, time_s: FloatArray) -> IntArray:
     stamps = time_s[order]
     fresh: BoolArray = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, bool)
     return order if fresh.all() else order[fresh]
-
-
-_PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
 
 
 def comb_error(stamps: FloatArray, places: IntArray, period: float) -> FloatArray:
@@ -294,3 +232,59 @@ def jitter_finding(
         "taken as evenly spaced, on which positions move more smoothly, the others interpolated to an even time base."
     )
     return [fact(text)]
+
+
+def without_contradictions(log: JointLog) -> JointLog:
+    """The log without the values of samples that share a stamp and contradict each other, and a finding for each joint.
+
+    Nothing tells which of them was measured, and the order of the rows does not.
+    """
+    parts: dict[str, FloatArray] = {}
+    findings: list[Finding] = []
+    for name, values in (("position_rad", log.position_rad), ("effort", log.effort)):
+        if values is None:
+            continue
+        rows = ordered_map(lambda column: contradicting(log.time_s, column), values.T)
+        for j, wrong in enumerate(rows):
+            if wrong is None:
+                continue
+            parts.setdefault(name, values.copy(order="F"))[wrong, j] = np.nan
+            times, joint, what = log.time_s[wrong], log.joint_names[j], name.partition("_")[0]
+            text = (
+                f"{times.size} samples share their stamps and give other {what}s of joint '{joint}', between "
+                f"{times.min():.4g} and {times.max():.4g} s: two publishers, two recordings in one, or one stamp for "
+                "several samples. Nothing shows which are right: they count as missing, and a contact then would not "
+                "be seen."
+            )
+            span = float(times.min()), float(times.max())
+            findings.append(Finding("log-publishers-conflict", "warning", text, None, joint, *span))
+    if not parts:
+        return log
+    known = {name: frozen(values) for name, values in parts.items()}
+    return replace(log, findings=(*log.findings, *findings), **known)  # type: ignore[arg-type]
+
+
+def duplicate_findings(log: JointLog, order: IntArray) -> list[Finding]:
+    """What was left out because of its stamp, and by how much it differs from what was kept.
+
+    Args:
+        log: as recorded.
+        order: rows that are used, in time order.
+    """
+    unused = np.isfinite(log.time_s)
+    unused[order] = False
+    rows = np.flatnonzero(unused)
+    kept = order[np.minimum(np.searchsorted(log.time_s[order], log.time_s[rows]), order.size - 1)]
+    same = log.time_s[kept] == log.time_s[rows]
+    rows, kept = rows[same], kept[same]
+    if not rows.size:
+        return []
+    text = f"{rows.size} samples have the stamp of the sample before and were left out (the first was kept)"
+    by = []
+    for what, values in (("positions", log.position_rad), ("efforts", log.effort)):
+        apart = 0.0 if values is None else float(np.nanmax(np.abs(values[rows] - values[kept]), initial=0.0))
+        if apart > 0.0:
+            by.append(f"{what} of up to {apart:.3g}")
+    if not by:
+        return [Finding("time-duplicate", "info", f"{text}; they are the same.")]
+    return [Finding("time-duplicate", "warning", f"{text}; they differ in {' and '.join(by)}.")]

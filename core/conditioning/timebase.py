@@ -1,4 +1,4 @@
-"""From recorded stamps to a uniform time base: stretches without gaps, and where they lie on the grid."""
+"""From recorded stamps to a uniform time base: stretches, where they lie on the grid, short holes that are bridged."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ import numpy as np
 
 from collaudit.core.conditioning.motion_clock import pooled_period
 from collaudit.core.conditioning.stamp_order import (
-    bridged_findings,
-    bridged_steps,
     clocked,
     comb_error,
     jitter_finding,
     snaps,
+    through,
 )
 from collaudit.core.errors import NotJudgedError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, marked
 from collaudit.core.numeric.stats import median_of, robust_sd
 
@@ -29,6 +28,10 @@ MAX_VOID_S = 60.0
 _GAP_PERIODS = 1.8
 #: A uniform time base is at most so many times as long as the log, and so many samples more: memory is taken for it.
 _MOST_TIMES, _FREE_SAMPLES = 50, 1_000_000
+#: The longest step over several lost samples, and over a single one, in periods of the filter's band.
+SEVERAL, _SINGLE = 0.25, 0.4
+#: From this share of bridged samples on it is a warning.
+_MANY = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -237,3 +240,61 @@ def _grid_spans(
                 hint="two publishers, or rows written twice, give such stamps; [log] time chooses another clock",
             )
     return spans, tuple(skipped)
+
+
+def bridged_steps(steps: FloatArray, period_s: float, limit_s: float, bandwidth_hz: float) -> BoolArray:
+    """(n - 1,) steps that are too long for one period and short enough to be bridged.
+
+    Args:
+        steps: between stamps, s.
+        period_s: sample period, s.
+        limit_s: a longer step lost samples.
+        bandwidth_hz: of the filters that the samples pass.
+    """
+    slack = 0.05 * period_s
+    single = steps <= min(2.5 * period_s, _SINGLE / bandwidth_hz + slack)
+    return np.asarray((steps > limit_s) & (single | (steps <= SEVERAL / bandwidth_hz + slack)))
+
+
+def filled(rows: FloatArray, places: IntArray, count: int, smooth: bool) -> FloatArray:
+    """(count, j) rows at every place, those between interpolated: straight, or by a cubic through two on either side.
+
+    Args:
+        rows: (m, j) recorded values.
+        places: (m,) their places, ascending from 0.
+        count: number of places.
+        smooth: positions, of which second derivatives are taken.
+    """
+    out = np.empty((count, rows.shape[1]), order="F")
+    at = np.arange(count, dtype=np.float64)
+    out[places] = rows
+    missing = np.ones(count, dtype=bool)
+    missing[places] = False
+    holes = np.flatnonzero(missing)
+    right = np.searchsorted(places, holes)
+    cubic = smooth & (right >= 2) & (right + 1 < places.size)
+    for j in range(rows.shape[1]):
+        out[holes, j] = np.interp(at[holes], places, rows[:, j])
+    k, x = right[cubic], at[holes[cubic]]
+    if k.size:
+        nodes = [places[k + o].astype(np.float64) for o in (-2, -1, 0, 1)]
+        out[holes[cubic]] = through(x, nodes, [rows[k + o] for o in (-2, -1, 0, 1)])
+    return out
+
+
+def bridged_findings(count: int, holes: int, total: int, longest_s: float) -> list[Finding]:
+    """How many samples were bridged.
+
+    Args:
+        count: samples that were put in; holes: how many holes they fill.
+        total: samples with them.
+        longest_s: the longest step that was bridged, s.
+    """
+    if not count:
+        return []
+    share = count / total
+    text = (
+        f"{count} lost samples ({100 * share:.2g} %) in {holes} holes of {1e3 * longest_s:.3g} ms at most were bridged "
+        "by interpolation: they are short against the filter. What happened only inside a hole is not seen."
+    )
+    return [Finding("time-gap", "warning", text) if share > _MANY else fact(text)]

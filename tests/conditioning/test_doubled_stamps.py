@@ -9,7 +9,7 @@ import pytest
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.doubled_samples import without_contradictions
+from collaudit.core.conditioning.stamp_order import without_contradictions
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog
 

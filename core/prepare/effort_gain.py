@@ -1,4 +1,4 @@
-"""Does the effort behave like a joint torque? Its gain and sign against the model's torque, and its sign by friction.
+"""Does the effort behave like a joint torque? Its gain, scale and sign against the model's torque; its sign by friction.
 
 Gravity tells the sign of joints that carry load. Friction tells it of every joint that moves: it opposes the motion,
 so the part of the effort that goes with the direction of motion is positive. Wrists have nothing else.
@@ -6,11 +6,13 @@ so the part of the effort that goes with the direction of motion is positive. Wr
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.data.identification_result import Identified
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import LEAST_OWN, MIN_EXPLAINED, Slope
@@ -25,6 +27,16 @@ PLAUSIBLE_GAIN = (0.5, 2.0)
 LEAST_SHARE = 0.1
 #: The columns of a tool are looked at on so many samples: its regressor is one of all bodies.
 _MOST_WITH_TOOL = 8000
+#: Half width of the interval in standard errors: a sign is called inverted with 99.9 % confidence.
+_SIGMAS = 3.3
+#: Each direction has this share of the motion: else friction cannot be told from an offset.
+_EACH_WAY = 0.1
+#: The lines that tell an effort's scale.
+_STATE = (
+    'State what it is in [log.units]: effort = "A" or "mA" with torque_constant_nm_per_a, "percent" or "permille" with '
+    'rated_torque_nm; or, of any unit, "raw", and a fit of motion without contact finds its scale.'
+)
+_SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +68,11 @@ class EffortGain:
     def known(self) -> bool:
         """Whether the motion loaded the joint enough to tell the sign."""
         return (self.ci95[0] > 0 or self.ci95[1] < 0) and self.explained >= MIN_EXPLAINED
+
+    @property
+    def said(self) -> str:
+        """The gain with its interval, in words."""
+        return f"{self.gain:.3g} per N·m of model torque (95 %: {self.ci95[0]:.3g} to {self.ci95[1]:.3g})"
 
     def lacks_model(self, least_share: float = LEAST_SHARE) -> bool:
         """Whether the effort surely shows less than this share of the model's torque, of either sign.
@@ -125,12 +142,6 @@ def overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:
     return a[0] <= b[1] and b[0] <= a[1]
 
 
-#: Half width of the interval in standard errors: a sign is called inverted with 99.9 % confidence.
-_SIGMAS = 3.3
-#: Each direction has this share of the motion: else friction cannot be told from an offset.
-_EACH_WAY = 0.1
-
-
 def friction_signs(table: TorqueTable) -> dict[str, Slope]:
     """Mean torque along the motion by joint, in the effort's unit: positive where friction takes power.
 
@@ -144,3 +155,86 @@ def friction_signs(table: TorqueTable) -> dict[str, Slope]:
         for joint, one in both_ways.items()
     }
     return {joint: slope for joint, slope in slopes.items() if slope is not None}
+
+
+def scale_findings(
+    gains: Sequence[EffortGain], unit: str, loaded: Callable[[], Sequence[EffortGain]] = tuple
+) -> list[Finding]:
+    """Joints whose effort is not in the scale of the described model, and a log that is not. Nothing is changed by it.
+
+    Args:
+        gains: against the arm as described, by joint.
+        unit: of the effort.
+        loaded: the same with a load left open, which outweighs the wrists of a small arm: with the others in scale
+            nothing speaks against the unit.
+    """
+    if unit != "Nm":
+        return []
+    if (scale := _other_scale(gains)) is not None:
+        known = [gain for gain in loaded() if gain.known]
+        if not known or any(not overlaps(gain.ci95, ACCURATE_GAIN) for gain in known):
+            return [scale]
+    findings = []
+    largest_nm = max((gain.model_nm for gain in gains), default=0.0)
+    for gain in gains:
+        if gain.lacks_model() or gain.exceeds_arm(largest_nm):
+            what = (
+                "shows none of that torque" if gain.lacks_model() else "would take a load that outweighs the whole arm"
+            )
+            text = (
+                f"The effort of joint '{gain.joint}' is {gain.said}: it {what}, so it is no torque in N·m, or the "
+                f"masses on file are wrong. Nothing is judged by it. {_STATE}"
+            )
+            findings.append(Finding("effort-gain", "error", text, joint=gain.joint))
+        elif gain.off:
+            text = (
+                f"The effort of joint '{gain.joint}' is {gain.said}: contact torques appear {gain.gain:.2g} times "
+                "as large there, or the masses on file are wrong (a payload that they lack?)."
+            )
+            findings.append(Finding("effort-gain", "warning", text, joint=gain.joint))
+    return findings
+
+
+def identified_scale_findings(identified: Identified | None, joints: Collection[str], unit: str) -> list[Finding]:
+    """Joints whose identified gain is none of a torque in N·m although the log's unit, or its constant, says so.
+
+    Args:
+        identified: of the friction file.
+        joints: to speak of.
+        unit: of the effort as logged, its constants applied.
+    """
+    if identified is None or "gain" not in identified.estimate or unit != "Nm":
+        return []
+    findings = []
+    for joint, found in identified.joints.items():
+        low, high = found.gain_ci95 or (None, None)
+        interval = -np.inf if low is None else low, np.inf if high is None else high
+        if joint not in joints or found.gain is None or overlaps(interval, ACCURATE_GAIN):
+            continue
+        text = (
+            f"The effort of joint '{joint}' was found to be {found.gain:.3g} per N·m (95 %: {interval[0]:.3g} to "
+            f"{interval[1]:.3g}), against its stated unit or constant. Its torque was taken with what was found."
+        )
+        findings.append(Finding("effort-gain", "warning", text, joint=joint))
+    return findings
+
+
+def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
+    """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
+    known = [gain for gain in gains if gain.known or gain.lacks_model()]
+    far = [gain for gain in known if gain.lacks_model() or _elsewhere(gain)]
+    if len(far) < _SEVERAL or 2 * len(far) <= len(known):
+        return None
+    each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)
+    text = (
+        f"The efforts of {len(far)} of the {len(known)} joints that the model's torque loads are not in its scale, per "
+        f"N·m of it (95 %): {each}. They are no torques in N·m, or the model is that of another arm, mounting or "
+        f"unit of mass: nothing is judged by them. {_STATE}"
+    )
+    return Finding("effort-no-torque", "error", text)
+
+
+def _elsewhere(gain: EffortGain) -> bool:
+    """Whether it has the right sign, and surely another scale than a torque by any description."""
+    low, high = gain.ci95
+    return gain.gain > 0 and not overlaps(gain.ci95, PLAUSIBLE_GAIN) and high - low < gain.gain

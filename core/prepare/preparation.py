@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
-from collaudit.core.arm_states.payload_step import payload_findings
 from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding, in_joint_units
+from collaudit.core.findings import in_joint_units
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.calibration import (
     Calibration,
@@ -23,23 +20,14 @@ from collaudit.core.prepare.calibration import (
     spring_findings,
     weightless_findings,
 )
-from collaudit.core.prepare.channel_delay import Delay
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque
 from collaudit.core.prepare.conditioned_log import conditioned
-from collaudit.core.prepare.effort_gain import EffortGain, described_gains, effort_gains, friction_signs
-from collaudit.core.prepare.effort_kind import computed_findings, magnitude_findings, smooth_joints
-from collaudit.core.prepare.gain_findings import (
-    delay_finding,
-    identified_scale_findings,
-    late_signs,
-    raw_effort_findings,
-    scale_findings,
-    sign_findings,
-)
+from collaudit.core.prepare.effort_checks import EffortChecks, effort_checks, payload_steps, raw_effort_findings
+from collaudit.core.prepare.effort_gain import identified_scale_findings
+from collaudit.core.prepare.effort_kind import magnitude_findings
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.torque_table.thinned_log import TorqueTable
 
 
 def prepare(
@@ -140,15 +128,15 @@ def modelled(
     findings += [*switched, *about_states, *raw_effort_findings(series)]
     scale = identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     scale += weightless_findings(start.robot, calibration.identified, start.judged)
-    checks = _EffortChecks()
+    checks = EffortChecks()
     if table is not None:
         table, signless = table.seen(series), magnitude_findings(series)
         if signless:
-            checks = _EffortChecks(findings=signless)
+            checks = EffortChecks(findings=signless)
         else:
-            checks = _effort_checks(start, series, robot, contact, table, calibration, config)
+            checks = effort_checks(start, series, robot, contact, table, calibration, config)
         if not switched and not signless:
-            findings += _payload_findings(start, series, robot, table, calibration, checks.gains)
+            findings += payload_steps(start, series, robot, table, calibration, checks.gains)
     scale += checks.scale
     findings += [*checks.findings, *scale, *about, *spring_findings(start.series, calibration.identified)]
     return Prepared(
@@ -190,108 +178,6 @@ def _torques(
     if rigid is None or config.conditioning.bandwidth_hz is not None:
         return commanded, rigid, ()
     return commanded, *quiet_model(series, rigid, commanded.torque_nm)
-
-
-@dataclass(frozen=True, slots=True)
-class _EffortChecks:
-    """What the effort says of itself against the model's torque; attributes as of :class:`Prepared`."""
-
-    gains: tuple[EffortGain, ...] = ()
-    delay: Delay | None = None
-    upright: frozenset[str] = frozenset()
-    findings: tuple[Finding, ...] = ()
-    scale: tuple[Finding, ...] = ()
-
-
-def _effort_checks(
-    start: ConditionedLog,
-    series: UniformSeries,
-    robot: RobotModel,
-    contact: FloatArray | None,
-    table: TorqueTable,
-    calibration: Calibration,
-    config: Config,
-) -> _EffortChecks:
-    """Gains, signs, delay and scale of a log's effort.
-
-    Args:
-        start: the log before its model torque.
-        series, robot: as calibrated.
-        contact: (n, j) torque of the commanded tool force, or None.
-        table: of the series, with its model torque.
-        calibration: what is known of the arm.
-        config: what is stated of the effort.
-    """
-    gains = tuple(g for g in effort_gains(table) if g.joint in start.judged)
-    sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
-    smooth = smooth_joints(series) if config.log.effort_kind == "auto" else ()
-    friction = friction_signs(table) if smooth or not sensed else {}
-    signs = {} if sensed else friction
-    upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
-    gains = _gains_with_free_tool(gains, table, robot, upright, config)
-    renamed, stated = config.log.joint_names, config.log.units.effort_sign
-    signed = {name for key in stated for name in (key, renamed.get(key, key))}  # by the model's names and the log's
-    findings = computed_findings(smooth, friction, start.judged)
-    late = late_signs(series, robot, table, contact, gains)
-    if late is not None:  # of a late effort no scale is known, and of signs that friction tells none that is inverted
-        delay, undone = late
-        stated_ms = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
-        told = {joint: signs[joint] for joint in upright}
-        findings += [delay_finding(delay, undone, stated_ms), *sign_findings(gains, start.judged, signed, told, undone)]
-        return _EffortChecks(gains, delay, upright, tuple(findings))
-    findings += sign_findings(gains, start.judged, signed, signs)
-    described = gains
-    if robot is not start.robot:  # against the arm as described, what was identified of it left open
-        lacking = () if calibration.identified is None else calibration.identified.estimate
-        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
-        described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
-    loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
-    scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit, loaded)
-    return _EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
-
-
-def _payload_findings(
-    start: ConditionedLog,
-    series: UniformSeries,
-    robot: RobotModel,
-    table: TorqueTable,
-    calibration: Calibration,
-    gains: Sequence[EffortGain],
-) -> tuple[Finding, ...]:
-    """Weights that change, by the joints whose effort goes with the model's torque: beside others stands twice that.
-
-    Inertials that were identified hold a part of such weights: where the effort is a torque without their calibration,
-    the arm as described tells them.
-    """
-    if series.effort_unit != "Nm":
-        return ()
-    inverted = {gain.joint for gain in gains if gain.inverted}
-    telling = [joint for joint in start.judged if joint not in inverted]
-    if calibration.identified is not None and start.series.effort_unit == "Nm":
-        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
-        logged = table.seen(without_states(start.series, series.not_driven))
-        table, robot = replace(logged, model=model), start.robot
-    return payload_findings(table, robot, telling)
-
-
-def _gains_with_free_tool(
-    gains: tuple[EffortGain, ...],
-    table: TorqueTable,
-    robot: RobotModel,
-    upright: frozenset[str],
-    config: Config,
-) -> tuple[EffortGain, ...]:
-    """The gains; with rotors and a tool left open those that are inverted although friction takes power.
-
-    A tool that is not described can outweigh a wrist as it is, and turn the torque of gravity round.
-    """
-    doubted = {gain.joint for gain in gains if gain.inverted and gain.joint in upright}
-    if not doubted:
-        return gains
-    described = {g.joint: g for g in described_gains(table, robot, ("rotor", "tool"), config.robot.tool.frame)}
-    return tuple(
-        described[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in described
-    )
 
 
 def _rigid(start: ConditionedLog, series: UniformSeries, robot: RobotModel) -> FloatArray:

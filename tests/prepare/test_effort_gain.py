@@ -10,8 +10,8 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.effort_gain import EffortGain, effort_gains
-from collaudit.core.prepare.gain_findings import scale_findings, sign_findings
+from collaudit.core.prepare.effort_checks import sign_findings
+from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, scale_findings
 from collaudit.core.torque_table.thinned_log import TorqueTable
 
 

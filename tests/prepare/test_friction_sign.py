@@ -10,8 +10,8 @@ from three_joints import arm, log_of, settings
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.findings import Finding
+from collaudit.core.prepare.effort_checks import sign_findings
 from collaudit.core.prepare.effort_gain import EffortGain, friction_signs
-from collaudit.core.prepare.gain_findings import sign_findings
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import TorqueTable

@@ -1,18 +1,22 @@
-"""What is to be said of signs, delay and scales of the effort, by its gains against the model."""
+"""The effort of a log against the model's torque: gains, signs, delay, scale, weights that change; what is said of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
-import numpy as np
-
-from collaudit.core.data.identification_result import Identified
+from collaudit.core.arm_states.arm_states import without_states
+from collaudit.core.arm_states.payload_step import payload_findings
+from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.channel_delay import Delay, effort_shift, moved
-from collaudit.core.prepare.effort_gain import ACCURATE_GAIN, PLAUSIBLE_GAIN, EffortGain, effort_gains, overlaps
+from collaudit.core.prepare.effort_gain import EffortGain, described_gains, effort_gains, friction_signs, scale_findings
+from collaudit.core.prepare.effort_kind import computed_findings, smooth_joints
+from collaudit.core.prepare.prepared import ConditionedLog
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
 from collaudit.core.torque_table.thinned_log import TorqueTable
@@ -24,12 +28,84 @@ MOUNTING_FIRST = (
     "Friction takes power with the sign as it is, so gravity looks turned over: check the mounting first, [robot] "
     "base_rpy_deg"
 )
-#: The lines that tell an effort's scale.
-_STATE = (
-    'State what it is in [log.units]: effort = "A" or "mA" with torque_constant_nm_per_a, "percent" or "permille" with '
-    'rated_torque_nm; or, of any unit, "raw", and a fit of motion without contact finds its scale.'
-)
-_SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
+
+
+@dataclass(frozen=True, slots=True)
+class EffortChecks:
+    """What the effort says of itself against the model's torque; attributes as of :class:`Prepared`."""
+
+    gains: tuple[EffortGain, ...] = ()
+    delay: Delay | None = None
+    upright: frozenset[str] = frozenset()
+    findings: tuple[Finding, ...] = ()
+    scale: tuple[Finding, ...] = ()
+
+
+def effort_checks(
+    start: ConditionedLog,
+    series: UniformSeries,
+    robot: RobotModel,
+    contact: FloatArray | None,
+    table: TorqueTable,
+    calibration: Calibration,
+    config: Config,
+) -> EffortChecks:
+    """Gains, signs, delay and scale of a log's effort.
+
+    Args:
+        start: the log before its model torque.
+        series, robot: as calibrated.
+        contact: (n, j) torque of the commanded tool force, or None.
+        table: of the series, with its model torque.
+        calibration: what is known of the arm.
+        config: what is stated of the effort.
+    """
+    gains = tuple(g for g in effort_gains(table) if g.joint in start.judged)
+    sensed = start.effort_kind.source == "joint"  # a sensor behind the gear sees no friction
+    smooth = smooth_joints(series) if config.log.effort_kind == "auto" else ()
+    friction = friction_signs(table) if smooth or not sensed else {}
+    signs = {} if sensed else friction
+    upright = frozenset(joint for joint, sign in signs.items() if sign.positive)
+    gains = _gains_with_free_tool(gains, table, robot, upright, config)
+    renamed, stated = config.log.joint_names, config.log.units.effort_sign
+    signed = {name for key in stated for name in (key, renamed.get(key, key))}  # by the model's names and the log's
+    findings = computed_findings(smooth, friction, start.judged)
+    late = late_signs(series, robot, table, contact, gains)
+    if late is not None:  # of a late effort no scale is known, and of signs that friction tells none that is inverted
+        delay, undone = late
+        stated_ms = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
+        told = {joint: signs[joint] for joint in upright}
+        findings += [delay_finding(delay, undone, stated_ms), *sign_findings(gains, start.judged, signed, told, undone)]
+        return EffortChecks(gains, delay, upright, tuple(findings))
+    findings += sign_findings(gains, start.judged, signed, signs)
+    described = gains
+    if robot is not start.robot:  # against the arm as described, what was identified of it left open
+        lacking = () if calibration.identified is None else calibration.identified.estimate
+        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
+        described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
+    loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
+    scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit, loaded)
+    return EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
+
+
+def _gains_with_free_tool(
+    gains: tuple[EffortGain, ...],
+    table: TorqueTable,
+    robot: RobotModel,
+    upright: frozenset[str],
+    config: Config,
+) -> tuple[EffortGain, ...]:
+    """The gains; with rotors and a tool left open those that are inverted although friction takes power.
+
+    A tool that is not described can outweigh a wrist as it is, and turn the torque of gravity round.
+    """
+    doubted = {gain.joint for gain in gains if gain.inverted and gain.joint in upright}
+    if not doubted:
+        return gains
+    described = {g.joint: g for g in described_gains(table, robot, ("rotor", "tool"), config.robot.tool.frame)}
+    return tuple(
+        described[g.joint] if g.joint in doubted else g for g in gains if g.joint not in doubted or g.joint in described
+    )
 
 
 def late_signs(
@@ -52,7 +128,9 @@ def late_signs(
     delay = effort_shift(series, robot, [g.joint for g in gains], contact) if inverted else None
     if not isinstance(delay, Delay) or delay.ci95[0] < _LATE_S:
         return None
-    undone = {g.joint for g in gains_at(table, series, delay) if not g.inverted} & inverted
+    assert series.effort is not None
+    prompt = replace(series, effort=moved(series.effort, series, delay.seconds))
+    undone = {g.joint for g in effort_gains(table.seen(prompt)) if not g.inverted} & inverted
     return (delay, undone) if undone else None
 
 
@@ -73,12 +151,6 @@ def delay_finding(delay: Delay, joints: Collection[str], taken_off_ms: float | N
     )
     # what is stated is no veto against itself
     return Finding("effort-delay", "error" if taken_off_ms is None else "warning", text)
-
-
-def gains_at(table: TorqueTable, series: UniformSeries, delay: Delay) -> tuple[EffortGain, ...]:
-    """Gains by the table of a series, whose effort has a delay taken off."""
-    assert series.effort is not None
-    return effort_gains(table.seen(replace(series, effort=moved(series.effort, series, delay.seconds))))
 
 
 def sign_findings(
@@ -106,7 +178,7 @@ def sign_findings(
         if joint in late:
             continue
         if gain is not None and gain.inverted:
-            seen = f"runs against the model's gravity and inertia torque: {_numbers(gain)}"
+            seen = f"runs against the model's gravity and inertia torque: {gain.said}"
             if slope is not None and slope.positive:
                 then = f". {MOUNTING_FIRST}. If that is right and the effort"
         elif slope is not None and slope.negative and joint in judged:
@@ -142,66 +214,28 @@ def sign_findings(
     return findings
 
 
-def scale_findings(
-    gains: Sequence[EffortGain], unit: str, loaded: Callable[[], Sequence[EffortGain]] = tuple
-) -> list[Finding]:
-    """Joints whose effort is not in the scale of the described model, and a log that is not. Nothing is changed by it.
+def payload_steps(
+    start: ConditionedLog,
+    series: UniformSeries,
+    robot: RobotModel,
+    table: TorqueTable,
+    calibration: Calibration,
+    gains: Sequence[EffortGain],
+) -> tuple[Finding, ...]:
+    """Weights that change, by the joints whose effort goes with the model's torque: beside others stands twice that.
 
-    Args:
-        gains: against the arm as described, by joint.
-        unit: of the effort.
-        loaded: the same with a load left open, which outweighs the wrists of a small arm: with the others in scale
-            nothing speaks against the unit.
+    Inertials that were identified hold a part of such weights: where the effort is a torque without their calibration,
+    the arm as described tells them.
     """
-    if unit != "Nm":
-        return []
-    if (scale := _other_scale(gains)) is not None:
-        known = [gain for gain in loaded() if gain.known]
-        if not known or any(not overlaps(gain.ci95, ACCURATE_GAIN) for gain in known):
-            return [scale]
-    findings = []
-    largest_nm = max((gain.model_nm for gain in gains), default=0.0)
-    for gain in gains:
-        if gain.lacks_model() or gain.exceeds_arm(largest_nm):
-            what = (
-                "shows none of that torque" if gain.lacks_model() else "would take a load that outweighs the whole arm"
-            )
-            text = (
-                f"The effort of joint '{gain.joint}' is {_numbers(gain)}: it {what}, so it is no torque in N·m, or the "
-                f"masses on file are wrong. Nothing is judged by it. {_STATE}"
-            )
-            findings.append(Finding("effort-gain", "error", text, joint=gain.joint))
-        elif gain.off:
-            text = (
-                f"The effort of joint '{gain.joint}' is {_numbers(gain)}: contact torques appear {gain.gain:.2g} times "
-                "as large there, or the masses on file are wrong (a payload that they lack?)."
-            )
-            findings.append(Finding("effort-gain", "warning", text, joint=gain.joint))
-    return findings
-
-
-def identified_scale_findings(identified: Identified | None, joints: Collection[str], unit: str) -> list[Finding]:
-    """Joints whose identified gain is none of a torque in N·m although the log's unit, or its constant, says so.
-
-    Args:
-        identified: of the friction file.
-        joints: to speak of.
-        unit: of the effort as logged, its constants applied.
-    """
-    if identified is None or "gain" not in identified.estimate or unit != "Nm":
-        return []
-    findings = []
-    for joint, found in identified.joints.items():
-        low, high = found.gain_ci95 or (None, None)
-        interval = -np.inf if low is None else low, np.inf if high is None else high
-        if joint not in joints or found.gain is None or overlaps(interval, ACCURATE_GAIN):
-            continue
-        text = (
-            f"The effort of joint '{joint}' was found to be {found.gain:.3g} per N·m (95 %: {interval[0]:.3g} to "
-            f"{interval[1]:.3g}), against its stated unit or constant. Its torque was taken with what was found."
-        )
-        findings.append(Finding("effort-gain", "warning", text, joint=joint))
-    return findings
+    if series.effort_unit != "Nm":
+        return ()
+    inverted = {gain.joint for gain in gains if gain.inverted}
+    telling = [joint for joint in start.judged if joint not in inverted]
+    if calibration.identified is not None and start.series.effort_unit == "Nm":
+        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
+        logged = table.seen(without_states(start.series, series.not_driven))
+        table, robot = replace(logged, model=model), start.robot
+    return payload_findings(table, robot, telling)
 
 
 def raw_effort_findings(series: UniformSeries) -> list[Finding]:
@@ -213,28 +247,3 @@ def raw_effort_findings(series: UniformSeries) -> list[Finding]:
         "description tell it; a joint without one is not judged."
     )
     return [Finding("effort-kind", "warning", text)]
-
-
-def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
-    """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
-    known = [gain for gain in gains if gain.known or gain.lacks_model()]
-    far = [gain for gain in known if gain.lacks_model() or _elsewhere(gain)]
-    if len(far) < _SEVERAL or 2 * len(far) <= len(known):
-        return None
-    each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)
-    text = (
-        f"The efforts of {len(far)} of the {len(known)} joints that the model's torque loads are not in its scale, per "
-        f"N·m of it (95 %): {each}. They are no torques in N·m, or the model is that of another arm, mounting or "
-        f"unit of mass: nothing is judged by them. {_STATE}"
-    )
-    return Finding("effort-no-torque", "error", text)
-
-
-def _elsewhere(gain: EffortGain) -> bool:
-    """Whether it has the right sign, and surely another scale than a torque by any description."""
-    low, high = gain.ci95
-    return gain.gain > 0 and not overlaps(gain.ci95, PLAUSIBLE_GAIN) and high - low < gain.gain
-
-
-def _numbers(gain: EffortGain) -> str:
-    return f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"

@@ -160,8 +160,7 @@ def prepare(
     step = stage(progress, 0.0, 1.0)
     log = open_log(files, settings, stage(progress, 0.0, 0.4))
     from collaudit.core.prepare.calibration import Calibration  # a log that is refused here needs none of it
-    from collaudit.core.prepare.conditioned_log import conditioned
-    from collaudit.core.prepare.preparation import modelled
+    from collaudit.core.prepare.preparation import conditioned, modelled
 
     robot = load_robot(settings, log.joint_names)
     calibration = None if friction is None else Calibration.of(friction, settings.config)

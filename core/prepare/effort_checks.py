@@ -1,4 +1,4 @@
-"""The effort of a log against the model's torque: gains, signs, delay, scale, weights that change; what is said of it."""
+"""The effort of a log against the model's torque: gains, signs, delay, scale, changing weights; what is said of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does the effort behave like a joint torque? Its gain, scale and sign against the model's torque; its sign by friction.
+"""Does the effort behave like a joint torque? Its gain, scale and sign against the model's; its sign by friction.
 
 Gravity tells the sign of joints that carry load. Friction tells it of every joint that moves: it opposes the motion,
 so the part of the effort that goes with the direction of motion is positive. Wrists have nothing else.

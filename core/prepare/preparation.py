@@ -5,14 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.arm_states.switched_effort import switched_efforts
+from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import in_joint_units
+from collaudit.core.errors import LogError, NotJudgedError
+from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.linear_algebra import memory_bytes
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -20,14 +24,22 @@ from collaudit.core.prepare.calibration import (
     spring_findings,
     weightless_findings,
 )
-from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque
-from collaudit.core.prepare.conditioned_log import conditioned
+from collaudit.core.prepare.channel_delay import undelayed
+from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
 from collaudit.core.prepare.effort_checks import EffortChecks, effort_checks, payload_steps, raw_effort_findings
 from collaudit.core.prepare.effort_gain import identified_scale_findings
-from collaudit.core.prepare.effort_kind import magnitude_findings
+from collaudit.core.prepare.effort_kind import effort_kind, magnitude_findings
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
-from collaudit.core.prepare.prepared import ConditionedLog, Prepared
+from collaudit.core.prepare.mounting import mounting, mounting_findings
+from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
+from collaudit.core.prepare.position_check import position_findings
+from collaudit.core.prepare.prepared import ConditionedLog, Prepared, in_model_order
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.thinned_log import TorqueTable
+
+#: So many tables of a log's size must fit in memory: an audit keeps twelve, and the columns that are worked on at the
+#: same time take as much as six.
+_AT_ONCE = 18
 
 
 def prepare(
@@ -52,53 +64,31 @@ def prepare(
     return modelled(conditioned(log, robot, config), config, calibration)
 
 
-def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
-    """The same log with what another calibration knows; unchanged when that is what it was prepared with.
-
-    Fitting needs this, for it prepares its logs before it knows what is to be found in them.
+def conditioned(log: JointLog, robot: RobotModel, config: Config) -> ConditionedLog:
+    """The first half of preparing a log: nothing after it reads the log as recorded.
 
     Raises:
-        ConfigError: the calibration is another arm's.
+        NotJudgedError: the log has no stretch long enough. LogError: a configured joint is not in the log.
     """
-    if calibration == prepared.calibration:
-        return prepared
-    return modelled(prepared.start, config, calibration, prepared)
-
-
-def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
-    """The same log with other values of what it was calibrated with: effort and model torque, without their checks.
-
-    States, findings, gains and the bandwidth stay those of ``prepared``: a held-out fit needs its torques only.
-
-    Args:
-        prepared: the log, calibrated with the same sensor.
-        calibration: the other values.
-        config: as it was prepared with.
-    """
-    start = prepared.start
-    robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
-    series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
-    rigid = prepared.rigid_nm
-    if rigid is not None and robot is not prepared.robot:
-        rigid = within_bandwidth(series, _rigid(start, series, robot), prepared.quiet)
-    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
-
-
-def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> Prepared:
-    """The same log with the effort unknown where it is to be left out: no stage uses it there.
-
-    Args:
-        prepared: the log.
-        left_out: (n,) samples.
-        config: as it was prepared with.
-    """
-    effort = prepared.start.series.effort
-    if effort is None or not left_out.any():
-        return prepared
-    known = effort.copy(order="F")
-    known[left_out] = np.nan
-    start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
-    return modelled(start, config, prepared.calibration, prepared)
+    refuse_larger_than_memory(log.time_s.size, len(log.joint_names), log.source.name)
+    log_of_arm = in_model_order(log, robot)
+    series = undelayed(condition(log_of_arm, config.conditioning, robot.sliding, config.detect), config.log)
+    judged = judged_joints(config, series.joint_names, log.source.name)
+    labels, more = _phases(series, robot, config)
+    findings = [*series.findings, *robot.findings, *more]
+    units = config.log.units
+    findings += position_findings(series, robot, units)
+    findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
+    table = None if series.effort is None else TorqueTable.of(series)
+    torques = table if series.effort_unit == "Nm" else None
+    turned = mounting(torques, robot) if config.log.effort_kind not in ("external", "gravity-compensated") else None
+    findings += mounting_findings(turned, config.robot.base_rpy_deg[2])
+    if turned is not None and turned.far:
+        robot = robot.under_gravity(turned.gravity_m_s2)
+    kind, about_effort = effort_kind(config.log, torques, robot)
+    if kind.compensated == "stated":
+        robot = robot.without_gravity()
+    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind, table=table)
 
 
 def modelled(
@@ -184,3 +174,109 @@ def _rigid(start: ConditionedLog, series: UniformSeries, robot: RobotModel) -> F
     """(n, j) rigid-body torque with that of the log's known load."""
     rigid_nm = robot.inverse_dynamics(*series.motion)
     return rigid_nm if start.load_nm is None else np.asfortranarray(rigid_nm + start.load_nm)
+
+
+def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
+    """The same log with what another calibration knows; unchanged when that is what it was prepared with.
+
+    Fitting needs this, for it prepares its logs before it knows what is to be found in them.
+
+    Raises:
+        ConfigError: the calibration is another arm's.
+    """
+    if calibration == prepared.calibration:
+        return prepared
+    return modelled(prepared.start, config, calibration, prepared)
+
+
+def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
+    """The same log with other values of what it was calibrated with: effort and model torque, without their checks.
+
+    States, findings, gains and the bandwidth stay those of ``prepared``: a held-out fit needs its torques only.
+
+    Args:
+        prepared: the log, calibrated with the same sensor.
+        calibration: the other values.
+        config: as it was prepared with.
+    """
+    start = prepared.start
+    robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
+    series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
+    rigid = prepared.rigid_nm
+    if rigid is not None and robot is not prepared.robot:
+        rigid = within_bandwidth(series, _rigid(start, series, robot), prepared.quiet)
+    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
+
+
+def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> Prepared:
+    """The same log with the effort unknown where it is to be left out: no stage uses it there.
+
+    Args:
+        prepared: the log.
+        left_out: (n,) samples.
+        config: as it was prepared with.
+    """
+    effort = prepared.start.series.effort
+    if effort is None or not left_out.any():
+        return prepared
+    known = effort.copy(order="F")
+    known[left_out] = np.nan
+    start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
+    return modelled(start, config, prepared.calibration, prepared)
+
+
+def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:
+    """Phases as configured, else as the log states them, else found from the wrench when that is asked for."""
+    labels = label_phases(series.time_s, config.phases)
+    if configured(config.phases):
+        return labels, []
+    if series.phases:
+        return logged_phases(series.time_s, series.phases, config.phases)
+    if config.phases.find == "off":
+        return labels, []
+    force, _ = tool_force(series, robot, labels, config)
+    if force is None:
+        return labels, []
+    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s), []
+
+
+def judged_joints(config: Config, present: tuple[str, ...], name: str) -> tuple[str, ...]:
+    """The joints to judge, of those present in the log of this name.
+
+    Raises:
+        LogError: one that the configuration names is not there.
+    """
+    wanted = config.robot.joints
+    if wanted is None:
+        return present
+    missing = [joint for joint in wanted if joint not in present]
+    if missing:
+        raise LogError(
+            "joints to judge are missing from the log",
+            where=f"{name}, [robot] joints",
+            found="nothing of " + ", ".join(missing),
+            expected=", ".join(wanted),
+            hint="map other names by [log] joint_names, or leave these joints out of [robot] joints",
+        )
+    return tuple(joint for joint in present if joint in wanted)
+
+
+def refuse_larger_than_memory(rows: int, columns: int, name: str) -> None:
+    """Refuse a log whose tables do not fit.
+
+    Args:
+        rows, columns: samples and joints.
+        name: of the log.
+
+    Raises:
+        NotJudgedError: they do not.
+    """
+    needed, there = 8.0 * rows * columns * _AT_ONCE, memory_bytes()
+    if needed > there:
+        raise NotJudgedError(
+            "the log is larger than memory allows to judge at once",
+            where=name,
+            found=f"{rows} samples of {columns} joints: {needed / 1e9:.3g} GB of tables",
+            expected=f"at most {there / 1e9:.3g} GB",
+            hint="judge it in parts: --set log.to_s=3600, then --set log.from_s=3600 --set log.to_s=7200",
+        )

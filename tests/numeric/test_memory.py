@@ -10,12 +10,12 @@ import pytest
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.numeric import linear_algebra as memory
 from collaudit.core.numeric.linear_algebra import memory_bytes
-from collaudit.core.prepare import conditioned_log
-from collaudit.core.prepare.conditioned_log import refuse_larger_than_memory
+from collaudit.core.prepare import preparation
+from collaudit.core.prepare.preparation import refuse_larger_than_memory
 
 
 def test_a_log_that_memory_cannot_hold_is_refused_with_a_way_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conditioned_log, "memory_bytes", lambda: 18.0 * 1000 * 3 * 8)
+    monkeypatch.setattr(preparation, "memory_bytes", lambda: 18.0 * 1000 * 3 * 8)
     refuse_larger_than_memory(1000, 3, "log.mcap")
     with pytest.raises(NotJudgedError) as refused:
         refuse_larger_than_memory(1001, 3, "log.mcap")

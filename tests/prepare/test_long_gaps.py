@@ -9,9 +9,8 @@ from arms import dh_robot, dh_row
 from synthetic import make_log
 
 from collaudit.core.config.schema import Config
-from collaudit.core.prepare.conditioned_log import conditioned
 from collaudit.core.prepare.hand_guiding import rough_friction
-from collaudit.core.prepare.preparation import modelled
+from collaudit.core.prepare.preparation import conditioned, modelled
 from collaudit.core.robot.robot_building import build_robot
 
 YEARS_S = 3e8

@@ -19,7 +19,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.scoring.detection_score import TruthFile, read_truth
 
 if TYPE_CHECKING:
-    from collaudit.core.prepare.known_load import KnownLoad
+    from collaudit.core.prepare.calibration import KnownLoad
 
 _NUMBERS = (1, 4)
 truth_option = click.option(
@@ -126,7 +126,7 @@ def known_loads(texts: Sequence[str], inputs: int) -> list[KnownLoad]:
     Raises:
         ConfigError: not one for each input, or no mass and place.
     """
-    from collaudit.core.prepare.known_load import KnownLoad
+    from collaudit.core.prepare.calibration import KnownLoad
 
     _check_one_each("--load", texts, inputs)
     out = []

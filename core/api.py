@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collaudit.core.contacts.contact_states import Precedents
     from collaudit.core.data.signals import CycleReference
     from collaudit.core.logs.log_summary import LogSummary
-    from collaudit.core.prepare.known_load import KnownLoad
+    from collaudit.core.prepare.calibration import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
     from collaudit.core.robot.robot_model import RobotModel
@@ -205,7 +205,7 @@ def fit(
         part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 1) / len(logs))
         prepared.append(log if isinstance(log, Prepared) else prepare(log, settings, progress=part))
     if loads:
-        from collaudit.core.prepare.known_load import loaded
+        from collaudit.core.prepare.preparation import loaded
 
         prepared = [loaded(log, load, settings.config) for log, load in zip(prepared, loads, strict=True)]
     provenance = settings.provenance(None, prepared[0].robot.sha256)

@@ -23,9 +23,8 @@ from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.applied_friction import applied_friction, fitted_alone
 from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.known_load import carrying
 from collaudit.core.prepare.phases import phase_spans
-from collaudit.core.prepare.preparation import calibrated
+from collaudit.core.prepare.preparation import calibrated, carrying
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.arm_recommendation import recommended_of_log

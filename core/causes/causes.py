@@ -15,7 +15,7 @@ from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.prepare.known_load import KnownLoad
+from collaudit.core.prepare.calibration import KnownLoad
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 

@@ -1,4 +1,4 @@
-"""What an earlier fit found of the arm besides friction, and the log's effort and model with it.
+"""What is known of the arm besides friction, by an earlier fit or as a load; the log's effort and model with it.
 
 A friction file may hold drive gains, offsets and inertials (``identified``), and a calibration of the wrist sensor with
 the tool it carries. :class:`Calibration` is what of it applies to one log; ``prepare`` takes it, so that model torque,
@@ -70,6 +70,27 @@ class Calibration:
         found = [c.sensor for c in channels.values() if c.sensor is not None]
         sensor = max((s for s in found if s.frame == config.log.wrench_frame), key=lambda s: s.poses, default=None)
         return cls(sensor=sensor, tool=sensor, sensor_missing=sensor is None)
+
+
+@dataclass(frozen=True, slots=True)
+class KnownLoad:
+    """A point mass that a log's arm carries beyond the configured tool.
+
+    Attributes:
+        mass_kg: 0 for none; below 0 the arm carries less than it was identified with.
+        com_m: (3,) where, in the tool's frame.
+    """
+
+    mass_kg: float
+    com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def carried_by(self, robot: RobotModel) -> RobotModel:
+        """The arm with the load at its tool."""
+        turn, place, body = robot.in_joint(None)
+        parameters, size = robot.inertial_parameters, abs(self.mass_kg)
+        added = point_mass_parameters(size, size * (turn @ np.array(self.com_m) + place))
+        parameters[10 * body : 10 * body + 10] += np.copysign(1.0, self.mass_kg) * added
+        return robot.with_inertials(parameters, robot.armature)
 
 
 def calibrated_series(series: UniformSeries, calibration: Calibration) -> UniformSeries:

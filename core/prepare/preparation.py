@@ -13,12 +13,13 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.errors import LogError, NotJudgedError
+from collaudit.core.errors import ConfigError, LogError, NotJudgedError
 from collaudit.core.findings import Finding, in_joint_units
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.linear_algebra import memory_bytes
 from collaudit.core.prepare.calibration import (
     Calibration,
+    KnownLoad,
     calibrated_robot,
     calibrated_series,
     spring_findings,
@@ -34,6 +35,7 @@ from collaudit.core.prepare.mounting import mounting, mounting_findings
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared, in_model_order
+from collaudit.core.robot.pinocchio_model import PointMass
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.thinned_log import TorqueTable
 
@@ -223,6 +225,33 @@ def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> P
     known[left_out] = np.nan
     start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
     return modelled(start, config, prepared.calibration, prepared)
+
+
+def loaded(prepared: Prepared, load: KnownLoad, config: Config) -> Prepared:
+    """The log with its load in the model's torque.
+
+    Raises:
+        NotJudgedError: the robot has no inertials. ConfigError: a detector that has no place for the load.
+    """
+    robot = prepared.robot
+    if not robot.has_inertials:
+        raise NotJudgedError("a known load needs a robot with inertials", hint="give a URDF with <inertial> elements")
+    if config.detect.detector != "direct":
+        raise ConfigError(
+            "known loads go with the direct detector only: the others have the torque of one arm",
+            where="[detect] detector",
+            found=config.detect.detector,
+            expected="direct",
+        )
+    load_nm = robot.load_torque(*prepared.series.motion, PointMass(robot.tool_frame, load.mass_kg, load.com_m))
+    return modelled(replace(prepared.start, load_nm=frozen(load_nm)), config, prepared.calibration)
+
+
+def carrying(prepared: Prepared, load: KnownLoad, finding: Finding, config: Config) -> Prepared:
+    """The log of an arm that carries the load, whatever the detector; the finding says so."""
+    start = prepared.start
+    start = replace(start, robot=load.carried_by(start.robot), findings=(*start.findings, finding))
+    return modelled(start, config, prepared.calibration)
 
 
 def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:

@@ -12,8 +12,8 @@ import pytest
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.identification.identification import identified_findings, identify
-from collaudit.core.prepare.known_load import KnownLoad, loaded
-from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.calibration import KnownLoad
+from collaudit.core.prepare.preparation import loaded, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.simulation import SimulatedFiles

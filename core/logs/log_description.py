@@ -23,7 +23,7 @@ from collaudit.core.logs.log_formats import (
     open_tables,
 )
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
-from collaudit.core.logs.messages.decoded_columns import all_names
+from collaudit.core.logs.messages.message_decoding import all_names
 from collaudit.core.logs.signals.sample_clock import plausible_ns, start_of
 from collaudit.core.logs.signals.signal_names import is_usable
 from collaudit.core.logs.storage.readers import MessageReader, damage_findings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.logs.messages.decoded_columns import Growing
+from collaudit.core.logs.messages.message_decoding import Growing
 
 
 @pytest.mark.parametrize("claimed", [0, 1, 5_000, 20_000, 10**18])

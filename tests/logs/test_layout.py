@@ -17,9 +17,9 @@ from rosbags.interfaces import Nodetype
 from rosbags.serde import cdr, ros1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
+from collaudit.core.logs.messages.column_extraction import GroupKey
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, lay_out, walk
-from collaudit.core.logs.messages.message_decoding import ChannelDecoder
+from collaudit.core.logs.messages.message_decoding import ChannelDecoder, Decoded
 from collaudit.core.logs.messages.message_schema import parse_schema
 from collaudit.core.logs.storage.readers import Batch, Channel
 from collaudit.core.vendors.message_profiles import PROFILES, Profile

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.messages.decoded_columns import GroupKey
 from collaudit.core.logs.messages.layout import MISSING, Chars, Layout, LayoutError, Node, Numbers
 from collaudit.core.logs.signals.signal_names import MOTION
 from collaudit.core.logs.storage.readers import NS_PER_S, ByteArray
@@ -19,6 +18,25 @@ from collaudit.core.vendors.message_profiles import ANNOTATION, INTERFACES, Prof
 
 Runs = tuple[Numbers, ...]
 _MOTION = (*MOTION, "current")
+#: What seconds fit a stamp in ns.
+_MOST_SECONDS = (1 << 63) // NS_PER_S - 1
+
+
+@dataclass(frozen=True, slots=True)
+class GroupKey:
+    """Messages that may be stacked: same names in the same order, same quantities present.
+
+    Attributes:
+        names: joint names in message order; empty for a wrench.
+        present: which of the quantities the messages hold, with how many numbers each.
+        stamped: whether they carry a header's stamp.
+        currents: whether their efforts are currents of the drives, A.
+    """
+
+    names: tuple[str, ...]
+    present: tuple[tuple[str, int], ...]
+    stamped: bool
+    currents: bool = False
 
 
 def joints_of_names(
@@ -62,10 +80,6 @@ def _tell_quantities(pairs: Sequence[tuple[str, str, str]]) -> bool:
 def _each(runs: Runs) -> Runs:
     """Runs of numbers as runs of one number each."""
     return tuple(Numbers(run.offset + k * int(run.code[2:]), run.code, 1) for run in runs for k in range(run.count))
-
-
-#: What seconds fit a stamp in ns.
-_MOST_SECONDS = (1 << 63) // NS_PER_S - 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.decoded_columns import Decoded, Group
+from collaudit.core.logs.messages.message_decoding import Decoded, Group
 from collaudit.core.logs.signals.annotation_spans import phases_of, spans_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock, seconds_since
 from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, named, read_by, stated_topic

@@ -12,7 +12,7 @@ import numpy as np
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
+from collaudit.core.logs.messages.message_decoding import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.signals.signal_names import NO_CONTACT, is_usable, refusal_hint, role_of_path, strongest
 from collaudit.core.logs.storage.readers import MessageReader

@@ -10,8 +10,7 @@ from typing import Any
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.decoded_columns import Decoded
-from collaudit.core.logs.messages.message_decoding import ChannelDecoder
+from collaudit.core.logs.messages.message_decoding import ChannelDecoder, Decoded
 from collaudit.core.logs.messages.message_schema import SchemaError, read_definitions
 from collaudit.core.logs.storage.readers import Channel, MessageReader
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds

@@ -11,7 +11,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding, fact
-from collaudit.core.logs.messages.decoded_columns import all_names
+from collaudit.core.logs.messages.message_decoding import all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.joint_values import angle_factor, check_joint_keys, to_si, with_currents

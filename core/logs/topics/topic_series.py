@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.logs.messages.decoded_columns import Decoded, Group
+from collaudit.core.logs.messages.message_decoding import Decoded, Group
 from collaudit.core.logs.signals.sample_clock import Clock, garbage_ns, interpolate, of_two_clocks, seconds_since
 from collaudit.core.logs.signals.signal_names import QUANTITIES
 from collaudit.core.logs.signals.stamp_conflicts import SetBack, straighten

@@ -32,7 +32,7 @@ from collaudit.core.recommend.fitted_thresholds import fitted_thresholds, settle
 from collaudit.core.recommend.held_out_residual import held_out_residuals
 from collaudit.core.scoring.detection_score import TruthFile
 from collaudit.core.scoring.known_events import known_contact_times
-from collaudit.core.torque_table.thinned_log import fold_count, fold_of_sample
+from collaudit.core.torque_table.log_samples import fold_count, fold_of_sample
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds, widened
 from collaudit.core.numeric.stats import bend_of, noise_of, quantile_of, varies
-from collaudit.core.torque_table.thinned_log import thinned
+from collaudit.core.torque_table.log_samples import thinned
 
 #: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
 _ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0

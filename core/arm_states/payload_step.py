@@ -18,7 +18,7 @@ from collaudit.core.numeric.stats import median_of, robust_sd, varies
 from collaudit.core.robot.pinocchio_model import PointMass
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import estimate, products_of
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 _BLOCK_S, _MOST_BLOCKS = 1.0, 400
 #: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.

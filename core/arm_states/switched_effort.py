@@ -15,7 +15,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import NOISE_OF_BENDS, median_of
 from collaudit.core.torque_table.block_sums import products_of, solutions
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 #: Cuts that are looked at: between blocks of so long, and so many at most.
 _BLOCK_S, _MOST_BLOCKS = 0.5, 600

@@ -17,7 +17,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.torque_table.block_sums import rows_of_blocks
-from collaudit.core.torque_table.thinned_log import thinned
+from collaudit.core.torque_table.log_samples import thinned
 
 #: Causes act on motion below a few hertz: so many samples a second serve, and so many in all.
 _RATE_HZ, _MOST_SAMPLES = 25.0, 12_000

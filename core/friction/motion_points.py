@@ -16,8 +16,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import one_way, settled
 from collaudit.core.torque_table.block_sums import estimate
+from collaudit.core.torque_table.log_samples import one_way, settled
 
 #: Bins of speeds of either direction, each with so many pieces of strokes at least; a piece is no longer than this, s.
 _BINS, _LEAST_PIECES, _PIECE_S = 14, 3, 1.0

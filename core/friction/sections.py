@@ -15,7 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span,
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import Progress
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.prepare.reversal_travel import settled
+from collaudit.core.torque_table.log_samples import settled
 
 #: Above this speed another joint counts as moving (rad/s; m/s if prismatic), as its pose changes.
 _MOVING_RAD_S = 0.01

@@ -20,8 +20,8 @@ from collaudit.core.numeric.parallel import Progress
 from collaudit.core.numeric.robust_regression import RobustFit
 from collaudit.core.numeric.stats import few_values, median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.log_samples import one_way
 
 #: Samples looked at in a second; half of that in more than so many.
 _RATE_HZ, _MANY = 50.0, 15_000

@@ -28,10 +28,9 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.channel_delay import prompt_motion
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import BlockSums, block_weights, products_of
-from collaudit.core.torque_table.thinned_log import block_length_s, fold_count
+from collaudit.core.torque_table.log_samples import block_length_s, fold_count, one_way
 
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
 _SETTLED_S, _SETTLED_PERIODS = 0.05, 0.5

@@ -23,9 +23,9 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.reversal_travel import settled
 from collaudit.core.robot.pinocchio_model import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.torque_table.log_samples import settled
 
 #: Below this speed of the axis, rad/s, its direction is not told.
 STILL_RAD_S = 0.02

@@ -21,9 +21,9 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_b
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import parabola_minimum
-from collaudit.core.prepare.reversal_travel import sliding
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import squares_left
+from collaudit.core.torque_table.log_samples import sliding
 
 _STEADY_S = 0.1
 _MAX_ROWS = 12_000

@@ -19,7 +19,7 @@ from collaudit.core.prepare.effort_kind import computed_findings, smooth_joints
 from collaudit.core.prepare.prepared import ConditionedLog
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 #: A delay below this explains no sign, s.
 _LATE_S = 0.02

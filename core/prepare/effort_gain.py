@@ -16,7 +16,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import LEAST_OWN, MIN_EXPLAINED, Slope
-from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
+from collaudit.core.torque_table.log_samples import SLIDING, TorqueTable
 
 #: Torque by a motor's current is good to about a tenth (its constant, warm magnets), by a sensor behind it to less.
 ACCURATE_GAIN = (0.9, 1.1)

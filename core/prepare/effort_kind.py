@@ -21,7 +21,7 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, bend_of, noise_of
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Slope
-from collaudit.core.torque_table.thinned_log import SLIDING, TorqueTable
+from collaudit.core.torque_table.log_samples import SLIDING, TorqueTable
 from collaudit.core.vendors.vendor_words import TORQUE_SENSED
 
 EffortSource = Literal["motor", "joint"]

@@ -20,9 +20,8 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, run_bounds
 from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.prepare.reversal_travel import one_way
 from collaudit.core.torque_table.block_sums import explained, products_of
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable, one_way
 
 #: Standard deviations of the windows, s. Shorter than 20 ms is what the filters of this program do themselves.
 _WINDOWS_S = np.array([0.0, *np.geomspace(0.02, 1.0, 15)])

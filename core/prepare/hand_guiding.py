@@ -32,7 +32,7 @@ from collaudit.core.prepare.effort_smoothing import Friction, effort_smoothing, 
 from collaudit.core.prepare.preparation import without_effort
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.torque_table.block_sums import products_of
-from collaudit.core.torque_table.thinned_log import TorqueTable, thinned
+from collaudit.core.torque_table.log_samples import TorqueTable, thinned
 
 #: Of friction's line over speed one coefficient beside the other.
 _EITHER = ("way", "along"), ("along", "way")

@@ -17,7 +17,7 @@ from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.pinocchio_model import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.torque_table.block_sums import Estimate, estimate, products_of
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 #: Samples that are looked at, at most, and the length of a block, whose samples share their errors, s.
 _MOST_ROWS, _BLOCK_S = 1000, 1.0

@@ -37,7 +37,7 @@ from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.prepare.prepared import ConditionedLog, Prepared, in_model_order
 from collaudit.core.robot.pinocchio_model import PointMass
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 #: So many tables of a log's size must fit in memory: an audit keeps twelve, and the columns that are worked on at the
 #: same time take as much as six.

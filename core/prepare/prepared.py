@@ -22,7 +22,7 @@ from collaudit.core.prepare.effort_kind import EffortKind, EffortSource
 from collaudit.core.prepare.effort_smoothing import Smoothing
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,7 +25,7 @@ from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
-from collaudit.core.torque_table.thinned_log import fold_count, fold_of_sample
+from collaudit.core.torque_table.log_samples import fold_count, fold_of_sample
 
 #: The residual of a block is computed with so much of the log on either side: what a joint did before tells where
 #: friction is steady, and how its level is.

@@ -26,7 +26,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.filters import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, settled
+from collaudit.core.torque_table.log_samples import REVERSAL_TRAVEL_RAD, settled
 
 #: Friction is trusted this far below the slowest speed it was measured at: what a section's speed may vary by.
 _BELOW_RANGE = 0.95

@@ -16,7 +16,7 @@ from collaudit.core.friction import sections
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.prepare.preparation import prepare
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD
+from collaudit.core.torque_table.log_samples import REVERSAL_TRAVEL_RAD
 
 SPEEDS = (0.05, 0.1, 0.3, 0.8)
 

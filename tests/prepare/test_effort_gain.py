@@ -12,7 +12,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.effort_checks import sign_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, scale_findings
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 
 def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str) -> list[Finding]:

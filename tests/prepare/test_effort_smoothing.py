@@ -13,7 +13,7 @@ from scipy.special import erf
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.prepare.effort_smoothing import _WINDOWS_S, Smoothing, _Explained, effort_smoothing
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 PERIOD_S = 0.004
 TIME_S = np.arange(0.0, 40.0, PERIOD_S)

@@ -14,7 +14,7 @@ from collaudit.core.prepare.effort_checks import sign_findings
 from collaudit.core.prepare.effort_gain import EffortGain, friction_signs
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.torque_table.block_sums import Slope
-from collaudit.core.torque_table.thinned_log import TorqueTable
+from collaudit.core.torque_table.log_samples import TorqueTable
 
 
 def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> Slope:

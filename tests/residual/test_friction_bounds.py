@@ -13,9 +13,9 @@ from collaudit.core.data.identification_result import Trend, TrendFit
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.prepare.reversal_travel import settled
 from collaudit.core.residual.followed_offsets import LARGEST, follow_level
 from collaudit.core.residual.friction_bounds import friction_bounds
+from collaudit.core.torque_table.log_samples import settled
 
 T = 0.002
 A, B, C, D = 7.1, 2.5, 26.3, 17.0

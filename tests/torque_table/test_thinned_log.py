@@ -8,7 +8,7 @@ from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.torque_table.thinned_log import TorqueTable, thinned
+from collaudit.core.torque_table.log_samples import TorqueTable, thinned
 
 
 def test_means_are_those_of_what_is_known_and_of_half_at_least() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.prepare.reversal_travel import REVERSAL_TRAVEL_RAD, sliding
+from collaudit.core.torque_table.log_samples import REVERSAL_TRAVEL_RAD, sliding
 
 PERIOD_S = 0.002
 

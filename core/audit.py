@@ -15,8 +15,8 @@ from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, FrictionFile, PolicyLimits, Provenance
 from collaudit.core.data.identification_result import Identification
+from collaudit.core.data.joint_log import log_facts
 from collaudit.core.data.signals import CycleReference
-from collaudit.core.data.uniform_series import log_facts
 from collaudit.core.detection.detector_run import Settled
 from collaudit.core.detection.judgement import judge, settled
 from collaudit.core.findings import Finding, in_joint_units

@@ -11,7 +11,7 @@ from collaudit.core.data.audit_result import (
     FrictionFile,
     Provenance,
 )
-from collaudit.core.data.uniform_series import log_facts
+from collaudit.core.data.joint_log import log_facts
 from collaudit.core.detection.fitted_rule import exceeded_findings
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm, without_samples

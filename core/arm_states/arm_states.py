@@ -13,8 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, drives_off
-from collaudit.core.data.joint_log import Annotation
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, Annotation, UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import FACT, Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, covered, frozen

@@ -12,7 +12,7 @@ from math import ceil, log, sqrt
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds, widened
 from collaudit.core.numeric.stats import bend_of, noise_of, quantile_of, varies
 from collaudit.core.torque_table.log_samples import thinned

@@ -10,7 +10,7 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import NOISE_OF_BENDS, median_of

@@ -24,12 +24,11 @@ from collaudit.core.conditioning.timebase import SEVERAL, Timebase, filled, make
 from collaudit.core.conditioning.unmeasured import effort_signal_findings, saturation, without_unmeasured
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig
-from collaudit.core.data.joint_log import JointLog, WrenchSeries
-from collaudit.core.data.uniform_series import LoneRows, UniformSeries
+from collaudit.core.data.joint_log import SETTLED_PERIODS, JointLog, LoneRows, UniformSeries, WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, covered, frozen
-from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz, differentiate
+from collaudit.core.numeric.filters import default_bandwidth_hz, differentiate
 from collaudit.core.numeric.stats import median_of
 
 #: A step of the clock is longer than so many sample periods, and than so many seconds.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds
 from collaudit.core.numeric.stats import median_of, robust_sd

@@ -14,8 +14,7 @@ import numpy as np
 from collaudit.core.conditioning.calm_stretches import shortest_stretch
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.config.schema_judging import DetectConfig
-from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S, JointLog
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds
 from collaudit.core.numeric.parallel import ordered_map

@@ -23,8 +23,7 @@ from collaudit.core.conditioning.calm_stretches import (
 )
 from collaudit.core.conditioning.position_jumps import frozen_spans
 from collaudit.core.config.schema_judging import DetectConfig
-from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S
+from collaudit.core.data.joint_log import LEAST_EFFORT_CHANGE, MOVING_RAD_S, JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen, marked, run_bounds
 from collaudit.core.numeric.parallel import ordered_map

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, widened

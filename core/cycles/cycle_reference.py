@@ -27,8 +27,8 @@ from collaudit.core.cycles.path_place import (
     usual_path,
 )
 from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.signals import CycleFacts, CycleReference, CycleSignals, State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import median_of, robust_sd

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.config.schema import CyclesConfig
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.data.signals import Signals
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds, stretch_distances
 
 #: Points of the path are so far apart, rad (m), and at most so many.

@@ -9,8 +9,8 @@ import numpy as np
 from collaudit.core.data.audit_result import Collision, ResidualStats, RuleFacts
 from collaudit.core.data.detection_result import LevelFacts
 from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, run_bounds

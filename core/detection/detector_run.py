@@ -12,8 +12,8 @@ from collaudit.core.config.schema import Config
 from collaudit.core.cycles.cycle_reference import CycleResidual, cycle_residual
 from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, RuleFacts, Spoke
 from collaudit.core.data.detection_result import DelayFacts, DetectionFacts
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.signals import CycleReference, CycleSignals, Signals, State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import MERGE_S, Event, both_events
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding

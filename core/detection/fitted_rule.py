@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import Collision, RuleFacts
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.recommendation_result import (
     FittedThresholds,
     JointThreshold,
@@ -16,7 +17,6 @@ from collaudit.core.data.recommendation_result import (
     PlaceForce,
     ThresholdLevel,
 )
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule_settings import stated_persistence
 from collaudit.core.findings import Finding, fact
 from collaudit.core.prepare.prepared import Prepared

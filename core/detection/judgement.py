@@ -14,9 +14,9 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
 from collaudit.core.data.detection_result import DetectionFacts
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.recommendation_result import FittedThresholds, MotionLevels
 from collaudit.core.data.signals import CycleReference, Signals, State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detection_findings import (
     detection_findings,
     model_worth_findings,

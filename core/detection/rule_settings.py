@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.config.schema_judging import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.recommendation_result import MotionLevels
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.errors import NotJudgedError, refuse_unknown
 from collaudit.core.findings import Finding

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.friction.gear_ripple import GearRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

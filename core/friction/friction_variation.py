@@ -17,7 +17,7 @@ import numpy as np
 
 from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction
 from collaudit.core.data.identification_result import Bounds, FrictionVariation, Trend, TrendFit
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel, load_torque
 from collaudit.core.friction.gear_ripple import gear_ripple

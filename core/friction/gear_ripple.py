@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.data.friction_result import RippleWave
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.torque_table.block_sums import estimate, explained, products_of, solutions

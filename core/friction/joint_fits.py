@@ -10,7 +10,7 @@ from typing import Literal, assert_never
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import SIMULTANEOUS
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -10,7 +10,7 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.config.schema import SectionsConfig
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, centred_extremes, run_bounds
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import Progress

@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.conditioning.velocity_choice import SAMPLES
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, ChannelFacts
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span

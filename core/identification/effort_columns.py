@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import Progress

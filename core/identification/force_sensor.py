@@ -10,7 +10,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, SensorFacts
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, run_bounds
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, interval_95

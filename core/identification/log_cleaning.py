@@ -20,7 +20,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import LeftOut, LeftOutBy, LeftOutSpan
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.effort_columns import JointColumns, ThinnedMotion, joint_columns, motion_of

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.torque_terms import (
     OFFSET,

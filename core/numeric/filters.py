@@ -18,8 +18,6 @@ from collaudit.core.numeric.parallel import each
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
-#: Periods of the -3 dB frequency after which nothing is left of how a stretch begins.
-SETTLED_PERIODS = 1.5
 
 
 def default_bandwidth_hz(period_s: float) -> float:

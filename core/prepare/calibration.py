@@ -18,7 +18,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.identification_result import ChannelFacts, CoupledFriction, Identified, SensorFacts
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.finding_kinds import Severity

@@ -16,7 +16,7 @@ from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.conditioning.velocity_choice import SAMPLES
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, run_bounds
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import SensorFacts
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, widened

@@ -9,7 +9,7 @@ from functools import partial
 from collaudit.core.arm_states.arm_states import without_states
 from collaudit.core.arm_states.payload_step import payload_findings
 from collaudit.core.config.schema import Config
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.calibration import Calibration

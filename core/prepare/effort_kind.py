@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.config.schema import LogConfig
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, bend_of, noise_of
 from collaudit.core.robot.robot_model import RobotModel

@@ -16,7 +16,7 @@ from math import ceil, isfinite
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span, run_bounds
 from collaudit.core.numeric.filters import gaussian_smoothed
 from collaudit.core.numeric.parallel import by_name

@@ -24,7 +24,7 @@ import scipy
 from collaudit.core.arm_states.arm_states import without_states
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_judging import PUSH_S
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of

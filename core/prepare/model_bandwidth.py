@@ -18,7 +18,7 @@ from itertools import chain, pairwise, takewhile
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import Kernel, low_pass

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE
+from collaudit.core.data.joint_log import LEAST_EFFORT_CHANGE
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95

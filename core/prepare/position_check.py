@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.config.schema_log import UnitsConfig
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import quantile_of

@@ -11,8 +11,7 @@ from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import Config
-from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import JointLog, UniformSeries
 from collaudit.core.errors import ConfigError, LogError, NotJudgedError
 from collaudit.core.findings import Finding, in_joint_units
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data import Showing, Shown, first_few
-from collaudit.core.data.joint_log import JointLog
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import JointLog, UniformSeries
 from collaudit.core.findings import Finding, torque_unit_of
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.prepare.calibration import Calibration

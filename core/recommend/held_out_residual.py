@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
 from collaudit.core.friction.friction_model import FrictionModel

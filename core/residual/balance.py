@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.filters import Kernel
 from collaudit.core.numeric.parallel import each

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import (
     UNKNOWN_BREAKAWAY,
     FrictionModel,

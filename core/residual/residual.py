@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import LevelFacts, ZeroFacts
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.recommendation_result import JointThreshold
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, load_doubt, scatter_beyond
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, covered
 from collaudit.core.numeric.filters import Kernel

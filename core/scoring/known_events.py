@@ -12,9 +12,8 @@ import numpy as np
 
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison, Score
-from collaudit.core.data.joint_log import Annotation
+from collaudit.core.data.joint_log import Annotation, UniformSeries
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.data.uniform_series import LEAST_EFFORT_CHANGE, MOVING_RAD_S, UniformSeries
+from collaudit.core.data.joint_log import LEAST_EFFORT_CHANGE, MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, run_bounds
 from collaudit.core.torque_table.block_sums import BlockSums
 

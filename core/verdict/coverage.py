@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, Sensitivity, listed, place_text
 from collaudit.core.data.signals import State, reason_text
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.detection.rule_settings import Watch
 from collaudit.core.findings import Finding

@@ -8,8 +8,7 @@ import pytest
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.motion_clock import MotionClock, motion_clock
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.data.joint_log import JointLog, LogSource
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import JointLog, LogSource, UniformSeries
 from collaudit.core.numeric.arrays import frozen
 
 T = 0.001

@@ -11,7 +11,7 @@ from synthetic import PERIOD, lugre, make_log
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, SectionsConfig
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.friction import friction_points as module
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.gear_ripple import section_ripple

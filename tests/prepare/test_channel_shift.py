@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.prepare.channel_delay import all_known, position_velocity

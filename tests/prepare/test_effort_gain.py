@@ -8,7 +8,7 @@ from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.effort_checks import sign_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, scale_findings

@@ -10,7 +10,7 @@ from origins import log_source
 from scipy.signal import butter, lfilter, sosfiltfilt
 from scipy.special import erf
 
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.prepare.effort_smoothing import _WINDOWS_S, Smoothing, _Explained, effort_smoothing
 from collaudit.core.torque_table.log_samples import TorqueTable

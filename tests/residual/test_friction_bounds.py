@@ -10,7 +10,7 @@ from origins import log_source
 
 from collaudit.core.data.friction_result import LoadFriction
 from collaudit.core.data.identification_result import Trend, TrendFit
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.residual.followed_offsets import LARGEST, follow_level

@@ -7,7 +7,7 @@ import pytest
 from origins import log_source
 
 from collaudit.core.data.friction_result import RippleWave
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import double_pole

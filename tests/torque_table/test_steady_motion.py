@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.joint_log import MOVING_RAD_S
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.torque_table.log_samples import REVERSAL_TRAVEL_RAD, sliding
 

@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Identified
 from collaudit.core.findings import Finding, fact
-from collaudit.core.identification.estimate_choice import choose
 from collaudit.core.identification.identified_values import (
     Report,
     base_parameters_of,
@@ -21,7 +20,7 @@ from collaudit.core.identification.identified_values import (
     prior_words,
     tool_of,
 )
-from collaudit.core.identification.motion_sums import MotionSums, collect
+from collaudit.core.identification.motion_sums import MotionSums
 from collaudit.core.identification.solved_problem import Candidate, Solved, solved
 from collaudit.core.identification.sums_solution import Problem, Solution
 from collaudit.core.identification.torque_terms import Consistent, is_consistent, make_consistent
@@ -34,27 +33,20 @@ _WORSE = 1.05
 def identify(
     prepared: Sequence[Prepared],
     config: Config,
-    taken: Candidate | None = None,
-    sums: MotionSums | None = None,
+    taken: Candidate,
+    sums: MotionSums,
     only_values: bool = False,
-) -> Identified | None:
-    """Identify what a candidate says beyond friction; None when that is nothing.
+) -> Identified:
+    """Identify what a candidate says beyond friction.
 
     Args:
         prepared: the logs.
         config: how.
-        taken: of :func:`choose`; None to choose here.
-        sums: of the logs, or of what of them is not held out; None to gather them here.
+        taken: what is identified, something beside friction.
+        sums: of the logs, or of what of them is not held out.
         only_values: without intervals and checks of the bodies: what a held-out fit needs.
-
-    Raises:
-        ConfigError, NotJudgedError: as of :func:`choose`.
     """
-    taken = choose(prepared, config)[0] if taken is None else taken
-    estimate = taken.estimate
-    if not estimate:
-        return None
-    found = solved(prepared, sums or collect(prepared, config.fit.blocks), config, taken)
+    estimate, found = taken.estimate, solved(prepared, sums, config, taken)
     problem, solution = found.problem, found.solution
     unknowns, robot = problem.unknowns, problem.sums.robot
     values = Identified(

@@ -72,22 +72,23 @@ class KnownTorques:
 CausalForm = Callable[[Prepared, KnownTorques, Kernel], FloatArray]
 
 
-def balance_from_momentum(prepared: Prepared, kernel: Kernel) -> Balance:
-    """Balance of the judged joints; causally it takes the momentum's slope and needs no acceleration.
+def torque_balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Balance:
+    """Balance of the judged joints.
 
     Args:
         prepared: the log; the dynamics need all of its joints.
         kernel: G(s); not causal, it runs both ways over eq. (5) with the zero-phase acceleration.
+        causal_form: how it is made where the kernel is causal.
     """
-    return _balance(prepared, kernel, _causal_momentum)
-
-
-def balance_from_acceleration(prepared: Prepared, kernel: Kernel) -> Balance:
-    """As :func:`balance_from_momentum`; causally position, velocity and effort pass the kernel alike.
-
-    Acceleration is then the kernel's own smoothed derivative.
-    """
-    return _balance(prepared, kernel, _causal_acceleration)
+    series, torques = prepared.series, KnownTorques.of(prepared)
+    total: FloatArray | None = None
+    velocity, columns = friction_velocity(series, kernel), prepared.columns()
+    if torques is not None:
+        total = (causal_form if kernel.causal else _offline)(prepared, torques, kernel)
+    if len(columns) < len(series.joint_names):
+        velocity = np.asfortranarray(velocity[:, columns])
+        total = None if total is None else np.asfortranarray(total[:, columns])
+    return Balance(kernel, total, velocity, start_mask(series, kernel))
 
 
 def friction_velocity(series: UniformSeries, kernel: Kernel) -> FloatArray:
@@ -107,18 +108,6 @@ def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:
     return out
 
 
-def _balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Balance:
-    series, torques = prepared.series, KnownTorques.of(prepared)
-    total: FloatArray | None = None
-    velocity, columns = friction_velocity(series, kernel), prepared.columns()
-    if torques is not None:
-        total = (causal_form if kernel.causal else _offline)(prepared, torques, kernel)
-    if len(columns) < len(series.joint_names):
-        velocity = np.asfortranarray(velocity[:, columns])
-        total = None if total is None else np.asfortranarray(total[:, columns])
-    return Balance(kernel, total, velocity, start_mask(series, kernel))
-
-
 def _offline(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
     """Eq. (5) through a kernel that runs both ways."""
     total = np.empty_like(torques.effort_nm, order="F")
@@ -134,7 +123,8 @@ def _offline(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> Float
     return total
 
 
-def _causal_acceleration(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+def from_acceleration(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+    """Position, velocity and effort pass the kernel alike; acceleration is its own smoothed derivative."""
     series = prepared.series
     segments, period, velocity = series.segments, series.period_s, friction_velocity(series, kernel)
     q = kernel.apply(series.position_rad, segments, period)
@@ -144,7 +134,8 @@ def _causal_acceleration(prepared: Prepared, torques: KnownTorques, kernel: Kern
     return np.asarray(measured - prepared.robot.inverse_dynamics(q, v, a))
 
 
-def _causal_momentum(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+def from_momentum(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+    """The momentum's slope, which needs no acceleration."""
     series = prepared.series
     segments, period = series.segments, series.period_s
     momentum, rest = prepared.robot.momentum(series.position_rad, friction_velocity(series, kernel))

@@ -19,7 +19,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.filters import BOTH_WAYS, Kernel, butterworth, double_pole, first_order
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.residual.balance import Balance, balance_from_acceleration, balance_from_momentum
+from collaudit.core.residual.balance import CausalForm, from_acceleration, from_momentum, torque_balance
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
 
 #: The kernel G(s) of a detector on a log: its gain, and whether it runs forward only.
@@ -35,18 +35,19 @@ class Detector:
         equation: what it computes.
         source: where it comes from.
         kernel: what both sides of the balance pass.
-        balance: what is balanced before friction.
+        causal_form: how torques are balanced before friction where the kernel is causal.
     """
 
     name: str
     equation: str
     source: str
     kernel: KernelOf
-    balance: Callable[[Prepared, Kernel], Balance]
+    causal_form: CausalForm
 
     def residual(self, prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
         """Of a prepared log, with the friction laws at hand and ``[detect]``."""
-        return joint_residuals(prepared, self.balance(prepared, self.kernel(prepared, config)), inputs, config)
+        balance = torque_balance(prepared, self.kernel(prepared, config), self.causal_form)
+        return joint_residuals(prepared, balance, inputs, config)
 
 
 def direct_kernel(bandwidth_hz: float, causal: bool) -> Kernel:
@@ -71,14 +72,14 @@ DETECTORS = (
         "r = G(s) [tau - tau_s - (M ddq + C dq + f + G)], G as narrow as the filter of dq and ddq",
         "inverse dynamics, both sides filtered alike",
         _as_the_signals,
-        balance_from_acceleration,
+        from_acceleration,
     ),
     Detector(
         "momentum",
         "r = K [p - ∫(tau - tau_s - f + C^T dq - G - r) dt], so r = K/(s + K) tau_e",
         "generalized-momentum observer (De Luca and Mattone 2003; Haddadin, De Luca and Albu-Schäffer 2017)",
         _observer(first_order),
-        balance_from_momentum,
+        from_momentum,
     ),
     Detector(
         "filtered",
@@ -86,14 +87,14 @@ DETECTORS = (
         "* convolution",
         "filtered dynamics (Hsu, Bodson, Sastry and Paden 1987)",
         _observer(butterworth),
-        balance_from_momentum,
+        from_momentum,
     ),
     Detector(
         "eso",
         "dp^/dt = u + d^ + 2K (p - p^), d(d^)/dt = K² (p - p^), r = -d^, so r = K²/(s + K)² tau_e",
         "linear extended state observer in the momentum, both poles at -K (Han 2009)",
         _observer(double_pole),
-        balance_from_momentum,
+        from_momentum,
     ),
 )
 

@@ -15,10 +15,14 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeVar
 from unittest import mock
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.with_name("helpers")))
+from identified import identify
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Identified
@@ -26,7 +30,6 @@ from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.identification import motion_sums
 from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.recommend.fitted_thresholds import settled_motion

@@ -19,11 +19,13 @@ import numpy as np
 from coverage_logs import logged, motion, streams
 from tables import put
 
+sys.path.insert(0, str(Path(__file__).parent.with_name("helpers")))
+from identified import identify
+
 from collaudit.core.config.schema import Config, RobotConfig
 from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.identification.force_sensor import calibrate_sensor
-from collaudit.core.identification.identification import identify
 from collaudit.core.identification.torque_terms import base_map
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot

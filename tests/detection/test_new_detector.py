@@ -21,7 +21,7 @@ from collaudit.reports.files.run_files import result_json
 
 LINE = """    Detector(
         "bare", "r = tau - tau_s - (M ddq + C dq + f + G)", "eq. (5)",
-        lambda _, config: Kernel((0.002, 1.0), config.causal), balance_from_acceleration,
+        lambda _, config: Kernel((0.002, 1.0), config.causal), from_acceleration,
     ),
 """
 

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identified import identify
 from three_joints import ARMATURE, NAMES, arm, log_of, settings
 
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.motion_points import motion_points
 from collaudit.core.identification import estimate_choice, solved_problem, torque_terms
-from collaudit.core.identification.identification import identified_findings, identify
+from collaudit.core.identification.identification import identified_findings
 from collaudit.core.identification.torque_terms import base_map
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.preparation import calibrated, prepare

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from identified import identify
 from origins import log_source
 
 from collaudit.core.config.schema import Config, RobotConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.friction.least_squares import solve
 from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration, with_tool
 from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from identified import identify
 
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.identification.identification import identified_findings, identify
+from collaudit.core.identification.identification import identified_findings
 from collaudit.core.prepare.calibration import KnownLoad
 from collaudit.core.prepare.preparation import loaded, prepare
 from collaudit.core.prepare.prepared import Prepared

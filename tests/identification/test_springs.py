@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identified import identify
 from three_joints import arm, log_of, settings
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.identification.estimate_choice import choose
-from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration, calibrated_series, spring_findings
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.prepared import Prepared

@@ -20,7 +20,6 @@ from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.friction_model import FrictionModel, curve_gradient
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction.law_comparison import with_scatter
-from collaudit.core.friction.least_squares import point_arrays
 from collaudit.core.friction_laws.friction_law import FrictionLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE
 from collaudit.core.numeric.arrays import FloatArray
@@ -132,7 +131,7 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
         law, guesses = REFERENCE, _guesses(max(still, 1e-3 * torque_nm), max(slope, 1e-3 * abs(slow) / fastest))
     else:
         guesses = (values,)
-    data = with_scatter(point_arrays(fit.points))
+    data = with_scatter(ls.point_arrays(fit.points))
     noise, beyond = _scatter(fit, data)
     known = []
     for one in guesses:

@@ -14,8 +14,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import Progress, stage
-from collaudit.core.plan import excitation as ex
-from collaudit.core.plan.excitation import Unknowns, unknowns_of
+from collaudit.core.plan.excitation import Unknowns, excite, unknowns_of
 from collaudit.core.plan.moves import ArmLimits, Motion, MoveCheck, arm_limits, joined, padded
 from collaudit.core.plan.prediction import clean_times, excitation_predictions, sweep_predictions
 from collaudit.core.plan.sweeps import PAUSE_S, JointSweeps, choose_sweeps, sweep_moves, time_s
@@ -106,7 +105,7 @@ def make_plan(
     found, begun = None, time_s(moves)
     if unknowns is not None:
         left = min(seconds - begun, _LONGEST_EXCITING_S)
-        found = ex.excite(check, unknowns, np.array(joints), left, request.seed)
+        found = excite(check, unknowns, np.array(joints), left, request.seed)
         moves += found.moves
     stage(progress, 0.3, 1.0)(1, 1)
     if not moves or time_s(moves) < _LEAST_MOTION_S:

@@ -9,9 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.detection_result import AfterContact, ContactScene, LoadKind
-from collaudit.core.data.signals import State
+from collaudit.core.data.signals import ArmGeometry, State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray, lasting
 from collaudit.core.prepare.prepared import Prepared

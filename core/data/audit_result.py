@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data import Showing, Shown, first_few
-from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import (
@@ -25,7 +24,7 @@ from collaudit.core.data.identification_result import (
 )
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.sensitivity_result import Sensitivity
-from collaudit.core.data.signals import CycleFacts, CycleReference, Signals
+from collaudit.core.data.signals import ArmGeometry, CycleFacts, CycleReference, Signals
 from collaudit.core.findings import Finding
 
 

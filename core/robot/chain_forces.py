@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.arm_geometry import ArmLink
+from collaudit.core.data.signals import ArmLink
 from collaudit.core.numeric.arrays import FloatArray
 
 

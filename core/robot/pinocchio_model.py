@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from collaudit.core.config.schema import DhRow
-from collaudit.core.data.arm_geometry import ArmLink
+from collaudit.core.data.signals import ArmLink
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import threads

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from collaudit.core.data.arm_geometry import ArmGeometry, arm_at
 from collaudit.core.data.detection_result import ContactScene
 from collaudit.core.data.plan_result import JointLimits
+from collaudit.core.data.signals import ArmGeometry, arm_at
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.plots.svg import Panel, drawing
 

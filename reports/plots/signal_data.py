@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.data.arm_geometry import ArmGeometry
-from collaudit.core.data.signals import State
+from collaudit.core.data.signals import ArmGeometry, State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.reports.plots.joint_trace import JointTrace, extremes, in_steps
 from collaudit.reports.plots.plot_contact import model_range

@@ -11,7 +11,7 @@ from arms import dh_robot, dh_row
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.contacts.contact_scene import arm_geometry, scene_at, stick_frames
-from collaudit.core.data.arm_geometry import arm_at
+from collaudit.core.data.signals import arm_at
 from collaudit.core.robot.robot_building import build_robot
 
 LENGTHS = (0.4, 0.3)

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.data.arm_geometry import ArmGeometry, ArmLink
 from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -29,7 +28,7 @@ from collaudit.core.data.audit_result import (
 )
 from collaudit.core.data.detection_result import Contact, ContactForce, ContactScene
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint, KnownCombination
-from collaudit.core.data.signals import Signals, State
+from collaudit.core.data.signals import ArmGeometry, ArmLink, Signals, State
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import KINDS
 

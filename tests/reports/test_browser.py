@@ -13,8 +13,8 @@ import pytest
 import samples
 from browser import axe_source, keep_picture, launched, violations
 
-from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.data.audit_result import Audit
+from collaudit.core.data.signals import arm_at
 from collaudit.core.errors import LogError
 from collaudit.reports.page import html
 from collaudit.reports.page.environment import write_assets

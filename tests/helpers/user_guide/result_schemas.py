@@ -14,8 +14,8 @@ from docstring_parser import DocstringStyle, parse
 
 from collaudit.core.config.describe import choices_of_laws
 from collaudit.core.contacts.contact_states import AcceptanceUse
+from collaudit.core.data import audit_result as result_types
 from collaudit.core.data import (
-    arm_geometry,
     detection_result,
     friction_result,
     identification_result,
@@ -24,7 +24,6 @@ from collaudit.core.data import (
     sensitivity_result,
     signals,
 )
-from collaudit.core.data import audit_result as result_types
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
@@ -75,7 +74,6 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 def _dataclass(name: str) -> type:
     elsewhere = {one.__name__: one for one in (Finding, IndexEntry, LeftOut, AcceptanceUse, NightGroup, Moment)}
     homes = (
-        arm_geometry,
         signals,
         result_types,
         detection_result,

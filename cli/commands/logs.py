@@ -35,7 +35,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, Co
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.logs.signals.signal_names import is_usable, refusal_hint
-from collaudit.core.logs.topics.field_paths import fields_line
+from collaudit.core.logs.topics.log_topics import fields_line
 
 
 @example_command(

@@ -32,9 +32,16 @@ from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.table_reading import joint_samples
-from collaudit.core.logs.topics.field_paths import Fields, fields_of_first
 from collaudit.core.logs.topics.joint_states_topic import has_noise, holds, role_of
-from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, skipped_findings, topics_of
+from collaudit.core.logs.topics.log_topics import (
+    CONFIGURED,
+    Fields,
+    Topic,
+    decode,
+    fields_of_first,
+    skipped_findings,
+    topics_of,
+)
 from collaudit.core.numeric.arrays import IntArray
 
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.

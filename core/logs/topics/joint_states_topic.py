@@ -14,10 +14,25 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.messages.message_decoding import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
-from collaudit.core.logs.signals.signal_names import NO_CONTACT, is_usable, refusal_hint, role_of_path, strongest
+from collaudit.core.logs.signals.signal_names import (
+    NO_CONTACT,
+    is_usable,
+    refusal_hint,
+    role_of_path,
+    strongest,
+)
 from collaudit.core.logs.storage.readers import MessageReader
-from collaudit.core.logs.topics.field_paths import fields_line, fields_of
-from collaudit.core.logs.topics.log_topics import CONFIGURED, Topic, decode, described, named, stated_topic
+from collaudit.core.logs.topics.log_topics import (
+    CONFIGURED,
+    Fields,
+    Topic,
+    decode,
+    described,
+    fields_line,
+    fields_of_first,
+    named,
+    stated_topic,
+)
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import bend_of, noise_of
 from collaudit.core.vendors.vendor_words import USABLE, Role
@@ -252,7 +267,7 @@ def _configured(reader: MessageReader, topics: Sequence[Topic], wanted: str, key
     topic = stated_topic(topics, wanted, key)
     if not _readable(topic):
         why = topic.problem or f"messages of type {topic.type} are not joint states"
-        found = {} if topic.problem else fields_of([topic], reader)
+        found = {} if topic.problem else _proposed_fields([topic], reader)
         hint = "" if topic.problem else "say where its joint signals stand: [log.fields] position, effort"
         if found:
             hint = "if these are measured, say where they stand: " + fields_line(topic.name, found[topic.name])
@@ -265,7 +280,7 @@ def _none(reader: MessageReader, topics: Sequence[Topic], where: str) -> LogErro
     if broken:
         problems = "; ".join(f"{topic.name}: {topic.problem}" for topic in broken)
         return LogError("its joint signals cannot be decoded", where=where, found=problems)
-    lines = [fields_line(name, fields) for name, fields in fields_of(topics, reader).items()]
+    lines = [fields_line(name, fields) for name, fields in _proposed_fields(topics, reader).items()]
     return LogError(
         "the log has no topic with joint states",
         where=where,
@@ -276,3 +291,21 @@ def _none(reader: MessageReader, topics: Sequence[Topic], where: str) -> LogErro
         else "record the robot's joint states; where messages of an own type hold them, choose their topic with [log] "
         "joint_states and say where they stand, [log.fields] position, effort",
     )
+
+
+def _proposed_fields(topics: Sequence[Topic], reader: MessageReader) -> dict[str, Fields]:
+    """By topic that nothing reads, the keys of ``[log.fields]`` that its first message suggests; not those without any.
+
+    Args:
+        topics: of a log.
+        reader: of it.
+    """
+    unread = {topic.channels[0].key: topic for topic in topics if topic.profile.role == "other"}
+    out = {}
+    for batch in reader.batches(frozenset(unread)) if unread else ():
+        topic = unread.pop(batch.key, None)
+        if topic is not None and (found := fields_of_first(topic, batch)):
+            out[topic.name] = found
+        if not unread:
+            break
+    return out

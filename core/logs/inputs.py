@@ -19,6 +19,7 @@ from collaudit.core.data.joint_log import LeftOut, LeftOutKind
 from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table, named_format
+from collaudit.core.logs.storage.bounded_reading import DECOMPRESSION_ERRORS
 from collaudit.core.logs.storage.file_content import (
     compression_of,
     head_of,
@@ -26,7 +27,6 @@ from collaudit.core.logs.storage.file_content import (
     named_other,
     opened_packed,
 )
-from collaudit.core.logs.storage.reading_bounds import DECOMPRESSION_ERRORS
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

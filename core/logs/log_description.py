@@ -26,8 +26,8 @@ from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.messages.message_decoding import all_names
 from collaudit.core.logs.signals.sample_clock import plausible_ns, start_of
 from collaudit.core.logs.signals.signal_names import is_usable
+from collaudit.core.logs.storage.bounded_reading import ReadingBounds
 from collaudit.core.logs.storage.readers import MessageReader, damage_findings
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables

@@ -14,7 +14,7 @@ from typing import Literal
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError, similar_file
 from collaudit.core.logs.recordings.ros2_bag import JoinedRecording, folder_files
-from collaudit.core.logs.storage.chunked_file import ChunkedFile
+from collaudit.core.logs.storage.bounded_reading import ChunkedFile, ReadingBounds
 from collaudit.core.logs.storage.file_content import (
     TRACE,
     compression_of,
@@ -28,7 +28,6 @@ from collaudit.core.logs.storage.file_content import (
     unpacked_name,
 )
 from collaudit.core.logs.storage.readers import Damage, MessageReader, Overview, TableReader
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 
 _LOGS = "collaudit.core.logs"
 

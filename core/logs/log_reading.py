@@ -25,7 +25,7 @@ from collaudit.core.logs.log_formats import (
     open_tables,
 )
 from collaudit.core.logs.signals.joint_values import without_impossible
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
+from collaudit.core.logs.storage.bounded_reading import ReadingBounds
 from collaudit.core.numeric.parallel import Progress, begun
 
 

@@ -18,8 +18,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_formats import open_messages
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.storage import reading_bounds
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
+from collaudit.core.logs.storage import bounded_reading
+from collaudit.core.logs.storage.bounded_reading import ReadingBounds
 from collaudit.core.logs.topics.joint_states_topic import peek
 from collaudit.core.logs.topics.log_topics import topics_of
 
@@ -71,11 +71,11 @@ def test_the_bound_follows_the_file_and_can_be_raised(tmp_path: Path, monkeypatc
     assert "[log] memory_gb" in caught.value.render()
     assert read_log((path,), LogConfig(), robot_joints=None).time_s.size == 300
     with monkeypatch.context() as lowered:
-        lowered.setattr(reading_bounds, "MOST_COLUMNS", 5)
+        lowered.setattr(bounded_reading, "MOST_COLUMNS", 5)
         with pytest.raises(LogError, match="more than a log of this size") as caught:
             read_log((path,), LogConfig(), robot_joints=None)
     assert "at most 5" in caught.value.render()
-    monkeypatch.setattr(reading_bounds, "CHUNK_BYTES", 100)
+    monkeypatch.setattr(bounded_reading, "CHUNK_BYTES", 100)
     assert "log-partial" in {f.code for f in describe((path,), LogConfig()).findings}
 
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from collaudit.core.logs.messages.column_extraction import GroupKey, Plan, make_plan
 from collaudit.core.logs.messages.layout import Layout, LayoutError, value_layouts, walk
 from collaudit.core.logs.messages.message_schema import SchemaError, parse_schema
+from collaudit.core.logs.storage.bounded_reading import FILE_RATIO, ReadingBounds, bounded
 from collaudit.core.logs.storage.readers import Batch, ByteArray, Channel, gather
-from collaudit.core.logs.storage.reading_bounds import FILE_RATIO, ReadingBounds, bounded
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.vendors.message_profiles import Profile
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
+from collaudit.core.logs.storage.bounded_reading import ChunkedFile, ChunkRef, unpack
 from collaudit.core.logs.storage.readers import (
     NS_PER_S,
     ByteArray,
@@ -22,7 +22,6 @@ from collaudit.core.logs.storage.readers import (
     gather,
     ros_type,
 )
-from collaudit.core.logs.storage.reading_bounds import unpack
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 

@@ -22,7 +22,7 @@ from mcap.summary import Summary
 from zlib_ng import zlib_ng
 
 from collaudit.core.logs.signals.sample_clock import plausible_ns
-from collaudit.core.logs.storage.chunked_file import ChunkedFile, ChunkRef
+from collaudit.core.logs.storage.bounded_reading import ChunkedFile, ChunkRef, unpack
 from collaudit.core.logs.storage.readers import (
     MAX_SCHEMA_BYTES,
     ByteArray,
@@ -32,7 +32,6 @@ from collaudit.core.logs.storage.readers import (
     gather,
     ros_type,
 )
-from collaudit.core.logs.storage.reading_bounds import unpack
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 

@@ -19,7 +19,7 @@ from pathlib import Path, PureWindowsPath
 from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.reading_bounds import (
+from collaudit.core.logs.storage.bounded_reading import (
     DECOMPRESSION_ERRORS,
     FILE_RATIO,
     FREE_FILE_BYTES,

@@ -20,9 +20,9 @@ import numpy as np
 import pyarrow as pa
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.bounded_reading import plausible_table
 from collaudit.core.logs.storage.file_content import head_of, python_line, quoted
 from collaudit.core.logs.storage.readers import arrow_of
-from collaudit.core.logs.storage.reading_bounds import plausible_table
 from collaudit.core.logs.table_files.named_columns import NamedColumns, columns_of, read_as
 
 _ARCHIVE = b"PK"

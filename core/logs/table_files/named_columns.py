@@ -18,9 +18,9 @@ from pyarrow import feather
 from pyarrow import json as arrow_json
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.bounded_reading import plausible_table
 from collaudit.core.logs.storage.file_content import head_of
 from collaudit.core.logs.storage.readers import TableColumns, arrow_of, numbers_of
-from collaudit.core.logs.storage.reading_bounds import plausible_table
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Fewer values in a row than these are no signal but a setting.

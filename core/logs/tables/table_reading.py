@@ -23,8 +23,8 @@ from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.joint_values import check_joint_keys, to_si, with_currents
 from collaudit.core.logs.signals.sample_clock import interpolate, start_of
 from collaudit.core.logs.signals.signal_names import QUANTITIES
+from collaudit.core.logs.storage.bounded_reading import ReadingBounds
 from collaudit.core.logs.storage.readers import TableReader
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.tables.column_roles import UNITS, standard_unit
 from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen

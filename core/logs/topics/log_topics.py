@@ -18,8 +18,8 @@ from collaudit.core.logs.messages.layout import Chars, LayoutError, Node, Number
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder, Decoded, first_message, layouts_of
 from collaudit.core.logs.messages.message_schema import SchemaError, read_definitions
 from collaudit.core.logs.signals.signal_names import MOTION, Found
+from collaudit.core.logs.storage.bounded_reading import ReadingBounds
 from collaudit.core.logs.storage.readers import Batch, Channel, MessageReader
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.tables.column_groups import choose, groups_of, meaning_of
 from collaudit.core.numeric.parallel import Progress
 from collaudit.core.vendors.message_profiles import PROFILES, Profile

@@ -27,8 +27,8 @@ from collaudit.core.logs.signals.sample_clock import (
     steadiness,
 )
 from collaudit.core.logs.signals.stamp_conflicts import as_recorded, contradictions, set_back_findings
+from collaudit.core.logs.storage.bounded_reading import ReadingBounds
 from collaudit.core.logs.storage.readers import MessageReader, damage_findings
-from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.topics.annotation_topics import (
     Times,
     alarm_annotations,

@@ -1,8 +1,9 @@
-"""How much may come out of one log: bytes, messages, columns, memory for its samples. Beyond that it is refused.
+"""Reading logs that are not trusted: how much may come out of one, decompression within that, files read by chunks.
 
 A small file can honestly hold very much: 8 MB of zeros compressed are gigabytes. What is read is counted before memory
 is taken for it, against bounds that follow the size of the file; a chunk is never decompressed beyond what it claims,
-and of a damaged one comes what can be had.
+and of a damaged one comes what can be had. What MCAP files and ROS 1 bags share, their messages lying in chunks, is
+read at places, whatever a file says about itself.
 """
 
 from __future__ import annotations
@@ -10,10 +11,13 @@ from __future__ import annotations
 import bz2
 import gzip
 import lzma
+import os
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from io import BufferedIOBase, BytesIO
 from pathlib import Path
 from typing import Any, cast
@@ -22,6 +26,8 @@ import lz4.frame
 import zstandard
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.readers import Batch, Channel, DamageNotes, Located
+from collaudit.core.numeric.parallel import Progress, ordered_map
 
 #: Memory that a number of a joint takes until the log is judged (measured: 1.87 GB for 12.6 million samples of a joint
 #: with position, velocity and effort), and that of the program without a log.
@@ -204,3 +210,97 @@ def bounded(kind: str, data: bytes, limit: int) -> tuple[bytes, str | None]:
     except _ERRORS as error:
         return b"".join(parts)[:limit], str(error) or type(error).__name__
     return b"".join(parts)[:limit], f"it becomes {limit} bytes or more" if have >= limit else None
+
+
+@dataclass(slots=True)
+class ChunkRef:
+    """One chunk, or messages outside chunks: where its records lie, what they claim, what indexes them.
+
+    Attributes:
+        at: byte of the chunk record; that of the records themselves outside chunks.
+        data_at, data_size: its compressed records.
+        size: claimed size when decompressed.
+        compression: "", ``none``, ``zstd``, ``lz4`` or ``bz2``.
+        crc: claimed CRC-32 of the decompressed records; 0 when there is none.
+        index: (channel, byte, size) of each message index array.
+    """
+
+    at: int
+    data_at: int
+    data_size: int
+    size: int
+    compression: str
+    crc: int = 0
+    index: list[tuple[int, int, int]] = field(default_factory=list)
+
+
+class ChunkedFile:
+    """A file read at places, chunk by chunk; damage is noted.
+
+    Attributes:
+        path, size: of the file.
+        chunks: in the order of the file.
+        channels: what it holds.
+        counts: channel to how many messages its index claims.
+        damage: what was found wrong so far, each place once.
+        bounds: how much may be read; the defaults while it is opened.
+        counted: begins what is said of claims that do not hold.
+    """
+
+    counted = "its index counts"
+    channels: tuple[Channel, ...]
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self._file = path.open("rb", buffering=0)
+        except OSError as error:
+            raise LogError(f"cannot be opened: {error.strerror}", where=str(path)) from error
+        self.path = path
+        self.size = os.fstat(self._file.fileno()).st_size
+        self.chunks: list[ChunkRef] = []
+        self.counts: dict[int, int] = {}
+        self.damage = DamageNotes()
+        self.bounds = ReadingBounds(self.size, path.name)
+
+    def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
+        """The chunks that may hold messages of some channels: all, where their indexes do not tell."""
+        return self.chunks
+
+    def load(self, ref: ChunkRef) -> Located:
+        """Read and decompress a chunk, and find its messages; runs in a thread."""
+        raise NotImplementedError
+
+    def read(self, start: int, count: int) -> bytes:
+        """Up to ``count`` bytes from ``start``; fewer only at the end of the file."""
+        try:
+            return os.pread(self._file.fileno(), max(0, min(count, self.size - start)), start)
+        except OSError as error:
+            raise LogError(f"cannot be read: {error.strerror}", where=str(self.path)) from error
+
+    def close(self) -> None:
+        """Release the file."""
+        self._file.close()
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
+        topics = {channel.key: channel.topic for channel in self.channels}
+        wanted = frozenset(topics) if keys is None else keys
+        refs = self.refs(wanted)
+        self.bounds.take_bytes(sum(ref.size for ref in refs if ref.compression not in ("", "none")))
+        found: Counter[int] = Counter()
+        for ref, located in zip(refs, ordered_map(self.load, refs), strict=True):
+            if located.problem is not None:
+                read = f"{located.start.shape[0]} of its messages were read"
+                self.damage.note(f"the chunk at byte {ref.at} is damaged: {located.problem}; {read}")
+            for batch in located.by_channel():
+                found[batch.key] += batch.start.shape[0]
+                if batch.key not in topics:
+                    self.damage.note(f"messages on channel {batch.key}, which it does not define, were left out")
+                elif batch.key in wanted:
+                    yield batch
+            if progress is not None:
+                progress(ref.data_at + ref.data_size, self.size)
+        for key in sorted(wanted & set(self.counts) & set(topics)):
+            if self.counts[key] != found[key]:
+                said = f"{self.counted} {self.counts[key]} messages on {topics[key]}, {found[key]} were found"
+                self.damage.note(said)

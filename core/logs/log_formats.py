@@ -13,7 +13,7 @@ from typing import Literal
 
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError, similar_file
-from collaudit.core.logs.recordings.ros2_bag import JoinedRecording, folder_files
+from collaudit.core.logs.messages.ros2_bag import JoinedRecording, folder_files
 from collaudit.core.logs.storage.bounded_reading import ChunkedFile, ReadingBounds
 from collaudit.core.logs.storage.file_content import (
     TRACE,
@@ -110,13 +110,13 @@ def _json_lines(head: bytes) -> bool:
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
-              f"{_LOGS}.recordings.mcap_file:McapFile", overview=f"{_LOGS}.recordings.mcap_file:overview_of",
+              f"{_LOGS}.messages.mcap_file:McapFile", overview=f"{_LOGS}.messages.mcap_file:overview_of",
               in_bag_folders=True),
     LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",),
               begins_with(b"#ROSBAG V", b"#ROSRECORD V", b"#ROSLOG V"),
-              f"{_LOGS}.recordings.bag_file:BagFile"),
+              f"{_LOGS}.messages.bag_file:BagFile"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
-              f"{_LOGS}.recordings.ros2_bag:Db3File", in_bag_folders=True),
+              f"{_LOGS}.messages.ros2_bag:Db3File", in_bag_folders=True),
     LogFormat("parquet", "Parquet", "table", (".parquet",), begins_with(b"PAR1"),
               f"{_LOGS}.table_files.named_columns:open_arrow"),
     LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),

@@ -15,9 +15,8 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
-    from collaudit.core.logs.messages import column_extraction, layout
+    from collaudit.core.logs.messages import bag_file, column_extraction, layout, mcap_file
     from collaudit.core.logs.messages.message_schema import parse_schema
-    from collaudit.core.logs.recordings import bag_file, mcap_file
     from collaudit.core.logs.storage.readers import Channel
     from collaudit.core.logs.topics.log_topics import profile_of
 

@@ -22,8 +22,8 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.recordings import mcap_file
-from collaudit.core.logs.recordings.mcap_file import McapFile, overview_of
+from collaudit.core.logs.messages import mcap_file
+from collaudit.core.logs.messages.mcap_file import McapFile, overview_of
 from collaudit.core.numeric import parallel
 
 COUNT = 12

@@ -8,7 +8,7 @@ from pathlib import Path
 import log_writers
 import pytest
 
-from collaudit.core.logs.recordings.mcap_file import MAGIC, MESSAGE, McapFile
+from collaudit.core.logs.messages.mcap_file import MAGIC, MESSAGE, McapFile
 
 #: A channel without a schema: number 1, topic "a", encoding "x".
 CHANNEL = struct.pack("<BQHHI", 4, 18, 1, 0, 1) + b"a" + struct.pack("<I", 1) + b"x" + bytes(4)

@@ -26,11 +26,11 @@ BELONGS = {
     "pinocchio": ("core/robot/pinocchio_model.py", "core/robot/arm_shapes.py"),
     "coal": ("core/robot/arm_shapes.py",),
     "ruckig": ("core/plan/moves.py",),
-    "mcap": ("core/logs/recordings/", "fixtures/", "reports/exports/"),
+    "mcap": ("core/logs/messages/mcap_file.py", "fixtures/", "reports/exports/"),
     "mcap_ros1": (),
     "mcap_ros2": (),
     "rosbags": ("core/logs/messages/", "fixtures/", "reports/exports/"),
-    "sqlite3": ("core/logs/recordings/",),
+    "sqlite3": ("core/logs/messages/ros2_bag.py",),
     "lz4": ("core/logs/storage/",),
     "zstandard": ("core/logs/storage/", "core/logs/table_files/", "reports/exports/"),
     "pyarrow": (

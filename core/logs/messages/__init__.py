@@ -1,5 +1,5 @@
-"""Raw messages to columns: schemas, layouts, profiles of types, and the generic decoder beside them.
+"""Recordings of messages to columns: MCAP files, ROS 1 and ROS 2 bags; schemas, layouts, decoding.
 
-In: batches of raw messages. Out: their columns in the log's own names and units.
-Elsewhere: where the bytes come from (a reader), topics and publishers (logs/topics).
+In: a file, as batches of raw messages. Out: their columns in the log's own names and units.
+Elsewhere: which topics and publishers are meant (logs/topics).
 """

@@ -74,14 +74,15 @@ class EffortGain:
         """The gain with its interval, in words."""
         return f"{self.gain:.3g} per N·m of model torque (95 %: {self.ci95[0]:.3g} to {self.ci95[1]:.3g})"
 
-    def lacks_model(self, least_share: float = LEAST_SHARE) -> bool:
-        """Whether the effort surely shows less than this share of the model's torque, of either sign.
+    @property
+    def lacks_model(self) -> bool:
+        """Whether the effort surely shows none of the model's torque, of either sign.
 
         Of a torque that is small beside the effort nothing is sure: the shape of friction hides it, and the noise of a
         wrench that is part of it lowers the gain.
         """
         told = self.model_nm >= LEAST_OWN * self.effort_sd
-        return told and max(-self.ci95[0], self.ci95[1]) < least_share
+        return told and max(-self.ci95[0], self.ci95[1]) < LEAST_SHARE
 
     def exceeds_arm(self, largest_nm: float) -> bool:
         """Whether what it has beyond the model's torque surely outweighs that of the arm's most loaded joint, N·m."""
@@ -177,10 +178,8 @@ def scale_findings(
     findings = []
     largest_nm = max((gain.model_nm for gain in gains), default=0.0)
     for gain in gains:
-        if gain.lacks_model() or gain.exceeds_arm(largest_nm):
-            what = (
-                "shows none of that torque" if gain.lacks_model() else "would take a load that outweighs the whole arm"
-            )
+        if gain.lacks_model or gain.exceeds_arm(largest_nm):
+            what = "shows none of that torque" if gain.lacks_model else "would take a load that outweighs the whole arm"
             text = (
                 f"The effort of joint '{gain.joint}' is {gain.said}: it {what}, so it is no torque in N·m, or the "
                 f"masses on file are wrong. Nothing is judged by it. {_STATE}"
@@ -221,8 +220,8 @@ def identified_scale_findings(identified: Identified | None, joints: Collection[
 
 def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
     """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
-    known = [gain for gain in gains if gain.known or gain.lacks_model()]
-    far = [gain for gain in known if gain.lacks_model() or _elsewhere(gain)]
+    known = [gain for gain in gains if gain.known or gain.lacks_model]
+    far = [gain for gain in known if gain.lacks_model or _elsewhere(gain)]
     if len(far) < _SEVERAL or 2 * len(far) <= len(known):
         return None
     each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)

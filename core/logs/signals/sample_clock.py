@@ -26,6 +26,8 @@ _FEW = 10
 _PARTS = 10
 #: Stamps that lie so much farther apart than the recording lasts are of two clocks, one of which was never set.
 _TWO_CLOCKS_NS = 10**15
+#: Time that one clock gained on the other is said from so much on, s and share of the log's duration.
+_GAINED_S, _GAINED_SHARE = 0.01, 100e-6
 #: More than this share is worth a warning: speeds are wrong by as much.
 _WARNED_SHARE = 0.01
 #: A stamp so far from the middle of the log, s (12 days), and so many times the usual distance, is garbage where few
@@ -162,9 +164,7 @@ def start_of(first_ns: int) -> int | None:
     return first_ns if EPOCH_FLOOR_NS <= first_ns < EPOCH_CEILING_NS else None
 
 
-def compare_clocks(
-    stamp_ns: IntArray | None, log_ns: IntArray, topic: str, *, least_s: float = 0.01, least_share: float = 100e-6
-) -> list[Finding]:
+def compare_clocks(stamp_ns: IntArray | None, log_ns: IntArray, topic: str) -> list[Finding]:
     """A finding where the header's clock goes on otherwise than the recording's: it drifts, was set, or is simulated.
 
     A jump of the clock that is used shows as a gap, or as a clock set back, too.
@@ -173,7 +173,6 @@ def compare_clocks(
         stamp_ns: (n,) header stamps, or None.
         log_ns: (n,) times of recording, in order.
         topic: for the findings.
-        least_s, least_share: what is stated of the time that one clock gained, s and share of the log's duration.
     """
     if stamp_ns is None or log_ns.shape[0] < _FEW or not steadiness(stamp_ns).usable:
         return []
@@ -182,7 +181,7 @@ def compare_clocks(
     part = log_ns.shape[0] // _PARTS
     gained = median_of(ahead[-part:]) - median_of(ahead[:part])
     over = median_of(recorded[-part:]) - median_of(recorded[:part])
-    if over <= 0 or abs(gained) < least_s or abs(gained / over) < least_share:
+    if over <= 0 or abs(gained) < _GAINED_S or abs(gained / over) < _GAINED_SHARE:
         return []
     text = (
         f"The header's clock gained {gained:+.4g} s on the recording's in {over:.4g} s ({gained / over * 1e6:+.3g} "

@@ -43,6 +43,7 @@ MOST_LAYOUTS = 1000
 #: A compressed file may become this large, or so many times its size; a table too, all of which is in memory at once.
 FREE_FILE_BYTES, FILE_RATIO = 64 << 20, 1000
 FREE_TABLE_BYTES, TABLE_RATIO = 128_000_000, 25
+#: Bytes that are decompressed at a time.
 _STEP = 1 << 16
 #: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
 _ZSTD_PIECE = 1 << 11

@@ -85,7 +85,7 @@ def say_json(text: str) -> None:
 
 def say_object(schema: str, content: Mapping[str, object], indent: int = 2) -> None:
     """Write what a command answers with ``--json``: its schema, then its content."""
-    from collaudit.reports.files.json_files import json_text
+    from collaudit.reports.files.written_files import json_text
 
     say_json(json_text({"schema": schema, **content}, indent))
 

@@ -11,9 +11,8 @@ from pathlib import Path
 from collaudit.cli.batch.audit_one import FINISHED, read_note, remove_run
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import read_object
-from collaudit.reports.files.atomic import CHECKSUMS_NAME, atomic_write
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import FRICTION_FOLDER
+from collaudit.reports.files.written_files import CHECKSUMS_NAME, atomic_write, json_text
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
 from collaudit.reports.page.environment import ASSETS_FOLDER, asset_names
 

@@ -16,7 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
-from collaudit.cli.fleet.remote_logs import local_copy, remote_stamp
+from collaudit.cli.batch.remote_logs import local_copy, remote_stamp
 from collaudit.cli.shared_steps import audit_files
 from collaudit.core.api import LogFiles, Progress
 from collaudit.core.config.load import versions
@@ -25,9 +25,8 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.logs.log_reading import sha256_of
 from collaudit.core.small_files import read_object, read_small
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import CYCLES_NAME, open_run, reference_bytes, write_run
+from collaudit.reports.files.written_files import atomic_write, json_text
 from collaudit.reports.page.environment import ASSETS_FOLDER
 from collaudit.reports.page.html import write_html
 from collaudit.reports.values.entries import entry_of, entry_of_error

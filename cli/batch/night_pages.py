@@ -10,8 +10,8 @@ from datetime import date
 from pathlib import Path
 
 from collaudit.cli.batch.log_jobs import LogJob, Outcome
+from collaudit.cli.batch.precedents import audits_in
 from collaudit.cli.console import note, say_result, terminal_width
-from collaudit.cli.fleet.precedents import audits_in
 from collaudit.cli.shared_steps import audit_files
 from collaudit.core.api import load_robot
 from collaudit.core.causes.program_change import compare_programs
@@ -21,13 +21,12 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, V
 from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.data.signals import ProgramComparison
 from collaudit.core.verdict.verdict import budget_breaches
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME, SIGNALS_NAME, read_run
+from collaudit.reports.files.written_files import atomic_write, read_result
 from collaudit.reports.formats.registry import FORMATS, summary_text
 from collaudit.reports.page.environment import write_assets
 from collaudit.reports.page.index import write_index
-from collaudit.reports.page.overlay_page import overlay_page
+from collaudit.reports.page.matter_pages import overlay_page
 from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text, screen_text
 from collaudit.reports.values.entries import IndexEntry

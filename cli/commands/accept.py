@@ -52,10 +52,10 @@ def accept_command(
 
     Exit codes: 0 written; 2 no such contact, or something is missing.
     """
-    from collaudit.cli.fleet.precedents import accepted_path
+    from collaudit.cli.batch.precedents import accepted_path
     from collaudit.core.config.accepted import parse_accepted, with_entry, without_entries
     from collaudit.core.config.load import read_text
-    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.written_files import atomic_write
 
     loaded = load_settings()
     path = accepted_path(loaded)
@@ -130,7 +130,7 @@ def _contact(folder: Path, name: str) -> tuple[AuditResult, str | None, Contact]
     Raises:
         ConfigError: there is none, or it was not counted with all it needs.
     """
-    from collaudit.cli.fleet.precedents import audited_results
+    from collaudit.cli.batch.precedents import audited_results
 
     every = [(result, robot, one) for result, robot in audited_results(folder) for one in result.contacts]
     found = [item for item in every if item[2].id == name]
@@ -147,8 +147,8 @@ def _contact(folder: Path, name: str) -> tuple[AuditResult, str | None, Contact]
 
 def _stale(folder: Path, entries: tuple[Acceptance, ...]) -> list[int]:
     """Numbers, from 0, of the entries that an audit found to be over or not to be needed."""
-    from collaudit.cli.fleet.precedents import SUMMARY_NAME
-    from collaudit.reports.files.json_files import read_result
+    from collaudit.cli.batch.precedents import SUMMARY_NAME
+    from collaudit.reports.files.written_files import read_result
     from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 
     used = read_result(folder / SUMMARY_NAME, Summary, SUMMARY_SCHEMA).accepted

@@ -141,6 +141,7 @@ def audit_command(
     """
     from collaudit.cli.batch.audit_folder import audit_under_way, own_files
     from collaudit.cli.batch.audit_one import finished_outcomes
+    from collaudit.cli.batch.log_inputs import night_of
     from collaudit.cli.batch.log_jobs import Limits, night_rows, robot_of
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.batch.night_pages import (
@@ -154,8 +155,7 @@ def audit_command(
         write_night,
         write_overlays,
     )
-    from collaudit.cli.fleet.log_inputs import night_of
-    from collaudit.cli.fleet.precedents import (
+    from collaudit.cli.batch.precedents import (
         is_store,
         keep_references,
         read_accepted,
@@ -163,15 +163,14 @@ def audit_command(
         with_precedents,
         with_references,
     )
-    from collaudit.cli.formats import parse_formats
     from collaudit.cli.shared_steps import exit_code
     from collaudit.core.history.night_groups import night_groups
     from collaudit.core.history.night_row import joint_nights
-    from collaudit.reports.files.atomic import write_checksums
-    from collaudit.reports.files.json_files import json_text
+    from collaudit.reports.files.result_store import ResultStore
     from collaudit.reports.files.run_files import FRICTION_FOLDER, keep_friction, read_friction
+    from collaudit.reports.files.written_files import json_text, write_checksums
+    from collaudit.reports.formats.registry import parse_formats
     from collaudit.reports.page.index import summarise
-    from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
     from collaudit.reports.values.entries import nights_before
     from collaudit.reports.values.night import change_section, left_out_entries

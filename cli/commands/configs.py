@@ -143,7 +143,7 @@ def _answer(made: Drafted, output: Path | None) -> dict[str, object]:
 
 
 def _write(output: Path, text: str) -> None:
-    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.written_files import atomic_write
 
     atomic_write(output, text)
     note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
@@ -195,8 +195,8 @@ def check_command(configs: tuple[Path, ...], as_json: bool) -> int:
 
 
 def _check(path: Path) -> None:
-    from collaudit.cli.fleet.precedents import read_accepted
-    from collaudit.cli.fleet.robot_matching import robot_settings
+    from collaudit.cli.batch.precedents import read_accepted
+    from collaudit.cli.batch.robot_matching import robot_settings
     from collaudit.core.config import load_config
     from collaudit.core.config.describe import without_effect
     from collaudit.core.contacts.contact_states import day_refusal

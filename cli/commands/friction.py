@@ -77,9 +77,8 @@ def fit_command(
     from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
     from collaudit.core.detection.fitted_rule import rise_findings
     from collaudit.core.plan.prediction import delivered
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.json_files import read_result
     from collaudit.reports.files.run_files import earlier_friction, result_json, write_friction
+    from collaudit.reports.files.written_files import atomic_write, read_result
     from collaudit.reports.sections.plan_sections import delivered_section
     from collaudit.reports.terminal.command_texts import fit_text
     from collaudit.reports.terminal.text_table import section_text
@@ -182,7 +181,7 @@ def plan_command(
     from collaudit.core.plan.planning import PlanRequest, make_plan
     from collaudit.reports.exports.plan_files import write_plan
     from collaudit.reports.files.run_files import result_json
-    from collaudit.reports.page.plane_page import plan_page
+    from collaudit.reports.page.matter_pages import plan_page
     from collaudit.reports.terminal.command_texts import plan_text
 
     loaded = load_settings()

@@ -143,7 +143,7 @@ def selftest_command(as_json: bool) -> int:
     Exit code 0 when everything is as it should be, 1 otherwise.
     """
     from collaudit.fixtures.installation_checks import run_selftest
-    from collaudit.reports.files.json_files import json_text
+    from collaudit.reports.files.written_files import json_text
     from collaudit.reports.terminal.command_texts import checks_text
 
     note("simulating and auditing known-truth logs (a minute or two) …")

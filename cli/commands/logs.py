@@ -60,7 +60,7 @@ def inspect_command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
     """
     from collaudit.core.logs.log_description import describe
     from collaudit.core.robot.robot_description import describe_robot
-    from collaudit.reports.terminal.log_text import log_text
+    from collaudit.reports.terminal.screen_text import log_text
     from collaudit.reports.values.visible_text import visible
 
     loaded = load_settings()
@@ -181,10 +181,9 @@ def detect_command(logs: tuple[str, ...], output: Path | None, as_json: bool, tr
 
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
-    from collaudit.cli.fleet.precedents import precedents_of_log
-    from collaudit.reports.files.atomic import atomic_write, refuse_link
-    from collaudit.reports.files.json_files import json_text
+    from collaudit.cli.batch.precedents import precedents_of_log
     from collaudit.reports.files.run_files import result_json, write_run
+    from collaudit.reports.files.written_files import atomic_write, json_text, refuse_link
 
     loaded = load_settings()
     files = one_log(logs, loaded)

@@ -35,8 +35,8 @@ def trend_command(store: str, output: Path | None, robots: tuple[str, ...], as_j
     Exit code 3 when no log in the store was judged.
     """
     from collaudit.core.history.night_row import joint_nights
+    from collaudit.reports.files.result_store import ResultStore
     from collaudit.reports.sections.joint_sections import nights_section
-    from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.terminal.text_table import section_text
 
     with progress("reading the store"):
@@ -45,8 +45,8 @@ def trend_command(store: str, output: Path | None, robots: tuple[str, ...], as_j
     rows = [row for row in rows if not robots or row.robot in robots]
     joints = joint_nights(rows)
     if output is not None:
-        from collaudit.reports.files.atomic import atomic_write
-        from collaudit.reports.page.plane_page import trend_page
+        from collaudit.reports.files.written_files import atomic_write
+        from collaudit.reports.page.matter_pages import trend_page
 
         atomic_write(output, trend_page(joints))
     if as_json:
@@ -88,8 +88,8 @@ def query_command(store: str, sql: str, as_json: bool) -> int:
 
     Needs DuckDB: python -m pip install 'collaudit[fleet]'.
     """
-    from collaudit.reports.store.result_store import ResultStore
-    from collaudit.reports.store.store_query import query_store
+    from collaudit.reports.files.result_store import ResultStore
+    from collaudit.reports.files.store_query import query_store
     from collaudit.reports.terminal.text_table import table
 
     found = query_store(ResultStore(store), sql)
@@ -172,8 +172,8 @@ def store_command(
     Whatever its age, a run stays that a contact in accepted.toml of the configuration may mean while the entry counts,
     one that a --baseline has, and of each robot and program the latest that was judged.
     """
-    from collaudit.cli.fleet.precedents import is_store, read_accepted
-    from collaudit.cli.fleet.stored_runs import (
+    from collaudit.cli.batch.precedents import is_store, read_accepted
+    from collaudit.cli.batch.stored_runs import (
         audits_below,
         needs_of,
         prune_audits,
@@ -182,7 +182,7 @@ def store_command(
         runs_of_store,
     )
     from collaudit.core.history.retention import runs_to_prune
-    from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.files.result_store import ResultStore
     from collaudit.reports.terminal.command_texts import prune_text
 
     if keep_failed < keep:

@@ -12,14 +12,17 @@ import click
 from collaudit.cli.console import note, progress, say, say_object, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, friction_option, load_settings, overrides
-from collaudit.cli.shared_steps import truth_option
-from collaudit.core.data.recommendation_result import PersistenceReason
+from collaudit.cli.shared_steps import audit_files, known_contact, truth_option
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
-    from collaudit.cli.fleet.run_evidence import Judged
     from collaudit.core.data.audit_result import Audit
+    from collaudit.core.data.recommendation_result import PersistenceReason
+    from collaudit.core.recommend.arm_evidence import Times
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+
+    #: An audit, what is known of contact in its log, and whose it is.
+    Judged = tuple[Audit, Times | None, str | None]
 
 #: False alarms of the whole arm per hour that the hours should show; it moves no threshold.
 _PER_HOUR = 0.1
@@ -80,10 +83,7 @@ def recommend_command(
 
     Exit code 3 when nothing could be recommended for any joint of a robot.
     """
-    from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
-
-    evidence = run_evidence(inputs, truth)
-    arms = by_arm(evidence, robot)
+    arms = _by_arm(_run_evidence(inputs, truth), robot)
     if len(arms) > 1 and as_json:
         names = ", ".join(arms)
         raise ConfigError("these are runs of several robots", where="--robot", found=names, expected="the name of one")
@@ -105,13 +105,65 @@ def recommend_command(
     if target is not None:
         _write(target, answers, named=robot is not None)
     if plot is not None:
-        from collaudit.reports.files.atomic import atomic_write
-        from collaudit.reports.page.plane_page import plane_page
+        from collaudit.reports.files.written_files import atomic_write
+        from collaudit.reports.page.matter_pages import plane_page
 
         atomic_write(plot, plane_page(answers))
         note(f"alarms over gamma and persistence: {plot}")
     known = [any(rule.gamma_nm is not None for rule in found.joints.values()) for found in answers.values()]
     return EXIT_PASS if all(known) else EXIT_NOT_JUDGED
+
+
+def _by_arm(evidence: Sequence[Judged], robot: str | None) -> dict[str, list[Judged]]:
+    """The evidence by robot; where none is stated by the joints, since two arms are never judged as one.
+
+    Raises:
+        ConfigError: nothing is of the robot asked for.
+    """
+    arms: dict[str, list[Judged]] = {}
+    for one in evidence:
+        arms.setdefault(one[2] or ", ".join(one[0].signals.joint_names), []).append(one)
+    if robot is not None and robot not in arms:
+        raise ConfigError("nothing here is of this robot", where="--robot", found=robot, expected=", ".join(arms))
+    return arms if robot is None else {robot: arms[robot]}
+
+
+def _run_evidence(inputs: Sequence[str], truth: Sequence[Path]) -> list[Judged]:
+    """Runs are read, everything else is judged as a log; with what is known of contact, and whose it is."""
+    from collaudit.cli.batch.precedents import SUMMARY_NAME, audits_in
+    from collaudit.core.api import find_logs, open_log
+    from collaudit.core.scoring.known_events import contact_times, label_times
+    from collaudit.reports.files.run_files import AUDIT_NAME, read_run
+
+    runs: list[tuple[Path, str | None]] = []
+    logs = []
+    for text in inputs:
+        folder = Path(text)
+        ours = (folder / AUDIT_NAME).is_file() or (folder / SUMMARY_NAME).is_file()
+        found = [(file.parent, robot) for file, robot in audits_in(folder)] if ours else []
+        runs += found
+        logs += [] if found else [text]
+    audits = []
+    with progress("reading runs") as report:
+        for k, (run, _) in enumerate(runs, 1):
+            audits.append(read_run(run))
+            report(k, len(runs))
+    loaded = load_settings()
+    of_logs = find_logs(logs, loaded) if logs else []
+    files_known = known_contact(truth, len(runs) + len(of_logs))
+    labelled: list[Times | None] = [None] * len(audits)
+    for k, files in enumerate(of_logs):
+        with progress(f"judging {files[0].name}") as report:
+            audits.append(audit_files(files, loaded, report, truth[len(runs) + k] if files_known else None)[0])
+        wanted = loaded.config.detect.true_events
+        labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
+    if loaded.config.fit.contact == "none":
+        labelled = [() for _ in audits]
+    elif files_known:
+        every = zip(files_known, audits, strict=True)
+        labelled = [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
+    robots = [robot for _, robot in runs] + [None] * len(of_logs)
+    return list(zip(audits, labelled, robots, strict=True))
 
 
 def _found(judged: Sequence[Judged]) -> ArmRecommendation:
@@ -138,8 +190,8 @@ def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) 
         ConfigError: the file cannot be read, or would not be a configuration any more.
     """
     from collaudit.core.config import load_config, parse_config
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.rule_writing import written_into
+    from collaudit.reports.files.written_files import atomic_write
+    from collaudit.reports.terminal.recommendation_text import written_into
 
     load_config(target)
     text = target.read_text(encoding="utf-8")

@@ -10,8 +10,8 @@ from collaudit.cli.console import note, progress, say, say_document, say_json, s
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import open_run, read_run
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
 
@@ -95,8 +95,8 @@ def report_command(
 
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
-    from collaudit.cli.formats import parse_formats, report_paths
     from collaudit.reports.files.event_recount import check_events
+    from collaudit.reports.formats.registry import parse_formats, report_paths
 
     if limits is not None:
         if output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
@@ -147,8 +147,8 @@ def report_command(
 
 
 def _write_overlay(runs: tuple[Path, ...], output: Path, signal: str) -> int:
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.page.overlay_page import overlay_page
+    from collaudit.reports.files.written_files import atomic_write
+    from collaudit.reports.page.matter_pages import overlay_page
 
     if len(runs) != 2:
         raise ConfigError("two runs are laid over each other", where="--overlay", found=f"{len(runs)} runs",
@@ -163,7 +163,7 @@ def _write_overlay(runs: tuple[Path, ...], output: Path, signal: str) -> int:
 
 
 def _write_clips(runs: tuple[Path, ...], folder: Path, log: Path | None, as_json: bool) -> int:
-    from collaudit.reports.exports.contact_clips import write_clips
+    from collaudit.reports.exports.audit_mcap import write_clips
     from collaudit.reports.values.words import plural
 
     if len(runs) != 1:
@@ -179,8 +179,8 @@ def _write_clips(runs: tuple[Path, ...], folder: Path, log: Path | None, as_json
 
 
 def _report_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
-    from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.page.plane_page import body_regions_html
+    from collaudit.reports.files.written_files import atomic_write
+    from collaudit.reports.page.matter_pages import body_regions_html
     from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section, read_limits
     from collaudit.reports.terminal.command_texts import body_region_text
 

@@ -1,8 +1,9 @@
-"""An audit as MCAP: what was computed, on the clock of the log, to be opened beside it in a viewer of robot logs."""
+"""An audit as MCAP for viewers of robot logs, on the clock of the log: all of it, or a clip around each contact."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import ConfigError
+from collaudit.core.logs.log_formats import is_table
+from collaudit.core.logs.log_reading import sha256_of
+from collaudit.core.logs.opening import open_messages
 from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.reports.exports.ros_mcap import (
     DIAGNOSTICS,
@@ -31,14 +36,16 @@ from collaudit.reports.exports.ros_mcap import (
     log_message,
     write_mcap,
 )
-from collaudit.reports.files.atomic import staged
+from collaudit.reports.files.written_files import staged
 from collaudit.reports.sections.event_sections import contact_section, near_miss_section
-from collaudit.reports.values.contact_alarms import in_time
+from collaudit.reports.values.first_words import in_time
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, verdict_word
 
 _NANO = 1_000_000_000
 _TOPIC = "/collaudit/"
+#: A clip begins so long before the onset of its contact, and lasts so long after its end, s.
+AROUND_S = 3.0
 #: Of a state, for diagnostics; all others are out of date.
 _LEVEL = {State.JUDGED: OK, State.FRICTION_INTERVAL: WARN, State.UNUSABLE: ERROR}
 
@@ -192,3 +199,81 @@ def _log(name: str, events: Sequence[tuple[float, int, str, str]], origin: int) 
         for stamp, (_, level, about, text) in zip(at, ordered, strict=True)
     ]
     return Channel(_TOPIC + name, LOG, at, messages)
+
+
+def write_clips(folder: Path, audit: Audit, log: Path | None = None) -> tuple[Path, ...]:
+    """Write a clip for each contact.
+
+    Args:
+        folder: for the clips, made when missing.
+        audit: result and signals.
+        log: the recording, for its topics; of another format than messages it adds nothing to the joints' series.
+
+    Returns:
+        The files, in order of time.
+
+    Raises:
+        ConfigError: the recording is not the one that was audited. LogError: it cannot be read.
+        CollauditError: a file cannot be written.
+    """
+    result = audit.result
+    origin = start_ns(result.log.start)
+    spans = [(contact.onset_s - AROUND_S, contact.end_s + AROUND_S) for contact in result.contacts]
+    windows = [(origin + round(a * _NANO), origin + round(b * _NANO)) for a, b in spans]
+    recorded: Sequence[Sequence[Channel]] = [[] for _ in spans]
+    if log is not None:
+        if sha256_of((log,)) != result.log.sha256:
+            raise ConfigError(
+                "this is not the recording that was audited",
+                where=f"--log {log}",
+                expected=f"the file with sha256 {result.log.sha256}",
+            )
+        recorded = recorded if is_table(log) else _recorded(log, windows)
+    made = []
+    for number, (contact, span, topics) in enumerate(zip(result.contacts, spans, recorded, strict=True), 1):
+        path = folder / f"contact-{number}-{contact.id or 'unnamed'}.mcap"
+        write_audit_mcap(path, _clip(audit, contact, span), recorded=topics)
+        made.append(path)
+    return tuple(made)
+
+
+def _clip(audit: Audit, contact: Contact, span: tuple[float, float]) -> Audit:
+    """The audit of a few seconds: its signals, the one contact with its alarms, near misses in it."""
+    signals, (start, end) = audit.signals, span
+    rows = (signals.time_s >= start) & (signals.time_s <= end)
+    cut: dict[str, Any] = {
+        one.name: value[rows]
+        for one in fields(Signals)
+        if isinstance(value := getattr(signals, one.name), np.ndarray) and value.shape[0] == rows.size
+    }
+    result = replace(
+        audit.result,
+        contacts=(contact,),
+        near_misses=tuple(near for near in audit.result.near_misses if start <= near.onset_s <= end),
+    )
+    return Audit(result, replace(signals, **cut))
+
+
+def _recorded(log: Path, windows: Sequence[tuple[int, int]]) -> list[list[Channel]]:
+    """Of each window the messages of every topic in it, as they were recorded."""
+    reader = open_messages((log,))
+    try:
+        kinds = {channel.key: channel for channel in reader.channels}
+        found: list[dict[int, list[tuple[int, bytes]]]] = [{} for _ in windows]
+        for batch in reader.batches():
+            for window, (first, last) in zip(found, windows, strict=True):
+                for k in np.flatnonzero((batch.log_ns >= first) & (batch.log_ns <= last)).tolist():
+                    window.setdefault(batch.key, []).append((int(batch.log_ns[k]), batch.payload(k)))
+    finally:
+        reader.close()
+    clips = []
+    for window in found:
+        channels = []
+        for key, messages in sorted(window.items()):
+            kind, ordered = kinds[key], sorted(messages, key=lambda message: message[0])
+            stamps = np.array([stamp for stamp, _ in ordered], dtype=np.int64)
+            schema = (kind.schema_encoding, kind.schema) if kind.schema else None
+            payloads = [data for _, data in ordered]
+            channels.append(Channel(kind.topic, kind.type, stamps, payloads, kind.encoding, schema))
+        clips.append(channels)
+    return clips

@@ -10,8 +10,8 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 
 from collaudit.core.data.audit_result import Audit, AuditResult
-from collaudit.reports.files.atomic import staged
-from collaudit.reports.values.contact_alarms import in_time
+from collaudit.reports.files.written_files import staged
+from collaudit.reports.values.first_words import in_time
 from collaudit.reports.values.visible_text import text_cell, visible
 
 _TEXT, _NUMBER = pa.string(), pa.float64()

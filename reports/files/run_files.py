@@ -20,8 +20,14 @@ from collaudit.core.data.signals import CycleReference
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.arrays import LARGEST
 from collaudit.core.small_files import read_small
-from collaudit.reports.files.atomic import atomic_write, refuse_link, staged, write_synced
-from collaudit.reports.files.json_files import json_text, read_result
+from collaudit.reports.files.written_files import (
+    atomic_write,
+    json_text,
+    read_result,
+    refuse_link,
+    staged,
+    write_synced,
+)
 
 if TYPE_CHECKING:
     from collaudit.reports.files.signals_file import StoredSignals

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import CODES
-from collaudit.reports.files.json_files import Json, json_text, plain
+from collaudit.reports.files.written_files import Json, json_text, plain
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.finding_sections import worst_first
 from collaudit.reports.sections.judged_sections import force_section, judged_section

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.files.json_files import json_text
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.parallel import Progress
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def write_report(
         CollauditError: the file cannot be written.
     """
     path = Path(path)
-    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.written_files import atomic_write
 
     known = format_named(fmt)
     if known.files and audits:
@@ -152,3 +152,34 @@ def _called(known: ReportFormat, *arguments: object, progress: Progress | None =
     module, _, function = known.writer.partition(":")
     options = {"progress": progress} if known.steps else {}
     return getattr(import_module(module), function)(*arguments, **options)
+
+
+def parse_formats(text: str, allowed: Collection[str] = tuple(FORMATS)) -> list[str]:
+    """Names of formats out of a list with commas, each once.
+
+    Raises:
+        ConfigError: one is not allowed, or none is given.
+    """
+    names = list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    strangers = [name for name in names if name not in allowed]
+    if strangers or not names:
+        raise ConfigError(
+            "no such report format",
+            where="--format",
+            found=", ".join(strangers) or "nothing",
+            expected=", ".join(allowed),
+            hint=did_you_mean(strangers[0], allowed) if strangers else None,
+        )
+    return names
+
+
+def report_paths(output: Path, formats: Sequence[str]) -> dict[str, Path]:
+    """A file for every format: the first keeps the name asked for, the others take its name with their own suffix.
+
+    Raises:
+        ConfigError: two formats would go to one file.
+    """
+    paths = {name: output if name == formats[0] else output.with_suffix(FORMATS[name].suffix) for name in formats}
+    if len(set(paths.values())) < len(paths):
+        raise ConfigError("two formats would go to one file", where=str(output), hint="give -o the first one's suffix")
+    return paths

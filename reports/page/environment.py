@@ -20,7 +20,7 @@ from markupsafe import Markup
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.findings import CODES
-from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.written_files import atomic_write
 from collaudit.reports.sections.event_sections import delay_text, near_levels
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.visible_text import visible

@@ -27,7 +27,7 @@ from collaudit.reports.plots.plot_residual import (
 )
 from collaudit.reports.plots.signal_data import kept_samples, packed, pose_samples
 from collaudit.reports.sections.event_sections import contact_section
-from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, height
+from collaudit.reports.values.first_words import alarms_of, contact_limits, height
 from collaudit.reports.values.numbers import significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import speed_unit, torque_unit

@@ -15,9 +15,9 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.parallel import Progress, stage
-from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.run_files import StoredRun
 from collaudit.reports.files.signals_file import in_memory
+from collaudit.reports.files.written_files import atomic_write
 from collaudit.reports.page.environment import environment, page_scripts, page_style, shared_scripts
 from collaudit.reports.page.figures import ContactCard, Detail, JointFigures, contact_cards, joint_figures
 from collaudit.reports.page.first_screen import Fact, LogStrip, log_strip, verdict_facts
@@ -41,8 +41,7 @@ from collaudit.reports.sections.judged_sections import (
     threshold_evidence,
 )
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contact_alarms import strongest
-from collaudit.reports.values.first_words import excluded_lines, first_lines, more_reasons, unsaid
+from collaudit.reports.values.first_words import excluded_lines, first_lines, more_reasons, strongest, unsaid
 from collaudit.reports.values.numbers import significant
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import effort_unit, plural, speed_unit, verdict_word

@@ -14,8 +14,7 @@ from collaudit.core.data.audit_result import Verdict
 from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.data.signals import ProgramComparison
 from collaudit.core.history.night_groups import NightGroup
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import json_text
+from collaudit.reports.files.written_files import atomic_write, json_text
 from collaudit.reports.page.environment import environment, own_script
 from collaudit.reports.values.entries import (
     IndexEntry,

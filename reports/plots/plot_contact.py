@@ -12,7 +12,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.reports.plots.joint_trace import JointTrace, thin
 from collaudit.reports.plots.svg import Panel, drawing
-from collaudit.reports.values.contact_alarms import contact_limits
+from collaudit.reports.values.first_words import contact_limits
 
 _WIDTH = 560
 _LEFT, _RIGHT = 46, 8

@@ -18,7 +18,7 @@ from collaudit.core.data.detection_result import (
     Score,
 )
 from collaudit.reports.sections.section import Section, section_of
-from collaudit.reports.values.contact_alarms import (
+from collaudit.reports.values.first_words import (
     alarms_of,
     contact_limits,
     force_text,

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from collaudit.core.findings import Finding
 from collaudit.reports.sections.section import Section, section_of
-from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.visible_text import joint_lines, visible
 
 _MOST_PLACES = 4
 _MOST_NAMED = 3

@@ -23,8 +23,8 @@ from collaudit.core.data.recommendation_result import FittedThresholds, JointThr
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.reports.sections.section import Section, section_of
-from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, interval, percent, significant, with_interval
+from collaudit.reports.values.visible_text import joint_lines
 from collaudit.reports.values.words import NONE, effort_unit, parameter_meaning, parameter_unit, speed_unit
 
 Bounds = tuple[float | None, float | None]

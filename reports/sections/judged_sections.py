@@ -8,8 +8,8 @@ from collaudit.core.data.audit_result import AuditResult, JointCoverage, Recomme
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce, force_text, time_text
 from collaudit.core.data.signals import reason_text
 from collaudit.reports.sections.section import Section, section_of
-from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import apart, duration, fixed, percent, significant, stated, time_decimals
+from collaudit.reports.values.visible_text import joint_lines
 from collaudit.reports.values.words import NONE, counted, torque_unit, with_unit
 
 #: Shares of the time that tables show.

@@ -1,18 +1,23 @@
-"""A recommendation for a terminal: the answer in three lines, and in detail every table behind it."""
+"""A recommendation as text: three lines for a terminal, every table behind them, and written into a configuration."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
+import tomlkit
+from tomlkit.items import KeyType, SingleKey, Table
+
+from collaudit.core.config.toml_text import to_toml
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
+from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.sections.joint_sections import set_rule_section
 from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.terminal.text_table import sections_text
-from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate_words
-from collaudit.reports.values.visible_text import wrapped
+from collaudit.reports.values.visible_text import joint_lines, wrapped
 from collaudit.reports.values.words import by_joint, plural, with_unit
 
 
@@ -151,3 +156,63 @@ def _stretch(s: StretchToConfirm, units: Mapping[str, str]) -> dict[str, str]:
         "joints": ", ".join(s.joints),
         "level for n samples": "" if s.level_nm is None else f"{s.level_nm:.3g} {'N' if slide else 'N·m'}",
     }
+
+
+def written_into(text: str, found: ArmRecommendation, robot: str | None = None) -> str:
+    """A configuration with the recommended thresholds; everything else in it stays, comments included.
+
+    The persistence is written where it was asked for or chosen, and where the file has none. A joint without a
+    recommendation keeps its threshold.
+
+    Args:
+        text: of the file.
+        found: the recommendation; of one that is refused nothing is written.
+        robot: write the thresholds into this robot's table of the fleet instead of ``[detect]``.
+
+    Raises:
+        ConfigError: the file has no table for this robot.
+    """
+
+    document: Any = tomlkit.parse(text)
+    gammas = {joint: rule.gamma_nm for joint, rule in found.joints.items() if rule.gamma_nm is not None}
+    if robot is not None:
+        robots = document.get("fleet", {}).get("robots", {})
+        if robot not in robots:
+            expected = f"a table [fleet.robots.{robot}]"
+            raise ConfigError(
+                "the file does not describe this robot", found=", ".join(robots) or None, expected=expected
+            )
+        _set(robots[robot], found, gammas)
+        return tomlkit.dumps(document)
+    if "detect" not in document:
+        document.append("detect", tomlkit.table())
+    detect = document["detect"]
+    if found.chosen_by != "set" or not {"n", "persistence_ms"} & set(detect):
+        detect.pop("n", None)
+        detect["persistence_ms"] = round(1e3 * found.persistence_s, 6)
+    _set(detect, found, gammas)
+    return tomlkit.dumps(document)
+
+
+def _set(table: Any, found: ArmRecommendation, gammas: dict[str, float]) -> None:
+    """Change thresholds where they stand, so that comments beside them stay; else put a table in their place."""
+    stated = table.get("gamma_nm")
+    if isinstance(stated, dict):
+        for joint, gamma in gammas.items():
+            stated[joint] = gamma
+        return
+    of_all = dict.fromkeys(found.joints, float(stated)) if isinstance(stated, int | float) else {}
+    table.pop("gamma_nm", None)
+    table.append("gamma_nm", _table(of_all | gammas))
+
+
+def _table(gammas: Mapping[str, float]) -> Table:
+    thresholds = tomlkit.table()
+    for joint, gamma in gammas.items():
+        thresholds.append(_key(joint), gamma)
+    return thresholds
+
+
+def _key(name: str) -> SingleKey:
+    """A quoted key, in which nothing can hide."""
+    return SingleKey(name, KeyType.Basic, original=to_toml(name))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from histories import history
 
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.result_store import ResultStore
 
 PROGRAM = (sys.executable, "-c", "from collaudit.cli.main import main; main()")
 ENDLESS = "select count(*) from range(1000000) a, range(1000000) b where a.range * b.range % 7 = 3"

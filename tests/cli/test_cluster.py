@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.result_store import ResultStore
 
 pytest.importorskip("distributed")
 LOGS = 8
@@ -91,16 +91,16 @@ def test_what_a_cluster_finds_is_what_one_process_finds(arm, cluster, tmp_path: 
 
 
 def test_no_scheduler_there_is_said(collaudit, arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from collaudit.cli.batch import dask_workers
+    from collaudit.cli.batch import logs_in_turn
 
-    monkeypatch.setattr(dask_workers, "_CONNECT_S", "1s")  # nobody will come
+    monkeypatch.setattr(logs_in_turn, "_CONNECT_S", "1s")  # nobody will come
     nobody = collaudit("audit", arm.clean, "-c", arm.config, "-o", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
     assert nobody.code == 2 and "scheduler cannot be reached" in nobody.err and "dask worker" in nobody.err
 
 
 def test_handing_out_takes_less_than_10_ms_a_log(cluster) -> None:
     from collaudit.cli.batch.child_processes import results_of
-    from collaudit.cli.batch.dask_workers import results_on_dask
+    from collaudit.cli.batch.logs_in_turn import results_on_dask
 
     address, _ = cluster
     for results, where in ((results_on_dask, (int, None, address)), (results_of, (2, int))):

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from collaudit.cli.fleet.log_inputs import log_identities, run_folders
+from collaudit.cli.batch.log_inputs import log_identities, run_folders
 from collaudit.core.errors import ConfigError
 from collaudit.reports.files.run_files import friction_of_run
 

@@ -260,7 +260,7 @@ def _contents(out: Path) -> dict[str, bytes]:
 def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
     from collaudit.cli.batch.audit_one import finished_outcomes
     from collaudit.cli.batch.log_jobs import LogJob
-    from collaudit.cli.fleet.precedents import with_precedents
+    from collaudit.cli.batch.precedents import with_precedents
     from collaudit.core.config import load_config
     from collaudit.core.config.accepted import Acceptance
 

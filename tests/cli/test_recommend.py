@@ -14,8 +14,8 @@ import pytest
 from residual_audits import audit_of, coloured
 
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import write_run
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.page.index import summarise
 from collaudit.reports.values.entries import entry_of
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from log_servers import FolderServer, served
 
-from collaudit.cli.fleet import remote_logs as remote
-from collaudit.cli.fleet.remote_logs import EXTRAS, local_copy, remote_logs
+from collaudit.cli.batch import remote_logs as remote
+from collaudit.cli.batch.remote_logs import EXTRAS, local_copy, remote_logs
 from collaudit.core.errors import CollauditError, ConfigError, NotJudgedError
 
 _AZURE_KEY = base64.b64encode(b"no secret").decode()

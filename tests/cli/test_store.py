@@ -15,7 +15,7 @@ from collaudit.cli.batch.log_jobs import LogJob, Outcome, night_rows
 from collaudit.core.config import load_config
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.night_row import joint_nights
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.result_store import ResultStore
 from collaudit.reports.values.entries import entry_of_error
 
 

@@ -23,7 +23,7 @@ from collaudit.cli.main import collaudit as group
 from collaudit.core.findings import Finding
 from collaudit.reports.sections.finding_sections import finding_lines
 from collaudit.reports.terminal.screen_text import verdict_text
-from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.visible_text import joint_lines
 
 NO_SUFFIX = ["simulate", "friction", "-o", "x.xyz"]
 

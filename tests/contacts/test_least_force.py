@@ -11,7 +11,7 @@ from collaudit.core.contacts.contact_scene import ArmAtSamples
 from collaudit.core.contacts.contacts import SURFACE_M, longest_levers, with_least
 from collaudit.core.data.detection_result import ContactForce, LeastForce, LinkForce
 from collaudit.fixtures.arms import robot_named
-from collaudit.reports.values.contact_alarms import force_text
+from collaudit.reports.values.first_words import force_text
 
 
 def test_no_force_on_the_arm_turns_a_joint_by_more_than_its_longest_lever() -> None:

@@ -27,8 +27,8 @@ from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, Ra
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_building import build_robot
-from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import result_json
+from collaudit.reports.files.written_files import read_result
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.words import law_text, parameter_meaning
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from histories import HIT, dark_row, history, night
 
-from collaudit.reports.store.result_store import ResultStore
-from collaudit.reports.store.store_query import query_store
+from collaudit.reports.files.result_store import ResultStore
+from collaudit.reports.files.store_query import query_store
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "fleet.md"
 QUESTIONS = re.findall(r"```sql\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

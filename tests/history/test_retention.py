@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from histories import HIT, night_row
 
-from collaudit.cli.fleet.stored_runs import needs_of, prune_store, runs_of_store
+from collaudit.cli.batch.stored_runs import needs_of, prune_store, runs_of_store
 from collaudit.core.config.accepted import Acceptance
 from collaudit.core.history.night_row import NightRow
 from collaudit.core.history.retention import KeptRun, runs_to_prune
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.result_store import ResultStore
 
 TODAY = date(2026, 12, 31)
 VERDICTS = ("pass", "pass", "pass", "fail", "not_judged")

@@ -8,7 +8,7 @@ import pytest
 from histories import history
 
 from collaudit.core.errors import CollauditError
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.result_store import ResultStore
 
 
 @pytest.mark.parametrize("number", [1, 5])

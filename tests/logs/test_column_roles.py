@@ -13,7 +13,7 @@ from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_reading import read_log
 from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.logs.tables.column_roles import _stated_unit
-from collaudit.reports.terminal.log_text import log_text
+from collaudit.reports.terminal.screen_text import log_text
 
 ROWS = 400
 TIME_S = 0.008 * np.arange(ROWS)

@@ -11,7 +11,7 @@ import samples
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.detection_result import Contact, ContactForce
 from collaudit.core.errors import ConfigError
-from collaudit.reports.page.plane_page import body_regions_html
+from collaudit.reports.page.matter_pages import body_regions_html
 from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_section, read_limits
 from collaudit.reports.terminal.command_texts import body_region_text
 

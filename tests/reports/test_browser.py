@@ -20,7 +20,7 @@ from collaudit.reports.page import html
 from collaudit.reports.page.environment import write_assets
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import write_index
-from collaudit.reports.page.plane_page import body_regions_html
+from collaudit.reports.page.matter_pages import body_regions_html
 from collaudit.reports.sections.body_region_sections import BodyLimits
 from collaudit.reports.values.entries import entry_of, entry_of_error
 
@@ -369,7 +369,7 @@ def test_the_page_of_trends_is_for_everybody(chromium: Any, axe: str, tmp_path: 
     from histories import history
 
     from collaudit.core.history.night_row import joint_nights
-    from collaudit.reports.page.plane_page import trend_page
+    from collaudit.reports.page.matter_pages import trend_page
 
     rows = [*history("cell <b>7</b>", 40), *history("steady", 40)]
     (tmp_path / "trend.html").write_text(trend_page(joint_nights(rows)))

@@ -16,8 +16,7 @@ import samples
 from collaudit.core.data.audit_result import Audit, ResidualStats
 from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError
-from collaudit.reports.files import atomic
-from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files import written_files
 from collaudit.reports.files.run_files import (
     open_run,
     read_friction,
@@ -26,6 +25,7 @@ from collaudit.reports.files.run_files import (
     write_friction,
     write_run,
 )
+from collaudit.reports.files.written_files import atomic_write
 
 EXACT = ("time_s", "state", "gamma_nm")
 #: Quantities that are stored in steps, and the largest step (torques: below a thousandth of gamma, which is 4 N·m).
@@ -211,7 +211,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_parts(tmp_path: Path, monkeyp
         target.write_bytes(content[:1])
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(atomic, "write_synced", broken)
+    monkeypatch.setattr(written_files, "write_synced", broken)
     with pytest.raises(CollauditError) as caught:
         atomic_write(path, "new")
     assert caught.value.found == "No space left on device"

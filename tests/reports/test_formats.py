@@ -12,8 +12,8 @@ import samples
 from sarif_pydantic import Sarif
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import result_json
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.formats.night_texts import escaped
 from collaudit.reports.formats.registry import FORMATS, report_text, summary_text, write_report
 from collaudit.reports.page.index import summarise, write_index

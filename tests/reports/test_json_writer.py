@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collaudit.reports.files.json_files import json_text
+from collaudit.reports.files.written_files import json_text
 
 PROJECT = Path(__file__).resolve().parents[2]
 #: Who else may call json.dumps, since what they write is no result; all refuse NaN.
@@ -35,7 +35,7 @@ def test_nobody_else_writes_json() -> None:
         for path in (PROJECT / part).rglob("*.py"):
             if calls := _dumps_calls(path):
                 found[path.relative_to(PROJECT).as_posix()] = calls
-    assert found.keys() == {"reports/files/json_files.py", *OTHERS}
+    assert found.keys() == {"reports/files/written_files.py", *OTHERS}
     for calls in found.values():
         for call in calls:
             assert any(k.arg == "allow_nan" and ast.unparse(k.value) == "False" for k in call.keywords)

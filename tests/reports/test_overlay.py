@@ -14,7 +14,7 @@ from browser import axe_source, launched, violations
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.numeric.arrays import nearest_stretch
-from collaudit.reports.page.overlay_page import overlay_page
+from collaudit.reports.page.matter_pages import overlay_page
 
 
 def moving(period_s: float, late_s: float = 0.0, sha256: str = "", bend: float = 0.0) -> Audit:

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.reports.page.html import html_text
-from collaudit.reports.page.plane_page import plane_plot
+from collaudit.reports.page.matter_pages import plane_plot
 from collaudit.reports.plots.svg import Panel
 
 _STROKE = re.compile(r"M(\d+) ([\d.]+)H(\d+)")

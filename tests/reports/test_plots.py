@@ -29,7 +29,7 @@ from collaudit.reports.plots.plot_friction import band, curve, draw_friction
 from collaudit.reports.plots.plot_residual import autocorrelation, coverage_bar, draw_overview
 from collaudit.reports.plots.signal_data import kept_samples, packed
 from collaudit.reports.plots.svg import polyline, strokes, tick_text, ticks
-from collaudit.reports.values.contact_alarms import strongest
+from collaudit.reports.values.first_words import strongest
 
 
 @settings(deadline=None)

@@ -11,8 +11,8 @@ from user_guide.result_schemas import result_schema
 
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.errors import LogError
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import result_json
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.page.index import summarise
 from collaudit.reports.values.entries import entry_of, entry_of_error
 

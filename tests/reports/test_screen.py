@@ -27,9 +27,8 @@ from collaudit.reports.page.index import summarise
 from collaudit.reports.sections.judged_sections import judged_section
 from collaudit.reports.terminal.command_texts import summary_table
 from collaudit.reports.terminal.screen_text import audit_text, important_findings, screen_text
-from collaudit.reports.values.contact_alarms import force_text, link_forces_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.first_words import lost_line
+from collaudit.reports.values.first_words import force_text, link_forces_text, lost_line
 
 JOINT = samples.JOINTS[0]
 FORCES = (ForceLevel(0.5, 34.0), ForceLevel(0.9, 61.3), ForceLevel(0.95, None))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo
 from collaudit.reports.terminal.command_texts import LevelRow, PushRow, TruthRow, checks_text, demo_text
-from collaudit.reports.terminal.log_text import log_text
+from collaudit.reports.terminal.screen_text import log_text
 
 
 def test_the_demo_shows_what_was_missed() -> None:

@@ -26,8 +26,8 @@ from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
-from collaudit.reports.files.json_files import json_text
 from collaudit.reports.files.run_files import AUDITS_SCHEMA
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.terminal.command_texts import LevelRow, PushRow, TruthRow
 from user_guide.result_schemas import schema_of
 

@@ -20,7 +20,7 @@ from collaudit.core.config import schema as config_of_core
 from collaudit.core.config.describe import Key, all_keys, choices_of_laws, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
-from collaudit.reports.files.json_files import json_text
+from collaudit.reports.files.written_files import json_text
 from user_guide.api_page import api_page
 from user_guide.config_words import default_text, header, meaning, names_of_entries
 from user_guide.man_pages import man_pages

@@ -29,7 +29,7 @@ from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.findings import Finding
 from collaudit.core.history.night_groups import Moment, NightGroup
-from collaudit.reports.files.json_files import json_text
+from collaudit.reports.files.written_files import json_text
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 from collaudit.reports.values.entries import IndexEntry
 

@@ -16,8 +16,8 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
 from collaudit.core.errors import ConfigError
 from collaudit.core.history.night_row import NightRow, rows_of_result
 from collaudit.core.small_files import read_object
-from collaudit.reports.files.json_files import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME, CYCLES_NAME
+from collaudit.reports.files.written_files import read_result
 
 #: What makes a folder a store.
 STORE_NAME = "store.json"
@@ -88,7 +88,7 @@ def with_references(jobs: Sequence[LogJob], store: str) -> list[LogJob]:
     Raises:
         CollauditError: a file of it cannot be read.
     """
-    from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.files.result_store import ResultStore
 
     known = cache(ResultStore(store).references)
     return [job if job.robot is None else job._replace(earlier=known(job.robot, program_of(job.name))) for job in jobs]
@@ -112,7 +112,7 @@ def keep_references(
     Raises:
         CollauditError: the store cannot be written.
     """
-    from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.files.result_store import ResultStore
 
     for job, outcome in zip(jobs, outcomes, strict=True):
         file, result = out / job.folder / CYCLES_NAME, outcome.result
@@ -137,7 +137,7 @@ def read_history(place: str) -> list[EarlierLog]:
         ConfigError: there is no audit. CollauditError: a file of it is damaged.
     """
     if is_store(place):
-        from collaudit.reports.store.result_store import ResultStore
+        from collaudit.reports.files.result_store import ResultStore
 
         judged: list[Sequence[NightRow]] = [*ResultStore(place).by_batch().values()]
     else:

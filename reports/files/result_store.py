@@ -26,9 +26,8 @@ from collaudit.core.data.signals import CycleReference
 from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.night_row import STORE_SCHEMA, NightRow
 from collaudit.core.small_files import check_regular
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_files import json_text, plain
 from collaudit.reports.files.run_files import read_reference
+from collaudit.reports.files.written_files import atomic_write, json_text, plain
 
 _FOLDER = f"v{STORE_SCHEMA}"
 _NAME = "store.json"

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from collaudit.core.errors import CollauditError, ConfigError
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.result_store import ResultStore
 
 #: So long an interrupted question may take to end before it is interrupted again, s.
 _PATIENCE_S = 0.1

@@ -8,15 +8,14 @@ from html import escape
 from pathlib import Path
 from typing import cast
 
-from collaudit.cli.fleet.precedents import SUMMARY_NAME, audited_results, robots_in
+from collaudit.cli.batch.precedents import SUMMARY_NAME, audited_results, robots_in
 from collaudit.core.config.accepted import Acceptance
 from collaudit.core.contacts.contact_states import Precedents, concerns, day_refusal, program_of
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult, Verdict
 from collaudit.core.history.retention import KeptRun
-from collaudit.reports.files.atomic import CHECKSUMS_NAME, atomic_write
-from collaudit.reports.files.json_files import read_result
+from collaudit.reports.files.result_store import ResultStore
 from collaudit.reports.files.run_files import AUDIT_NAME, FRICTION_NAME, SIGNALS_NAME
-from collaudit.reports.store.result_store import ResultStore
+from collaudit.reports.files.written_files import CHECKSUMS_NAME, atomic_write, read_result
 from collaudit.reports.values.words import VERDICT_WORD
 
 _PAGE = "report.html"

@@ -75,15 +75,8 @@ def plane_plot(plane: AlarmPlane, label: str, unit: str = "N·m") -> Markup:
             panel.level(log10(gamma), kind)
     panel.y_axis(f"γ, {unit}", decades=True)
     panel.x_axis("persistence, ms", decades=True)
-    return drawing(
-        round(_PLANE_LEFT + _PLANE_WIDE + 10),
-        round(_PLANE_TOP + _PLANE_HIGH + 34),
-        visible(label),
-        [panel],
-        "",
-        "plot plane",
-        False,
-    )
+    wide, high = round(_PLANE_LEFT + _PLANE_WIDE + 10), round(_PLANE_TOP + _PLANE_HIGH + 34)
+    return drawing(wide, high, visible(label), [panel], "", "plot plane", False)
 
 
 def _borders(values: FloatArray) -> FloatArray:
@@ -277,13 +270,8 @@ def _drawn(
     for (x, y), kind in zip(curves, ("curve", "model"), strict=False):
         panel.line(x, y, kind)
     label = visible(f"{signal} of {joint}: {title}; {text}")
-    plot = drawing(
-        _OVERLAY_WIDE,
-        _OVERLAY_HIGH,
-        label,
-        [panel],
-        f"o{round(1e3 * span[0])}-{first.signals.joint_names.index(joint)}",
-    )
+    key = f"o{round(1e3 * span[0])}-{first.signals.joint_names.index(joint)}"
+    plot = drawing(_OVERLAY_WIDE, _OVERLAY_HIGH, label, [panel], key)
     return Overlay(visible(title), text, plot)
 
 

@@ -90,7 +90,7 @@ def test_every_long_command_tells_how_far_it_is(arm, collaudit, tmp_path: Path, 
     def listen(label: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: told.setdefault(label, set()).add(done / total)
 
-    for module in ("commands.fit", "commands.detect", "commands.recommend", "commands.report", "drafts.trial"):
+    for module in ("commands.friction", "commands.logs", "commands.recommend", "commands.report", "drafts.trial"):
         monkeypatch.setattr(f"collaudit.cli.{module}.progress", listen)
     settings, run = ("-c", arm.config, "--friction", arm.friction), tmp_path / "run"
     collaudit("fit", arm.clean, "-c", arm.config, "-o", tmp_path / "f.json")

@@ -20,9 +20,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
-from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.log_jobs import LogJob, LogTraits, robot_settings, robots_of
 from collaudit.cli.batch.remote_logs import is_url, local_copy, remote_logs, remote_others
-from collaudit.cli.batch.robot_matching import LogTraits, robot_settings, robots_of
 from collaudit.core.api import LogFiles, find_logs, log_name
 from collaudit.core.config import LoadedConfig
 from collaudit.core.config.schema import FleetRobot

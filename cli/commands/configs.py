@@ -195,8 +195,8 @@ def check_command(configs: tuple[Path, ...], as_json: bool) -> int:
 
 
 def _check(path: Path) -> None:
+    from collaudit.cli.batch.log_jobs import robot_settings
     from collaudit.cli.batch.precedents import read_accepted
-    from collaudit.cli.batch.robot_matching import robot_settings
     from collaudit.core.config import load_config
     from collaudit.core.config.describe import without_effect
     from collaudit.core.contacts.contact_states import day_refusal

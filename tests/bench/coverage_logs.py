@@ -17,8 +17,7 @@ from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment, carry_out
 from collaudit.fixtures.imperfections import geared, given_way, loads_nm, spoiled
 from collaudit.fixtures.plant import LuGre, Trace
-from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot, record
 
 #: Symbols of other laws with the same meaning: the Coulomb level and the viscous slope.
 SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}

@@ -32,8 +32,7 @@ from collaudit.core.robot.robot_building import build_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot, record
 from collaudit.fixtures.simulation import plan
 
 SECONDS, FIRST, WORKERS, OFF = 60.0, 101, 2, 0.1

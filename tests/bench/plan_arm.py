@@ -14,8 +14,7 @@ from collaudit.fixtures.arms import PAPER6, robot_named
 from collaudit.fixtures.experiments import Experiment, carry_out
 from collaudit.fixtures.experiments import Path as MotionPath
 from collaudit.fixtures.plant import SAMPLE_S, lugre
-from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulated_robot import Description, FixtureRobot
+from collaudit.fixtures.simulated_robot import Description, FixtureRobot, record
 from collaudit.fixtures.truth import config_text
 from collaudit.fixtures.writers import write_log
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from camera_log import write_camera_log
 
-from collaudit.cli.batch.robot_matching import LogTraits, robot_settings, robots_of
+from collaudit.cli.batch.log_jobs import LogTraits, robot_settings, robots_of
 from collaudit.core.config import load_config, parse_config
 from collaudit.core.config.schema import FleetRobot
 from collaudit.core.contacts.contact_states import matches, program_of, runs_program

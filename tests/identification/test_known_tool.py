@@ -21,8 +21,7 @@ from collaudit.core.robot.robot_building import build_robot
 from collaudit.fixtures.arms import robot_named
 from collaudit.fixtures.experiments import Path as Motion
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulated_robot import FixtureRobot, record
 
 
 def quiet(arm: FixtureRobot) -> FixtureRobot:

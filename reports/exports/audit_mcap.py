@@ -15,9 +15,8 @@ from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import ConfigError
-from collaudit.core.logs.log_formats import is_table
+from collaudit.core.logs.log_formats import is_table, open_messages
 from collaudit.core.logs.log_reading import sha256_of
-from collaudit.core.logs.opening import open_messages
 from collaudit.core.numeric.parallel import Progress, stage
 from collaudit.reports.exports.ros_mcap import (
     DIAGNOSTICS,

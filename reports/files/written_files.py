@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.joint_log import LeftOut
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.small_files import read_small
 from collaudit.reports.values.visible_text import visible, visible_json

@@ -17,8 +17,8 @@ from collaudit.core.data.signals import Signals
 from collaudit.core.history.night_row import JointNights
 from collaudit.core.numeric.arrays import FloatArray, nearest_stretch
 from collaudit.core.plan.planning import Plan
-from collaudit.core.recommend.alarm_plane import AlarmPlane
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+from collaudit.core.recommend.joint_thresholds import AlarmPlane
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.arm_pose import moving_arm, positions_over_time
 from collaudit.reports.plots.joint_trace import thin

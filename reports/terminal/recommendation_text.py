@@ -8,11 +8,11 @@ from typing import Any
 import tomlkit
 from tomlkit.items import KeyType, SingleKey, Table
 
-from collaudit.core.config.toml_text import to_toml
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+from collaudit.core.small_files import to_toml
 from collaudit.reports.sections.joint_sections import set_rule_section
 from collaudit.reports.sections.section import Section, section_of
 from collaudit.reports.terminal.text_table import sections_text

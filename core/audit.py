@@ -11,8 +11,7 @@ from collaudit.core.causes.causes import find_causes, told_load
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_scene import arm_geometry
 from collaudit.core.contacts.contact_states import Precedents, with_states
-from collaudit.core.contacts.contacts import find_contacts
-from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
+from collaudit.core.contacts.contacts import disturbance_findings, find_contacts, rest_disturbances
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, Audit, AuditResult, FrictionFile, PolicyLimits, Provenance
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.joint_log import log_facts

@@ -1,24 +1,23 @@
-"""From alarms of single joints to contacts: which link, how strong, commanded or not.
+"""From single joints to events of the arm: alarms that are one contact, on which link, how strong, commanded or not.
 
-A force at a point turns a joint by at most its size times the point's distance from the joint's axis. Whatever the
-direction, and wherever on the links that the joint moves, the least force is therefore torque / longest distance. That
-holds where too few joints react to tell a direction, and needs no assumption about the place.
+Steps of standing joints that are no contact already, and belong together, are disturbances of an arm at rest.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_scene import ArmAtSamples, after_contact, scene_at
-from collaudit.core.contacts.external_force import Unsmoothed, estimate_force, without_guess
+from collaudit.core.contacts.external_force import Unsmoothed, estimate_force, least_force, with_least, without_guess
 from collaudit.core.data.audit_result import Collision
-from collaudit.core.data.detection_result import Contact, ContactForce, ContactKind, LeastForce
+from collaudit.core.data.detection_result import Contact, ContactForce, ContactKind, LeastForce, RestDisturbance
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
+from collaudit.core.findings import Finding
+from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.phases import PHASES
 from collaudit.core.prepare.prepared import Prepared
@@ -141,75 +140,6 @@ def _direction_vote(prepared: Prepared, force: ContactForce, sample: int, config
     return [(2, f"it does not act along the commanded tool force (cosine {cosine:.2f})")]
 
 
-#: Links are thicker than their frames and reach beyond them: the surface is taken to end this far from them, m.
-SURFACE_M = 0.1
-#: One-sided 95 % point of the normal distribution, in standard deviations.
-_ONE_SIDED = 1.645
-#: A joint whose longest lever is shorter tells nothing, m.
-_SHORTEST_M = 0.03
-
-
-def least_force(
-    at: ArmAtSamples, joints: Sequence[str], torque_nm: FloatArray, sd_nm: FloatArray, sample: int
-) -> LeastForce | None:
-    """The largest of the lower bounds that the joints of a contact give.
-
-    Args:
-        at: the arm where contacts are looked at, at this sample too.
-        joints: those that reacted.
-        torque_nm: (k,) their external torque; where friction is only a range, what lies beyond it.
-        sd_nm: (k,) its standard deviation.
-        sample: of the log, for the pose.
-
-    Returns:
-        None without a kinematic model or a pose, or where no torque stands out of its own error.
-    """
-    robot = at.robot
-    if robot.bodies is None or not at.position_known(sample):
-        return None
-    levers = longest_levers(at, sample)
-    bounds = []
-    for joint, torque, sd in zip(joints, torque_nm, sd_nm, strict=True):
-        lever = levers[robot.joint_names.index(joint)]
-        sure = abs(float(torque)) - _ONE_SIDED * float(sd)
-        if lever >= _SHORTEST_M and sure > 0.0:
-            bounds.append(LeastForce(float(sure / lever), joint, float(lever)))
-    return max(bounds, key=lambda bound: bound.force_n, default=None)
-
-
-def with_least(force: ContactForce | None, least: LeastForce | None) -> ContactForce | None:
-    """The force with an interval that begins no lower than the least force; None where it would end below it.
-
-    Then the force does not act as it is taken to, a pure one near a frame, and only its lower bound holds.
-    """
-    if force is None or least is None:
-        return force
-    high = force.size_ci95_n[1]
-    if high is not None and least.force_n > high:
-        return None
-    links = tuple(
-        replace(link, low_n=max(link.low_n, least.force_n))
-        for link in force.links
-        if link.high_n is None or least.force_n <= link.high_n
-    )
-    return replace(force, size_ci95_n=(max(force.size_ci95_n[0], least.force_n), high), links=links)
-
-
-def longest_levers(at: ArmAtSamples, sample: int) -> FloatArray:
-    """(j,) longest distance from each joint's axis to the surface of what it moves, m; 1 for prismatic joints.
-
-    Args:
-        at: an arm with a kinematic model.
-        sample: at which its position is known.
-    """
-    robot = at.robot
-    turning = np.array([kind != "prismatic" for kind in robot.joint_types])
-    out = np.zeros(len(robot.joint_names))
-    for frame in at.link_frames:  # a joint beyond the frame feels nothing: its lever there is 0
-        out = np.maximum(out, np.linalg.norm(at.lever_arms(frame, sample), axis=0))
-    return np.where(turning, out + SURFACE_M, np.minimum(out, 1.0))
-
-
 #: Alarms of different joints closer than this are one contact.
 _TOGETHER_S = 0.1
 #: A force is told where the residuals are at least this share of their largest.
@@ -321,3 +251,60 @@ def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision
     near = together >= _NEARLY * together.max()
     judged = np.where(near, np.count_nonzero(run.detected.state[part] == State.JUDGED, axis=1), -1)
     return a + int(np.argmax(np.where(judged == judged.max(), together, -1.0)))
+
+
+#: Steps closer than this are one disturbance; contacts this close are the same event, s.
+_ONE_PUSH_S, _NEAR_CONTACT_S = 0.7, 0.5
+_LISTED = 5
+
+
+def rest_disturbances(
+    steps: Sequence[RestDisturbance], names: Sequence[str], contacts: Sequence[tuple[float, float]]
+) -> tuple[RestDisturbance, ...]:
+    """Disturbances of standing joints that are no contact already, in order of time: steps that overlap are one.
+
+    Args:
+        steps: of single joints.
+        names: of the joints, base to tip.
+        contacts: start and end of those that were found, s.
+    """
+    apart = [
+        step
+        for step in steps
+        if not any(
+            step.onset_s < end + _NEAR_CONTACT_S and start - _NEAR_CONTACT_S < step.end_s for start, end in contacts
+        )
+    ]
+    groups: list[list[RestDisturbance]] = []
+    for step in sorted(apart, key=lambda step: (step.onset_s, names.index(step.joints[0].joint))):
+        if groups and step.onset_s <= max(one.end_s for one in groups[-1]) + _ONE_PUSH_S:
+            groups[-1].append(step)
+        else:
+            groups.append([step])
+    found = []
+    for group in groups:
+        its = ([one.joints[0] for one in group if one.joints[0].joint == name] for name in names)
+        largest = tuple(max(one, key=lambda joint: abs(joint.torque_step_nm)) for one in its if one)
+        found.append(RestDisturbance(group[0].onset_s, max(one.end_s for one in group), largest))
+    return tuple(found)
+
+
+def disturbance_findings(found: Sequence[RestDisturbance], allowed: int) -> list[Finding]:
+    """One finding on all of them; an error, with which no log passes, where there are more than are allowed.
+
+    Args:
+        found: of one log.
+        allowed: how many a log may have.
+    """
+    if not found:
+        return []
+    steps = [", ".join(f"{j.joint} by {abs(j.torque_step_nm):.2g} N·m" for j in one.joints) for one in found[:_LISTED]]
+    listed = "; ".join(f"{one.onset_s:.2f} s: {text}" for one, text in zip(found, steps, strict=False))
+    more = f"; and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
+    once = "once" if len(found) == 1 else f"{len(found)} times"
+    text = (
+        f"Standing joints were pushed or released {once}, too weakly to alarm ({listed}{more}): the joint gave way and "
+        "its drive pushed back. Friction hides how strong it was."
+    )
+    severity: Severity = "warning" if len(found) <= allowed else "error"
+    return [Finding("disturbed-at-rest", severity, text, start_s=found[0].onset_s, end_s=found[-1].end_s)]

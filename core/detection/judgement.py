@@ -13,7 +13,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, ResidualStats
-from collaudit.core.data.detection_result import DetectionFacts
+from collaudit.core.data.detection_result import DetectionFacts, RestDisturbance
 from collaudit.core.data.joint_log import UniformSeries
 from collaudit.core.data.recommendation_result import FittedThresholds, MotionLevels
 from collaudit.core.data.signals import CycleReference, Signals, State
@@ -39,7 +39,7 @@ from collaudit.core.detection.fitted_rule import (
     with_rest_thresholds,
 )
 from collaudit.core.detection.position_pattern import pattern_findings
-from collaudit.core.detection.rest_steps import RestStep, rest_steps
+from collaudit.core.detection.rest_steps import rest_steps
 from collaudit.core.detection.rule_settings import make_rule, reach_findings, watch_findings
 from collaudit.core.detection.unjudged_time import unjudged_effort_findings
 from collaudit.core.findings import Finding, fact, joints_not_judged
@@ -88,7 +88,7 @@ class Judged:
     signals: Signals
     stats: dict[str, ResidualStats]
     facts: DetectionFacts
-    rest_steps: tuple[RestStep, ...]
+    rest_steps: tuple[RestDisturbance, ...]
     checked: tuple[Finding, ...] = ()
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.detection_result import DisturbedJoint
+from collaudit.core.data.detection_result import DisturbedJoint, RestDisturbance
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, centred_extremes, closed, run_bounds, widened
@@ -178,17 +178,8 @@ _TOGETHER_S, _MOTION_S = 0.7, 1.0
 _BRAKED_SHARE, _BRAKED_S = 0.25, 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class RestStep:
-    """One standing joint that was disturbed, s on the log's clock; several joints of one push are told apart here."""
-
-    onset_s: float
-    end_s: float
-    joint: DisturbedJoint
-
-
-def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> tuple[RestStep, ...]:
-    """Steps of standing joints that no commanded motion explains, joint by joint.
+def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> tuple[RestDisturbance, ...]:
+    """Steps of standing joints that no commanded motion explains, each of one joint: a push may move several.
 
     Args:
         prepared: the log.
@@ -227,7 +218,9 @@ class _Steps:
     position_rad: FloatArray
 
 
-def _of_joint(blocks: RestBlocks, steps: _Steps, joint: str, asked: FloatArray, pushed: FloatArray) -> list[RestStep]:
+def _of_joint(
+    blocks: RestBlocks, steps: _Steps, joint: str, asked: FloatArray, pushed: FloatArray
+) -> list[RestDisturbance]:
     """Disturbances of one joint.
 
     Left out is one just before which its own motion, or more motion of another joint than any deflection, was
@@ -240,7 +233,7 @@ def _of_joint(blocks: RestBlocks, steps: _Steps, joint: str, asked: FloatArray, 
         asked, pushed: (m,) the largest step of position of all joints, along the drive and against it.
     """
     against, along = (np.isin(np.arange(asked.size), steps.rows[kind]) for kind in (steps.against, ~steps.against))
-    out: list[RestStep] = []
+    out: list[RestDisturbance] = []
     starts, stops = run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s)))
     before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, STAYS_S))
     for a, b in zip(starts, stops, strict=True):
@@ -253,7 +246,7 @@ def _of_joint(blocks: RestBlocks, steps: _Steps, joint: str, asked: FloatArray, 
         one = DisturbedJoint(joint, float(steps.torque_nm[largest]), float(steps.position_rad[largest]))
         of_scale = (here[steps.scale[here] == scale] for scale in np.unique(steps.scale[here]))
         edges = [edge for its in of_scale for edge in _edges(steps.rows[its], np.abs(steps.torque_nm[its]))]
-        out.append(RestStep(float(blocks.time_s[min(edges)]), float(blocks.time_s[max(edges)]), one))
+        out.append(RestDisturbance(float(blocks.time_s[min(edges)]), float(blocks.time_s[max(edges)]), (one,)))
     return out
 
 

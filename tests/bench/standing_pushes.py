@@ -17,8 +17,7 @@ from detection_runs import friction_of
 from tables import put
 
 from collaudit.core.config.schema import Config
-from collaudit.core.contacts.contacts import find_contacts
-from collaudit.core.contacts.rest_disturbances import rest_disturbances
+from collaudit.core.contacts.contacts import find_contacts, rest_disturbances
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.detection_result import Contact, RestDisturbance
 from collaudit.core.data.joint_log import JointLog

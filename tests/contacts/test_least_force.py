@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from collaudit.core.contacts.contact_scene import ArmAtSamples
-from collaudit.core.contacts.contacts import SURFACE_M, longest_levers, with_least
+from collaudit.core.contacts.external_force import SURFACE_M, longest_levers, with_least
 from collaudit.core.data.detection_result import ContactForce, LeastForce, LinkForce
 from collaudit.fixtures.arms import robot_named
 from collaudit.reports.values.first_words import force_text

@@ -11,7 +11,7 @@ import pytest
 
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.contacts.rest_disturbances import rest_disturbances
+from collaudit.core.contacts.contacts import rest_disturbances
 from collaudit.core.data.detection_result import Score
 from collaudit.core.detection.detector_run import DetectionInputs, run_detector
 from collaudit.core.detection.fitted_rule import with_rest_thresholds

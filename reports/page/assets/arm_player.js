@@ -5,7 +5,7 @@ const ArmPlayer = (function () {
   const times = (a, b) => a.map((_, i) => { const r = 3 * Math.floor(i / 3), c = i % 3; return a[r] * b[c] + a[r + 1] * b[c + 3] + a[r + 2] * b[c + 6]; });
   const moved = (a, v, p) => p.map((at, i) => at + a[3 * i] * v[0] + a[3 * i + 1] * v[1] + a[3 * i + 2] * v[2]);
 
-  // Origins of the joints and the tool, and directions of the axes, in the base: what arm_geometry.py does.
+  // Origins of the joints and the tool, and directions of the axes, in the base: what arm_at of core/data/signals.py does.
   function pose(arm, q) {
     const turns = [[1, 0, 0, 0, 1, 0, 0, 0, 1]], origins = [[0, 0, 0]];
     for (const [joint, parent, slides, factor, offset, rotation, translation] of arm.links) {

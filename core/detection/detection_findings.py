@@ -145,10 +145,9 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     meaningful = evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
     above &= meaningful
     blind = np.logical_or.reduce([state == code for code in _BLIND])
-    starts, stops = run_bounds(above | blind)
     out = []
     fired = [c.onset_s for c in run.detected.collisions if c.joint == joint]
-    for a, b in zip(starts, stops, strict=True):
+    for a, b in zip(*run_bounds(above | blind), strict=True):
         count = int(np.count_nonzero(above[a:b])) if b - a >= n else 0
         if count == 0 or (count == b - a and evidence[a:b].all()):
             continue

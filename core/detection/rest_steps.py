@@ -234,9 +234,8 @@ def _of_joint(
     """
     against, along = (np.isin(np.arange(asked.size), steps.rows[kind]) for kind in (steps.against, ~steps.against))
     out: list[RestDisturbance] = []
-    starts, stops = run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s)))
     before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, STAYS_S))
-    for a, b in zip(starts, stops, strict=True):
+    for a, b in zip(*run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s))), strict=True):
         near = slice(max(0, a - before), a + behind)
         own = along[max(0, a - before) : a + 1].any()
         if own or asked[near].max() > pushed[a : max(b, a + behind)].max() or _brakes(blocks, a, b):

@@ -166,9 +166,8 @@ def choose_watched(series: UniformSeries, contact: BoolArray, config: DetectConf
 
 def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watch]:
     """The paper's reduction: runs of force-controlled joints become one body seen by the joint inside of it."""
-    forced = [not choice[joint].in_contact for joint in joints]
-    starts, stops = run_bounds(np.array(forced))
-    for a, b in zip(starts, stops, strict=True):
+    forced = np.array([not choice[joint].in_contact for joint in joints])
+    for a, b in zip(*run_bounds(forced), strict=True):
         names = f"{joints[a]} to {joints[b - 1]}" if b - a > 1 else joints[a]
         if a == 0:
             text = f"no position-controlled joint lies inside of {names}: in contact, pushes there cannot be seen"
@@ -186,8 +185,7 @@ def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float
     if not contact.any():
         return 0.0, 0.0
     count, strokes, seconds = 0, [], 0.0
-    starts, stops = run_bounds(contact & np.isfinite(q) & np.isfinite(v))
-    for a, b in zip(starts, stops, strict=True):
+    for a, b in zip(*run_bounds(contact & np.isfinite(q) & np.isfinite(v)), strict=True):
         forward, backward = v[a:b] > 0, v[a:b] < 0
         turns = np.flatnonzero(forward[1:] & backward[:-1] | backward[1:] & forward[:-1]) + a
         stroke = np.abs(np.diff(q[turns]))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.config.schema import Config, PolicyConfig
+from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_judging import PUSH_S
 from collaudit.core.data.sensitivity_result import (
     TOOL,
@@ -258,22 +258,6 @@ SHARES = (0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
 BRIEF_S = 0.5
 
 
-def observable_torques(policy: PolicyConfig, joints: tuple[str, ...]) -> dict[str, float]:
-    """The torque that must alarm on each joint for which the configuration asks for one.
-
-    Args:
-        policy: what is stated.
-        joints: those that are judged.
-
-    Raises:
-        ConfigError: a torque is stated for a joint that is not judged.
-    """
-    if policy.observable_nm is None:
-        return {}
-    problem = "a torque is asked to be observable on a joint that is not judged"
-    return stated_by_joint(policy.observable_nm, joints, problem, "[policy] observable_nm")
-
-
 def measure_sensitivity(
     prepared: Prepared,
     run: DetectorRun,
@@ -294,13 +278,16 @@ def measure_sensitivity(
         ConfigError: something is to be noticeable on a joint that is not judged, or at a place that the arm lacks.
     """
     log = _PushedLog.at(prepared, run, inputs, time)
-    moving = time.moving
-    observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
+    observable: dict[str, float] = {}
+    if config.policy.observable_nm is not None:
+        problem = "a torque is asked to be observable on a joint that is not judged"
+        where, judged = "[policy] observable_nm", tuple(inputs.rule.gamma_nm)
+        observable = stated_by_joint(config.policy.observable_nm, judged, problem, where)
     joints = by_name(lambda joint: _of_joint(log, joint, observable.get(joint)), log.joints)
     places = arm_places(prepared.robot, prepared.judged, config.robot.tool.frame)
     if not places or not log.joints:
         return Sensitivity(joints, push_alarms=log.push.alarms)
-    moved = np.logical_or.reduce([moving[joint] for joint in log.joints])
+    moved = np.logical_or.reduce([time.moving[joint] for joint in log.joints])
     moves = float(np.count_nonzero(moved)) * log.period_s >= BRIEF_S
     any_watched = np.asarray(np.logical_or.reduce([log.watched(joint) for joint in log.joints]))
     whole = log.moments(any_watched)

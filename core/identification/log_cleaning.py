@@ -49,6 +49,21 @@ _CAUSES = (
     'Last, [fit] contact = "none": all is fitted, what looks like contact too, and thresholds grow by it'
 )
 Times = Sequence[tuple[float, float]]
+#: A stretch begins where the residual, or its mean over so long, exceeds so many robust standard deviations for this
+#: long. Clean motion of simulated arms reaches 4 and 8, that of real ones 8.
+FAR, _MEAN_S, _LASTING_S = 8.0, 0.2, 0.05
+#: It reaches as far as it exceeds so many, short dips included, and this much further.
+_NEAR, _DIP_S, _MARGIN_S = 3.0, 0.1, 0.05
+#: What lies beside it and tells nothing goes with it up to this long; twice as long between two.
+_UNKNOWN_S = 0.5
+#: The spread of a residual is taken for no less than this share of the effort's own: no model is better than that.
+_LEAST_SHARE = 0.01
+#: A condition has a spread of its own from so many seconds of samples.
+_CELL_S = 1.0
+#: Errors of the model within so long are alike, s.
+_ALIKE_S = 0.5
+#: With more of a joint's motion left out, margins aside, no majority is left to tell contact from motion by.
+MOSTLY = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,23 +178,6 @@ def _findings(name: str, facts: LeftOut, suspected: Sequence[LeftOutSpan]) -> li
         )
         out.append(Finding("fit-contact-suspected", "warning", text, where=name))
     return out
-
-
-#: A stretch begins where the residual, or its mean over so long, exceeds so many robust standard deviations for this
-#: long. Clean motion of simulated arms reaches 4 and 8, that of real ones 8.
-FAR, _MEAN_S, _LASTING_S = 8.0, 0.2, 0.05
-#: It reaches as far as it exceeds so many, short dips included, and this much further.
-_NEAR, _DIP_S, _MARGIN_S = 3.0, 0.1, 0.05
-#: What lies beside it and tells nothing goes with it up to this long; twice as long between two.
-_UNKNOWN_S = 0.5
-#: The spread of a residual is taken for no less than this share of the effort's own: no model is better than that.
-_LEAST_SHARE = 0.01
-#: A condition has a spread of its own from so many seconds of samples.
-_CELL_S = 1.0
-#: Errors of the model within so long are alike, s.
-_ALIKE_S = 0.5
-#: With more of a joint's motion left out, margins aside, no majority is left to tell contact from motion by.
-MOSTLY = 0.45
 
 
 def find_contact(

@@ -33,6 +33,11 @@ _LOW_SPEEDS = (0.03, 0.1)  # rad/s: Stribeck velocities of gears lie between
 #: rad (or m) that a joint must cover for its angle to tell anything.
 _LEAST_RANGE = 0.2
 _KNOT_S, _MOST_KNOTS = 30.0, 12  # of an offset that wanders
+_SYMBOLS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
+_RANK = 1e-9
+_NEGLIGIBLE = 1e-8
+_SHOWN_TERMS = 6
+_MARGIN = 1e-6
 
 
 def friction_columns(velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
@@ -118,13 +123,6 @@ def angle_torque(
 def _polynomials(position: FloatArray, low: float, high: float) -> FloatArray:
     every = np.polynomial.legendre.legvander(np.clip(scaled_angle(position, low, high), -1.0, 1.0), DEGREE)
     return np.asarray(every[:, 1:])
-
-
-_SYMBOLS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-_RANK = 1e-9
-_NEGLIGIBLE = 1e-8
-_SHOWN_TERMS = 6
-_MARGIN = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,6 +18,16 @@ from collaudit.core.numeric.parallel import each
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
+#: tan(π f T) of a corner at 0.95 of the Nyquist frequency: above it there is nothing to remove.
+_NOTHING_ABOVE = math.tan(0.475 * math.pi)
+#: Periods of the -3 dB frequency after which the filter's response to an impulse is below 1e-14 of its peak.
+_REACH_PERIODS = 10.0
+#: Standard deviations of a Gaussian window after which nothing is left.
+_WINDOW_REACH = 4.0
+#: A sample more than this share of whose kernel weight is missing is missing itself.
+_MISSING_SHARE = 0.05
+#: Two passes of a double pole at w are down by 3 dB at this share of w: (1 + x²)² = sqrt(2).
+BOTH_WAYS = math.sqrt(2.0**0.25 - 1.0)
 
 
 def default_bandwidth_hz(period_s: float) -> float:
@@ -53,16 +63,6 @@ def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth
         return np.where(np.isfinite(part), out, np.nan)
 
     return by_stretch(x, segments, smooth)
-
-
-#: tan(π f T) of a corner at 0.95 of the Nyquist frequency: above it there is nothing to remove.
-_NOTHING_ABOVE = math.tan(0.475 * math.pi)
-#: Periods of the -3 dB frequency after which the filter's response to an impulse is below 1e-14 of its peak.
-_REACH_PERIODS = 10.0
-
-
-#: Standard deviations of a Gaussian window after which nothing is left.
-_WINDOW_REACH = 4.0
 
 
 def window_reach(deviation: float) -> int:
@@ -133,12 +133,6 @@ def _bridged(part: FloatArray) -> FloatArray:
     if known.size == part.size:
         return part
     return np.interp(np.arange(part.size), known, part[known]) if known.size else np.zeros(part.size)
-
-
-#: A sample more than this share of whose kernel weight is missing is missing itself.
-_MISSING_SHARE = 0.05
-#: Two passes of a double pole at w are down by 3 dB at this share of w: (1 + x²)² = sqrt(2).
-BOTH_WAYS = math.sqrt(2.0**0.25 - 1.0)
 
 
 @dataclass(frozen=True, slots=True)

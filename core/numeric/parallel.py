@@ -23,6 +23,13 @@ R = TypeVar("R")
 
 #: More are not taken unasked: a nightly audit shares its machine.
 _threads = min(2, os.cpu_count() or 1)
+#: Samples at a time: so many that two threads seldom wait for each other to call NumPy (with 8,192 they took as long as
+#: one), few enough that what is worked on stays in the last level of the cache.
+_BLOCK = 32_768
+_thread = threading.local()
+#: Called with what is done and what there is in all.
+Progress = Callable[[int, int], None]
+_STEPS = 1000
 
 
 def threads() -> int:
@@ -93,11 +100,6 @@ def by_name(
     return out
 
 
-#: Samples at a time: so many that two threads seldom wait for each other to call NumPy (with 8,192 they took as long as
-#: one), few enough that what is worked on stays in the last level of the cache.
-_BLOCK = 32_768
-
-
 def by_samples(compute: Callable[..., FloatArray], signals: Sequence[FloatArray], outputs: int) -> FloatArray:
     """(n, outputs) of a computation over all samples; one with any input that is not finite is NaN altogether.
 
@@ -119,9 +121,6 @@ def by_samples(compute: Callable[..., FloatArray], signals: Sequence[FloatArray]
     return out
 
 
-_thread = threading.local()
-
-
 def _alone() -> bool:
     """Whether this thread works for itself: the only one there is, or one that works for another."""
     return _threads == 1 or getattr(_thread, "helps", False)
@@ -130,12 +129,6 @@ def _alone() -> bool:
 def _helpers(count: int) -> ThreadPoolExecutor:
     """So many threads that work for another."""
     return ThreadPoolExecutor(count, initializer=setattr, initargs=(_thread, "helps", True))
-
-
-#: Called with what is done and what there is in all.
-Progress = Callable[[int, int], None]
-
-_STEPS = 1000
 
 
 def stage(progress: Progress | None, start: float, end: float) -> Progress:

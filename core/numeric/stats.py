@@ -22,6 +22,16 @@ NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: Standard error of a median over that of a mean, of normal values: √(π / 2).
 MEDIAN_SE = 1.2533
 _FIRST = 4096
+#: A signal whose steps are mostly below so many times its smaller ones is coarse.
+_STEPS = 2.5
+#: No sensor's noise is a smaller share of its range.
+_MEASURED = 1e-6
+#: Samples that a channel's noise is told from, drawn evenly.
+_DRAWN = 100_000
+#: Rounding of numbers that lie on a straight line, of the signal's range.
+ROUNDING = 1e-9
+#: Standard deviations of the second and fourth differences of white noise of 1, and the median of their sizes in them.
+_SECOND, _FOURTH, _MEDIAN = 6.0**0.5, 70.0**0.5, 0.6745
 
 
 def interval_95(value: float, sd: float) -> tuple[float, float]:
@@ -78,18 +88,6 @@ def few_values(x: FloatArray, most: int) -> FloatArray | None:
         return None
     values = np.unique(np.round(x, 9))
     return values if values.size <= most else None
-
-
-#: A signal whose steps are mostly below so many times its smaller ones is coarse.
-_STEPS = 2.5
-#: No sensor's noise is a smaller share of its range.
-_MEASURED = 1e-6
-#: Samples that a channel's noise is told from, drawn evenly.
-_DRAWN = 100_000
-#: Rounding of numbers that lie on a straight line, of the signal's range.
-ROUNDING = 1e-9
-#: Standard deviations of the second and fourth differences of white noise of 1, and the median of their sizes in them.
-_SECOND, _FOURTH, _MEDIAN = 6.0**0.5, 70.0**0.5, 0.6745
 
 
 @dataclass(frozen=True, slots=True)

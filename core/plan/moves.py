@@ -29,6 +29,16 @@ POSITION_MARGIN_RAD = 0.05
 #: Share of a drive's highest torque that model and friction together may ask for; the rest is the controller's.
 TORQUE_SHARE = 0.8
 _BY_JOINT = ("start_rad", "position_rad", "speed_rad_s", "acceleration_rad_s2", "torque_nm")
+#: Time is stretched by this: no limit is met exactly, so that rounding in a file cannot pass it.
+RESERVE = 1.01
+#: Links are checked with this many clearances, at positions between which no point moves farther than half of one:
+#: two points approach each other by half a clearance at most in between.
+MARGIN, STEP = 1.5, 0.5
+#: Friction of a joint without a law, as a share of its highest torque.
+UNKNOWN_FRICTION = 0.2
+#: Where torque is looked at: so often where speeds change, so far apart where they do not. It bends little in between,
+#: and is kept away from the limit by this share.
+_TORQUE_STEP_S, _TORQUE_WAY, _TORQUE_RESERVE = 0.02, 0.05, 0.97
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,10 +154,6 @@ def _assumed(plan: PlanConfig, names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(words)
 
 
-#: Time is stretched by this: no limit is met exactly, so that rounding in a file cannot pass it.
-RESERVE = 1.01
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """Knots of a motion whose positions are cubic in time between them.
@@ -252,16 +258,6 @@ def joined(moves: Sequence[Motion], pause_s: float) -> Motion:
     every = np.concatenate(times)
     keep = np.r_[True, np.diff(every) > 1e-9]
     return Motion(every[keep], np.concatenate(q)[keep], np.concatenate(v)[keep])
-
-
-#: Links are checked with this many clearances, at positions between which no point moves farther than half of one:
-#: two points approach each other by half a clearance at most in between.
-MARGIN, STEP = 1.5, 0.5
-#: Friction of a joint without a law, as a share of its highest torque.
-UNKNOWN_FRICTION = 0.2
-#: Where torque is looked at: so often where speeds change, so far apart where they do not. It bends little in between,
-#: and is kept away from the limit by this share.
-_TORQUE_STEP_S, _TORQUE_WAY, _TORQUE_RESERVE = 0.02, 0.05, 0.97
 
 
 @dataclass(frozen=True, slots=True, eq=False)

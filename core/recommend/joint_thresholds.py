@@ -34,6 +34,9 @@ LOOSE = 1.5
 _CONFIDENCE = 0.95
 #: One-sided 95 % Poisson bound on the mean when nothing was seen: the rule of three.
 _NOTHING_SEEN = float(gamma_quantile(1.0, _CONFIDENCE))
+#: Thresholds and persistences of the plane, as multiples of the rule that it is drawn around.
+GAMMAS: tuple[float, ...] = tuple(2.0 ** (k / 2) for k in range(-4, 5))
+PERSISTENCES: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,11 +203,6 @@ def judge_set_rule(gamma_nm: float, rule: RecommendedRule, one: JointEvidence) -
     if gamma_nm > LOOSE * best:
         return SetRule(gamma_nm, "too loose", expected, bound, (best, gamma_nm), one.n, best)
     return SetRule(gamma_nm, "supported", expected, bound, None, one.n, best)
-
-
-#: Thresholds and persistences of the plane, as multiples of the rule that it is drawn around.
-GAMMAS: tuple[float, ...] = tuple(2.0 ** (k / 2) for k in range(-4, 5))
-PERSISTENCES: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True, slots=True)

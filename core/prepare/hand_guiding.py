@@ -71,8 +71,7 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     if series.not_driven is not None:
         mask |= series.not_driven
     findings = tuple(_finding("arm-guided", one, "judged") for one in found)
-    marked = without_states(series, mask)
-    return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
+    return replace(prepared, series=without_states(series, mask), findings=(*prepared.findings, *findings))
 
 
 def with_effort_smoothing(

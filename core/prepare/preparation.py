@@ -77,8 +77,7 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     judged = judged_joints(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
-    units = config.log.units
-    findings += position_findings(series, robot, units)
+    findings += position_findings(series, robot, config.log.units)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     table = None if series.effort is None else TorqueTable.of(series)
     torques = table if series.effort_unit == "Nm" else None

@@ -26,7 +26,7 @@ _CONTEXT = multiprocessing.get_context("forkserver")
 _PRELOADED = (
     "collaudit.cli.batch.audit_one",
     "collaudit.core.audit",
-    "collaudit.core.logs.table_files.csv_table",
+    "collaudit.core.logs.tables.csv_table",
     "collaudit.core.logs.messages.mcap_file",
     "collaudit.core.logs.messages.bag_file",
     "collaudit.core.logs.messages.ros2_bag",

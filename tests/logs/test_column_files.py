@@ -25,7 +25,7 @@ from collaudit.core.logs.inputs import expand_inputs, group_inputs
 from collaudit.core.logs.log_description import describe
 from collaudit.core.logs.log_guess import guess_csv_columns
 from collaudit.core.logs.log_reading import read_log
-from collaudit.core.logs.table_files.array_files import check_elements
+from collaudit.core.logs.tables.array_files import check_elements
 
 ROWS = 60
 TIME_S = 0.01 * np.arange(ROWS)

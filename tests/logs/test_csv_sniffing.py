@@ -9,7 +9,7 @@ import pytest
 from clevercsv import Sniffer
 
 from collaudit.core.config.schema import CsvConfig
-from collaudit.core.logs.table_files.csv_text import dialect_of
+from collaudit.core.logs.tables.csv_text import dialect_of
 
 HEADERS = {
     "names": ["time", "q1", "q2", "tau1", "tau2"],

@@ -1,5 +1,5 @@
-"""Tables to joint signals: which column is which signal, several files as one log.
+"""Tables to joint signals: files of columns, which column is which signal, several files as one log.
 
-In: TableReaders. Out: a JointLog.
-Elsewhere: how a file holds its columns (logs/table_files), rules that topics share (logs/signals).
+In: CSV, Parquet, Feather, .npz, .mat, HDF5, JSON lines, KUKA traces. Out: a JointLog.
+Elsewhere: rules that topics share (logs/signals).
 """

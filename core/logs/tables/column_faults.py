@@ -24,9 +24,9 @@ from collaudit.core.logs.signals.signal_names import (
 )
 from collaudit.core.logs.storage.file_content import python_line
 from collaudit.core.logs.storage.readers import TableReader
-from collaudit.core.logs.table_files.csv_text import is_number
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_groups import groups_of, is_measured, meaning_of, word_dropped
+from collaudit.core.logs.tables.csv_text import is_number
 from collaudit.core.logs.tables.file_quantities import parts_of
 from collaudit.core.logs.tables.time_columns import guess_time
 

@@ -17,9 +17,9 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.signal_names import MARK, bare, column_index, families, unit_of
-from collaudit.core.logs.table_files.csv_text import is_number
 from collaudit.core.logs.tables.column_assignment import AssignedTable
 from collaudit.core.logs.tables.column_groups import groups_of, is_label, is_measured
+from collaudit.core.logs.tables.csv_text import is_number
 from collaudit.core.logs.tables.time_columns import UNIT_OF_WORD, guess_time_unit, named_unit
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.vendors.vendor_words import UNIT_WORDS

@@ -20,7 +20,7 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.sample_clock import garbage_stamps
 from collaudit.core.logs.signals.signal_names import bare
 from collaudit.core.logs.storage.readers import TableReader, arrow_of, integers_of, numbers_of
-from collaudit.core.logs.table_files.csv_text import is_time_of_day
+from collaudit.core.logs.tables.csv_text import is_time_of_day
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: Words that the name of a time ends in before its unit, the usual first.

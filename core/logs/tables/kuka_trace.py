@@ -16,7 +16,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_content import AXIS, values_beside
 from collaudit.core.logs.storage.readers import arrow_of
-from collaudit.core.logs.table_files.named_columns import NamedColumns
+from collaudit.core.logs.tables.named_columns import NamedColumns
 
 _CHANNEL = re.compile(r"#BEGINCHANNELHEADER\s+(.*?)#ENDCHANNELHEADER", re.DOTALL)
 _LINE = re.compile(r"^\s*(\d+),(.*?)\s*$", re.MULTILINE)

@@ -23,7 +23,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.bounded_reading import plausible_table
 from collaudit.core.logs.storage.file_content import head_of, python_line, quoted
 from collaudit.core.logs.storage.readers import arrow_of
-from collaudit.core.logs.table_files.named_columns import NamedColumns, columns_of, read_as
+from collaudit.core.logs.tables.named_columns import NamedColumns, columns_of, read_as
 
 _ARCHIVE = b"PK"
 #: An array below a group that is one recording of several, such as ``demo_3`` or ``episode_000012``.

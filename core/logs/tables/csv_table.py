@@ -23,7 +23,7 @@ from pyarrow import enable_signal_handlers
 from collaudit.core.config.schema import CsvConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.readers import TableColumns, TableReader, numbers_of
-from collaudit.core.logs.table_files.csv_text import (
+from collaudit.core.logs.tables.csv_text import (
     BLANKS,
     COMMENT,
     NULLS,

@@ -143,6 +143,7 @@ def excess_of(
     faster = np.column_stack([laws[name].torque(v[:, c] + _DV) for name, c in zip(names, columns, strict=True)])
     slope += (faster - friction) / _DV * a[:, columns]  # where it slides one way; elsewhere nothing is known
     followed = np.column_stack([thinned(residual.followed_nm[:, k : k + 1], size) for k in own])
+    noise_nm = {} if fitted is None else {name: one.noise_nm for name, one in fitted.joints.items()}
     return Excess(
         tuple(names),
         columns,
@@ -151,16 +152,10 @@ def excess_of(
         np.where(known, np.nan_to_num(torque + followed), 0.0),
         np.where(known, torque, 0.0),
         known,
-        np.array([_usual(name, gamma_nm, fitted) for name in names]),
+        np.array([noise_nm.get(name) or _SHARE_OF_GAMMA * gamma_nm[name] for name in names]),
         np.array([residual.zeros[name].bound_nm if name in residual.zeros else 0.0 for name in names]),
         np.where(known, np.nan_to_num(explained + friction), 0.0),
         np.where(known, np.nan_to_num(friction), 0.0),
         np.where(known, np.nan_to_num(slope), 0.0),
         np.floor((time_s[:, 0] - time_s[0, 0]) / BLOCK_S).astype(np.int64),
     )
-
-
-def _usual(joint: str, gamma_nm: Mapping[str, float], fitted: FittedThresholds | None) -> float:
-    known = None if fitted is None else fitted.joints.get(joint)
-    noise = None if known is None else known.noise_nm
-    return noise or _SHARE_OF_GAMMA * gamma_nm[joint]

@@ -1,7 +1,7 @@
 """``accepted.toml``: contacts that a person answers for, each by name and until a day; reading and changing it."""
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from datetime import date
 from pathlib import Path
 from typing import Annotated
@@ -97,7 +97,8 @@ def parse_accepted(text: str, path: Path) -> tuple[Acceptance, ...]:
 
 def with_entry(text: str, entry: Acceptance) -> str:
     """The file's text with one more entry at its end; what a person wrote there stays."""
-    lines = [f"{name} = {to_toml(value)}" for name, value in _stated(entry).items()]
+    stated = ((name, getattr(entry, name)) for name in entry.__struct_fields__)
+    lines = [f"{name} = {to_toml(value)}" for name, value in stated if value not in (None, {})]
     return (text.rstrip("\n") + "\n" if text.strip() else _HEADING) + "\n".join(["", "[[accepted]]", *lines]) + "\n"
 
 
@@ -121,8 +122,3 @@ def without_entries(text: str, numbers: Collection[int], path: Path) -> str:
             hint="take the entries out by hand",
         )
     return heading + "".join(block for number, block in enumerate(blocks) if number not in numbers)
-
-
-def _stated(entry: Acceptance) -> dict[str, object]:
-    named: Sequence[str] = entry.__struct_fields__
-    return {name: value for name in named if (value := getattr(entry, name)) not in (None, {})}

@@ -94,7 +94,7 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """
         for key in keys:
             value = getattr(self, key)
-            if isinstance(value, list) and len({_kind(item) for item in value}) > 1:
+            if isinstance(value, list) and len({float if isinstance(x, int | float) else type(x) for x in value}) > 1:
                 raise KeyedError(key)
 
     def __copy__(self) -> Self:
@@ -163,10 +163,6 @@ def _fields(kind: type[ConfigTable]) -> tuple[msgspec.structs.FieldInfo, ...]:
 
 def _default(field: msgspec.structs.FieldInfo) -> object:
     return field.default_factory() if field.default_factory is not msgspec.NODEFAULT else field.default
-
-
-def _kind(item: object) -> type:
-    return float if isinstance(item, int | float) else type(item)
 
 
 def _path(base_dir: Path, kind: type, value: object) -> PurePath:

@@ -52,23 +52,16 @@ def runs_to_prune(
         other = latest.get((run.robot, run.program))
         if run.verdict != "not_judged" and (other is None or run.night >= other.night):
             latest[run.robot, run.program] = run
-    references = {id(run) for run in latest.values()}
+    kept_days = {"pass": passed_days, "fail": other_days, "not_judged": other_days}
+    references = set(latest.values())
     free = sorted(
-        (run for run in runs if not run.needed and id(run) not in references),
+        (run for run in runs if not run.needed and run not in references),
         key=lambda run: (run.verdict != "pass", run.night, run.place),
     )
-    size = sum(run.size for run in runs)
-    gone = []
+    gone = {run for run in free if (today - run.night).days > kept_days[run.verdict]}
+    size = sum(run.size for run in runs if run not in gone)
     for run in free:
-        days = passed_days if run.verdict == "pass" else other_days
-        if (today - run.night).days > days:
-            gone.append(run)
-            size -= run.size
-    old = {id(run) for run in gone}
-    for run in free:
-        if most_bytes is None or size <= most_bytes:
-            break
-        if id(run) not in old:
-            gone.append(run)
+        if most_bytes is not None and size > most_bytes and run not in gone:
+            gone.add(run)
             size -= run.size
     return sorted(gone, key=lambda run: (run.night, run.place))

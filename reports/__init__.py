@@ -15,10 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["read_friction", "read_run", "write_friction", "write_report", "write_run"]
 
-_FILES = "collaudit.reports.files.run_files"
-_HOMES = dict.fromkeys(__all__, _FILES) | {
-    "write_report": "collaudit.reports.formats.registry",
-    "write_run": "collaudit.reports.files.run_files",
+_HOMES = dict.fromkeys(__all__, "collaudit.reports.files.run_files") | {
+    "write_report": "collaudit.reports.formats.registry"
 }
 
 

@@ -179,8 +179,8 @@ def plan_command(
     (JointTrajectory), motion.script (URScript, for six joints). `collaudit fit --plan` says what it delivered.
     """
     from collaudit.core.plan.planning import PlanRequest, make_plan
-    from collaudit.reports.exports.plan_files import write_plan
     from collaudit.reports.files.run_files import result_json
+    from collaudit.reports.formats.plan_files import write_plan
     from collaudit.reports.page.matter_pages import plan_page
     from collaudit.reports.terminal.command_texts import plan_text
 

@@ -163,7 +163,7 @@ def _write_overlay(runs: tuple[Path, ...], output: Path, signal: str) -> int:
 
 
 def _write_clips(runs: tuple[Path, ...], folder: Path, log: Path | None, as_json: bool) -> int:
-    from collaudit.reports.exports.audit_mcap import write_clips
+    from collaudit.reports.formats.audit_mcap import write_clips
     from collaudit.reports.values.words import plural
 
     if len(runs) != 1:

@@ -1,5 +1,5 @@
-"""Report formats: one table of them, and the writers of those that CI systems read.
+"""Report formats: one table of them, and the writers of text for people and CI, and of files for other tools.
 
-In: audits, and logs that could not be audited. Out: the text of one report file.
-Elsewhere: the HTML page (``page``), the files of a run (``files``).
+In: audits with their signals, logs that could not be audited, plans. Out: text or files, the same for the same results.
+Elsewhere: the HTML page (``page``), the files of a run (``files``), what is computed (``core``).
 """

@@ -49,8 +49,8 @@ FORMATS: dict[str, ReportFormat] = {
     "github": ReportFormat(".txt", "collaudit.reports.formats.night_texts:github_text", of_many=True),
     "text": ReportFormat(".message.txt", "collaudit.reports.formats.night_texts:message_text", of_many=True),
     "slack-json": ReportFormat(".slack.json", "collaudit.reports.formats.night_texts:slack_text", of_many=True),
-    "csv": ReportFormat(".csv", "collaudit.reports.exports.event_table:write_csv", files=True),
-    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.audit_mcap:write_mcap_report", files=True, steps=True),
+    "csv": ReportFormat(".csv", "collaudit.reports.formats.event_table:write_csv", files=True),
+    "mcap": ReportFormat(".mcap", "collaudit.reports.formats.audit_mcap:write_mcap_report", files=True, steps=True),
 }
 
 

@@ -33,8 +33,8 @@ from collaudit.core.plan.planning import CLEARANCE_M, PlanRequest, make_plan
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.fixtures.truth import config_text
-from collaudit.reports.exports.plan_files import csv_text
 from collaudit.reports.files.run_files import read_friction, write_friction
+from collaudit.reports.formats.plan_files import csv_text
 
 SECONDS = (10.0, 30.0)
 

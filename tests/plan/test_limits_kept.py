@@ -15,7 +15,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Provenance
 from collaudit.core.errors import CollauditError
 from collaudit.core.plan.planning import Plan, PlanRequest, make_plan, move_check
-from collaudit.reports.exports.plan_files import csv_text
+from collaudit.reports.formats.plan_files import csv_text
 
 NOTHING = Provenance("0", {})
 ARM = """

@@ -20,7 +20,7 @@ from mcap_ros2.decoder import DecoderFactory
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.reports.exports.audit_mcap import start_ns, write_audit_mcap, write_clips
+from collaudit.reports.formats.audit_mcap import start_ns, write_audit_mcap, write_clips
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 from collaudit.reports.values.entries import entry_of_error
 

@@ -14,7 +14,7 @@ import xmlschema
 from npm_packages import installed, unpacked
 
 from collaudit.core.errors import LogError
-from collaudit.reports.exports.audit_mcap import start_ns, write_audit_mcap
+from collaudit.reports.formats.audit_mcap import start_ns, write_audit_mcap
 from collaudit.reports.formats.registry import report_text
 from collaudit.reports.values.entries import entry_of_error
 

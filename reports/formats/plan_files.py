@@ -13,9 +13,9 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan.moves import Motion
 from collaudit.core.plan.planning import Plan
 from collaudit.core.plan.sweeps import PAUSE_S
-from collaudit.reports.exports.ros_mcap import TRAJECTORY, Channel, joint_trajectory, write_mcap
 from collaudit.reports.files.run_files import result_json
 from collaudit.reports.files.written_files import atomic_write, staged
+from collaudit.reports.formats.ros_mcap import TRAJECTORY, Channel, joint_trajectory, write_mcap
 from collaudit.reports.terminal.command_texts import plan_text
 from collaudit.reports.values.visible_text import text_cell, visible
 

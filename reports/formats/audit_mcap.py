@@ -18,7 +18,8 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.logs.log_formats import is_table, open_messages
 from collaudit.core.logs.log_reading import sha256_of
 from collaudit.core.numeric.parallel import Progress, stage
-from collaudit.reports.exports.ros_mcap import (
+from collaudit.reports.files.written_files import staged
+from collaudit.reports.formats.ros_mcap import (
     DIAGNOSTICS,
     ERROR,
     JOINT_STATE,
@@ -35,7 +36,6 @@ from collaudit.reports.exports.ros_mcap import (
     log_message,
     write_mcap,
 )
-from collaudit.reports.files.written_files import staged
 from collaudit.reports.sections.event_sections import contact_section, near_miss_section
 from collaudit.reports.values.first_words import in_time
 from collaudit.reports.values.visible_text import visible

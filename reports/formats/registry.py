@@ -154,7 +154,7 @@ def _called(known: ReportFormat, *arguments: object, progress: Progress | None =
     return getattr(import_module(module), function)(*arguments, **options)
 
 
-def parse_formats(text: str, allowed: Collection[str] = tuple(FORMATS)) -> list[str]:
+def parse_formats(text: str, allowed: Collection[str] = FORMATS) -> list[str]:
     """Names of formats out of a list with commas, each once.
 
     Raises:

@@ -123,9 +123,9 @@ def _judged(
     contacts = find_contacts(prepared, run, config)
     contacts = with_states(contacts, known, log.sha256, log.start)
     arm = arm_geometry(prepared, config.robot.tool.frame)
-    alarms = controller_alarms(series, run, inputs, config.detect, contacts)
     disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
+    alarms = controller_alarms(series, run, inputs, config.detect, contacts)
     scores = score_detection(series, run, inputs, config.detect, truth)
     unlabelled = missing_labels(series, config) if truth is None else []
     step(8, 10)

@@ -11,7 +11,7 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import median_of
-from collaudit.core.vendors.vendor_words import Role
+from collaudit.core.vendors.vendor_words import SignalRole
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class TopicInfo:
     note: str = ""
     currents: bool = False
     effort_noise: bool | None = None
-    signal: Role = "plain"
+    signal: SignalRole = "plain"
     fields: Mapping[str, str | list[str]] = field(default_factory=dict)
     time_unit: str | None = None
 

@@ -12,7 +12,7 @@ TORQUE_SENSED = re.compile(
 )
 #: Joints of grippers, by the words that their descriptions use.
 GRIPPER = re.compile(r"finger|gripper|knuckle|(^|[_/])jaw", re.I)
-Role = Literal[
+SignalRole = Literal[
     "measured",
     "plain",
     "filtered",
@@ -26,9 +26,9 @@ Role = Literal[
     "unknown word",
 ]
 #: Roles that a guess may take for a measurement, best first.
-USABLE: tuple[Role, ...] = ("measured", "plain", "filtered", "side")
+USABLE: tuple[SignalRole, ...] = ("measured", "plain", "filtered", "side")
 #: A column with words of several roles has the first of these.
-STRONGEST: tuple[Role, ...] = (
+STRONGEST: tuple[SignalRole, ...] = (
     "derivative", "error", "external", "model", "desired", "commanded", "side", "filtered", "measured"
 )  # fmt: skip
 #: Words of each quantity in the names of columns, and of files that hold one quantity, the usual first.
@@ -47,7 +47,7 @@ MOTOR = frozenset({"motor", "motors", "rotor", "rotors"})
 MOTOR_WORDS = frozenset({"theta", "dtheta"})
 #: Positions that a ``dot`` behind makes velocities, and the velocity's word.
 BY_DOT = {"q": "qdot", "theta": "dtheta"}
-ROLE_WORDS: dict[Role, tuple[str, ...]] = {
+ROLE_WORDS: dict[SignalRole, tuple[str, ...]] = {
     "measured": ("actual", "act", "measured", "meas", "measure", "msr", "feedback", "fbk", "present", "real"),
     "filtered": ("filtered", "filt", "filter", "lp", "lpf", "smooth", "smoothed"),
     "side": ("sensor", "sensors", "motor", "motors", "rotor", "rotors"),
@@ -61,7 +61,7 @@ ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "error": ("e", "err", "error", "diff", "deviation", "delta"),
     "derivative": ("ddot", "acceleration", "accelerations", "acc", "accel", "jerk", "dot"),
 }  # fmt: skip
-ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for word in words}
+ROLE_OF: dict[str, SignalRole] = {word: role for role, words in ROLE_WORDS.items() for word in words}
 #: Words of columns that say nothing of a topic: DynamicJointState is published as ``dynamic_joint_states``, feedback of
 #: an action below ``_action``.
 NO_TOPIC = frozenset({"dynamic", "action", "actions"})
@@ -147,7 +147,7 @@ class Meaning:
     """
 
     quantity: str
-    role: Role
+    role: SignalRole
     word: str
     unit: str = ""
     motor: bool = False

@@ -88,8 +88,10 @@ def test_such_a_chain_is_seen() -> None:
     assert list(chains(ast.parse("if x.kind == 'a':\n    p()\nelse:\n    q()"))) == [(1, "x.kind", {"a"})]
 
 
-#: Which severities a kind comes with is what its table says; of the quantities of a joint not all are tested.
+#: Which severities a kind comes with is what its table says; of the quantities of a joint not all are tested; a plain
+#: signal is one without a word of any role.
 BY_DESIGN = (
+    "core/vendors/vendor_words.py",
     "core/findings/finding_kinds.py",
     "core/logs/topics/annotation_topics.py",
 )

@@ -21,7 +21,7 @@ from collaudit.core.vendors.vendor_words import (
     STRONGEST,
     USABLE,
     Meaning,
-    Role,
+    SignalRole,
 )
 
 #: Stands for the number in a stem.
@@ -87,17 +87,17 @@ def words_of(text: str) -> list[str]:
     return words[1:] if words[:2] == ["x", "joint"] else words
 
 
-def strongest(roles: Collection[Role]) -> Role:
+def strongest(roles: Collection[SignalRole]) -> SignalRole:
     """The role of a signal whose words have several; plain without any."""
     return next((role for role in STRONGEST if role in roles), "plain")
 
 
-def is_usable(role: Role) -> bool:
+def is_usable(role: SignalRole) -> bool:
     """Whether a signal of this role may be taken for a measurement where nothing states it."""
     return role in USABLE
 
 
-def role_of_path(path: str) -> Role:
+def role_of_path(path: str) -> SignalRole:
     """The role of a topic, or of a field by its dotted path.
 
     The last part has the words of columns; a single letter counts at its end only. The parts before it name robots and

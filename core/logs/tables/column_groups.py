@@ -38,7 +38,7 @@ from collaudit.core.vendors.vendor_words import (
     UNITS_OF,
     USABLE,
     Meaning,
-    Role,
+    SignalRole,
 )
 
 #: A joint that is itself called by a letter and a number is named, not numbered.
@@ -74,7 +74,7 @@ def meaning_of(stem: str) -> Meaning | None:
 
 def _by_words(words: list[str], last: set[str], *, degrees: bool) -> Meaning | None:
     found: tuple[str, str] | None = None
-    roles: set[Role] = set()
+    roles: set[SignalRole] = set()
     units: list[str] = []
     for whole in words:
         word = whole.replace(MARK, "")
@@ -104,7 +104,7 @@ def _by_words(words: list[str], last: set[str], *, degrees: bool) -> Meaning | N
 
 
 def _meaning(
-    found: tuple[str, str], roles: set[Role], units: list[str], *, degrees: bool, motor: bool
+    found: tuple[str, str], roles: set[SignalRole], units: list[str], *, degrees: bool, motor: bool
 ) -> Meaning | None:
     quantity, word = found
     if quantity == "temperature" or word in CURRENTS:

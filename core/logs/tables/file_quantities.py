@@ -25,7 +25,7 @@ from collaudit.core.logs.signals.signal_names import (
 from collaudit.core.logs.storage.readers import TableReader
 from collaudit.core.logs.tables.column_assignment import AssignedTable, assign
 from collaudit.core.logs.tables.time_columns import fraction_of
-from collaudit.core.vendors.vendor_words import CURRENTS, QUANTITY_WORDS, Meaning, Role
+from collaudit.core.vendors.vendor_words import CURRENTS, QUANTITY_WORDS, Meaning, SignalRole
 
 #: Words in the name of a file that is one joint's; runs of one joint lie beside one another, too.
 _JOINTS = frozenset({"joint", "axis", "motor", "drive"})
@@ -172,7 +172,7 @@ def quantity_of_file(name: str) -> tuple[str, str] | None:
     return next(iter(found.items())) if len(found) == 1 else None
 
 
-def _role_of_file(name: str) -> Role:
+def _role_of_file(name: str) -> SignalRole:
     return role_of_path(name.rpartition(".")[0].replace(".", "_"))
 
 

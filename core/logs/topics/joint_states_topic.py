@@ -35,7 +35,7 @@ from collaudit.core.logs.topics.log_topics import (
 )
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import bend_of, noise_of
-from collaudit.core.vendors.vendor_words import USABLE, Role
+from collaudit.core.vendors.vendor_words import USABLE, SignalRole
 
 #: Messages that noise is told from.
 _ROWS = 20_000
@@ -58,7 +58,7 @@ class TopicFacts:
 
     name: str
     known: int
-    role: Role
+    role: SignalRole
     position: bool
     effort: bool
     noise: bool
@@ -82,7 +82,7 @@ class TopicFacts:
         )
 
 
-def role_of(topic: Topic, settings: LogConfig) -> Role:
+def role_of(topic: Topic, settings: LogConfig) -> SignalRole:
     """What the efforts of a topic are: by its name and the stated path of their field, unless all of it is stated."""
     if settings.effort_kind != "auto" and named([topic], settings.efforts or settings.joint_states) is not None:
         return "measured"

@@ -47,6 +47,7 @@ def effort_checks(
     robot: RobotModel,
     contact: FloatArray | None,
     table: TorqueTable,
+    described: TorqueTable,
     calibration: Calibration,
     config: Config,
 ) -> EffortChecks:
@@ -57,6 +58,7 @@ def effort_checks(
         series, robot: as calibrated.
         contact: (n, j) torque of the commanded tool force, or None.
         table: of the series, with its model torque.
+        described: the same with the torque of the arm as described.
         calibration: what is known of the arm.
         config: what is stated of the effort.
     """
@@ -78,13 +80,12 @@ def effort_checks(
         findings += [delay_finding(delay, undone, stated_ms), *sign_findings(gains, start.judged, signed, told, undone)]
         return EffortChecks(gains, delay, upright, tuple(findings))
     findings += sign_findings(gains, start.judged, signed, signs)
-    described = gains
-    if robot is not start.robot:  # against the arm as described, what was identified of it left open
+    before = gains
+    if described is not table:  # against the arm as described, what was identified of it left open
         lacking = () if calibration.identified is None else calibration.identified.estimate
-        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
-        described = described_gains(replace(table, model=model), start.robot, lacking, config.robot.tool.frame)
+        before = described_gains(described, start.robot, lacking, config.robot.tool.frame)
     loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
-    scale = scale_findings([g for g in described if g.joint in start.judged], series.effort_unit, loaded)
+    scale = scale_findings([g for g in before if g.joint in start.judged], series.effort_unit, loaded)
     return EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
 
 
@@ -219,22 +220,21 @@ def payload_steps(
     series: UniformSeries,
     robot: RobotModel,
     table: TorqueTable,
+    described: TorqueTable,
     calibration: Calibration,
     gains: Sequence[EffortGain],
 ) -> tuple[Finding, ...]:
     """Weights that change, by the joints whose effort goes with the model's torque: beside others stands twice that.
 
     Inertials that were identified hold a part of such weights: where the effort is a torque without their calibration,
-    the arm as described tells them.
+    the arm as described tells them. Arguments as of :func:`effort_checks`, and its gains.
     """
     if series.effort_unit != "Nm":
         return ()
     inverted = {gain.joint for gain in gains if gain.inverted}
     telling = [joint for joint in start.judged if joint not in inverted]
     if calibration.identified is not None and start.series.effort_unit == "Nm":
-        model = table.model + (start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion))
-        logged = table.seen(without_states(start.series, series.not_driven))
-        table, robot = replace(logged, model=model), start.robot
+        table, robot = described.seen(without_states(start.series, series.not_driven)), start.robot
     return payload_findings(table, robot, telling)
 
 

@@ -121,12 +121,16 @@ def modelled(
     checks = EffortChecks()
     if table is not None:
         table, signless = table.seen(series), magnitude_findings(series)
+        described = table
+        if robot is not start.robot:
+            more = start.robot.inverse_dynamics(*table.motion) - robot.inverse_dynamics(*table.motion)
+            described = replace(table, model=table.model + more)
         if signless:
             checks = EffortChecks(findings=signless)
         else:
-            checks = effort_checks(start, series, robot, contact, table, calibration, config)
+            checks = effort_checks(start, series, robot, contact, table, described, calibration, config)
         if not switched and not signless:
-            findings += payload_steps(start, series, robot, table, calibration, checks.gains)
+            findings += payload_steps(start, series, robot, table, described, calibration, checks.gains)
     scale += checks.scale
     findings += [*checks.findings, *scale, *about, *spring_findings(start.series, calibration.identified)]
     return Prepared(

@@ -84,7 +84,8 @@ def effort_checks(
     if described is not table:  # against the arm as described, what was identified of it left open
         lacking = () if calibration.identified is None else calibration.identified.estimate
         before = described_gains(described, start.robot, lacking, config.robot.tool.frame)
-    loaded = partial(described_gains, table, robot, ("rotor", "tool"), config.robot.tool.frame)
+    # what was identified has taken up the scale of the log that it was fitted on
+    loaded = partial(described_gains, described, start.robot, ("rotor", "tool"), config.robot.tool.frame)
     scale = scale_findings([g for g in before if g.joint in start.judged], series.effort_unit, loaded)
     return EffortChecks(gains, None, upright, tuple(findings), tuple(scale))
 

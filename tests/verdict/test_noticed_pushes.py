@@ -117,12 +117,12 @@ LACKING = {
 }
 
 
-@pytest.mark.parametrize(("scale", "verdict"), [(1.0, "clean"), (1.25, "doubted")])
+@pytest.mark.parametrize(("scale", "verdict"), [(1.0, "clean"), (1.25, "doubted"), (0.2, "refused")])
 def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
     made: Made, scale: float, verdict: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An arm described without tool and rotors passes once they are identified; efforts scaled in both logs do not."""
-    if verdict == "doubted":  # by findings, whatever the thresholds are
+    if verdict != "clean":  # by findings, whatever the thresholds are
         without_thresholds(monkeypatch)
     runs = [made("free-clean", "paper6", seed=seed, duration_s=RUN_S) for seed in (4, 5)]
     settings = load_config(runs[0].config, LACKING)
@@ -135,7 +135,9 @@ def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
     )
     for found in (friction.findings, judged.result.findings):
         doubts = [f for f in found if f.code in ("effort-gain", "effort-no-torque")]
-        assert bool(doubts) == (verdict == "doubted"), doubts
+        assert bool(doubts) == (verdict != "clean"), doubts
+    if verdict == "refused":  # what was identified has taken up the scale, so nothing is off against that
+        assert any(f.code == "effort-no-torque" and f.forbids_pass for f in judged.result.findings)
     if verdict == "clean":
         assert judged.result.verdict == "pass", judged.result.reasons
 

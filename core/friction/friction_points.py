@@ -85,7 +85,7 @@ def friction_points(
     Args:
         series: the log on its uniform time base.
         sections: of one joint.
-        model_torque: (n, j) rigid-body torque along the log in the unit of the effort, or None.
+        model_torque: (n,) torque that the model explains along the log, in the unit of the effort, or None.
 
     Returns:
         Points sorted by speed.
@@ -96,7 +96,7 @@ def friction_points(
     points: list[FrictionPoint] = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
-    effort = without_ripple(series, series.effort, sections, j, ripple)
+    effort = without_ripple(series, series.effort[:, j], sections, j, ripple)
     for pair in _pairs(series, sections, j):
         point = _pair_point(series, effort, model_torque, pair, j, ripple)
         if point is not None:
@@ -215,7 +215,7 @@ def _by_position(
     inside = (position >= edges[0]) & (position <= edges[-1])
     block = np.clip(np.searchsorted(edges, position[inside], side="right") - 1, 0, edges.size - 2)
     count = np.bincount(block, minlength=edges.size - 1)
-    total = np.bincount(block, weights=torque[s, j][inside], minlength=edges.size - 1)
+    total = np.bincount(block, weights=torque[s][inside], minlength=edges.size - 1)
     with np.errstate(invalid="ignore"):
         means = np.where(count > 0, total / count, np.nan)
     return means, float(np.mean(np.abs(series.velocity_rad_s[s, j][inside]))) if inside.any() else 0.0
@@ -231,11 +231,11 @@ def _model_point(
 ) -> FrictionPoint | None:
     s = section.span.slice
     sign = 1 if section.velocity_rad_s > 0 else -1
-    friction = sign * (effort[s, j] - model_torque[s, j])
+    friction = sign * (effort[s] - model_torque[s])
     if not np.isfinite(friction).all():
         return None
     speed = abs(section.velocity_rad_s)
-    slope = _slope(series.position_rad[s, j], model_torque[s, j])
+    slope = _slope(series.position_rad[s, j], model_torque[s])
     waves = 0.0
     if ripple is not None:
         waves = ripple.sd(ripple.gradient(np.linspace(*section.position_rad, _PLACES), section.velocity_rad_s))

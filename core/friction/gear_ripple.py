@@ -126,13 +126,13 @@ def ripple_torque(waves: Sequence[RippleWave], position_rad: FloatArray, velocit
 def without_ripple(
     series: UniformSeries, effort: FloatArray, sections: Sequence[Section], j: int, ripple: GearRipple | None
 ) -> FloatArray:
-    """(n, j) effort without the waves of joint j, in its sections."""
+    """(n,) effort without the waves of joint j, in its sections."""
     if ripple is None:
         return effort
-    effort = effort.copy(order="K")
+    effort = effort.copy()
     for section in sections:
         rows = section.span.slice
-        effort[rows, j] -= ripple_torque(ripple.waves, series.position_rad[rows, j], section.velocity_rad_s)
+        effort[rows] -= ripple_torque(ripple.waves, series.position_rad[rows, j], section.velocity_rad_s)
     return effort
 
 

@@ -162,11 +162,12 @@ def _fitted(
 
 
 def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:
-    """The model's torque in the unit of the log's effort: as it is in N·m, else by the estimated gain."""
-    if log.rigid_nm is None or log.series.effort_unit == "Nm":
-        return log.rigid_nm
+    """(n,) the model's torque in the unit of the log's effort: as it is in N·m, else by the estimated gain."""
+    explained_nm = log.explained_nm(joint)
+    if explained_nm is None or log.series.effort_unit == "Nm":
+        return explained_nm
     gain = next((g.gain for g in log.gains if g.joint == joint), None)
-    return None if gain is None else log.rigid_nm * gain
+    return None if gain is None else explained_nm * gain
 
 
 def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGain] = ()) -> list[Finding]:

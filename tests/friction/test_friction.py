@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from simulated_logs import TEN_SPEEDS
 from synthetic import PERIOD, lugre, make_log, strokes
 
+from collaudit.core.api import prepare
 from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.config import load_config
 from collaudit.core.config.schema import ConditioningConfig, SectionsConfig
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
+from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.least_squares import point_arrays
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.friction_laws.law_registry import LAWS
+from collaudit.fixtures.simulation import SimulatedFiles
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 SPEEDS = np.geomspace(0.02, 1.2, 30)
@@ -204,12 +212,30 @@ def test_a_speed_that_settles_during_the_strokes_is_no_friction() -> None:
     log = make_log(PERIOD * np.arange(v.size), q[:, None], v[:, None], effort[:, None])
     series = condition(log, ConditioningConfig())
     sections = find_sections(series, SectionsConfig()).of("joint1")
-    points = friction_points(series, sections, model[:, None])
+    points = friction_points(series, sections, model)
     assert [p.source for p in points] == ["pair"] * 3
     for p in points:
         assert abs(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth)) < 4 * p.se_nm
     raw = friction_points(series, sections, None)
     assert any(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth) > 8 * p.se_nm for p in raw)  # it did matter
+
+
+def test_the_torque_of_a_commanded_force_is_no_friction(made: Callable[..., SimulatedFiles]) -> None:
+    """A tool that presses harder and less hard meanwhile leaves the sections' friction as it is."""
+    files = made("friction", "paper6", speeds=TEN_SPEEDS)
+    settings = load_config(files.config, {"fit.motion": "sections"})
+    log = prepare(files.log, settings)
+    assert log.series.effort is not None
+    force = 20.0 * np.sin(0.05 * log.series.time_s)[:, None] * np.ones_like(log.series.effort)
+    known = force if log.contact_nm is None else log.contact_nm + force
+    pressed = replace(
+        log,
+        series=replace(log.series, effort=log.series.effort + force),
+        commanded=replace(log.commanded, torque_nm=known),
+    )
+    plain, found = (fit_joints([one], settings.config) for one in (log, pressed))
+    for joint, fit in plain.items():
+        assert found[joint].rmse_nm == pytest.approx(fit.rmse_nm, rel=0.1, abs=0.005), joint
 
 
 def test_one_way_motion_needs_a_model_and_is_marked() -> None:
@@ -221,7 +247,7 @@ def test_one_way_motion_needs_a_model_and_is_marked() -> None:
     )
     sections = find_sections(series, SectionsConfig()).of("joint1")
     assert friction_points(series, sections, None) == ()
-    model = 10 * np.cos(series.position_rad)
+    model = 10 * np.cos(series.position_rad[:, 0])
     points = friction_points(series, sections, model)
     assert {(p.source, p.direction) for p in points} == {("model", 1)}
     for p in points:

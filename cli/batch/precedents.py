@@ -127,11 +127,12 @@ def is_store(place: str) -> bool:
     return "://" in place or (Path(place) / STORE_NAME).is_file()
 
 
-def read_history(place: str) -> list[EarlierLog]:
+def read_history(place: str, tonight: str | None) -> list[EarlierLog]:
     """The judged logs of a store, or of the folder of an audit.
 
     Args:
         place: folder or URL of a store, folder of an audit or a run, or an ``audit.json``.
+        tonight: ISO date that the logs to be judged count to: of a store only nights before it are read; None: all.
 
     Raises:
         ConfigError: there is no audit. CollauditError: a file of it is damaged.
@@ -139,7 +140,8 @@ def read_history(place: str) -> list[EarlierLog]:
     if is_store(place):
         from collaudit.reports.files.result_store import ResultStore
 
-        judged: list[Sequence[NightRow]] = [*ResultStore(place).by_batch().values()]
+        stored = ResultStore(place).by_batch().values()
+        judged: list[Sequence[NightRow]] = [rows for rows in stored if tonight is None or rows[0].night < tonight]
     else:
         judged = [
             rows_of_result(result, robot or "", (result.log.start or "")[:10], "log")
@@ -152,11 +154,11 @@ def read_history(place: str) -> list[EarlierLog]:
                 expected=f"a store of nights, the folder of an audit or a run, or an {AUDIT_NAME}",
                 hint="collaudit audit LOGS -c collaudit.toml -o BASELINE makes one",
             )
-    return [known for rows in judged if (known := _earlier(rows)) is not None]
+    return [known for rows in judged if (known := _earlier(rows, is_store(place))) is not None]
 
 
-def _earlier(rows: Sequence[NightRow]) -> EarlierLog | None:
-    """A log of before by its rows; None where it was not judged and has no contacts."""
+def _earlier(rows: Sequence[NightRow], stored: bool) -> EarlierLog | None:
+    """A log of before by its rows, of a store or not; None where it was not judged and has no contacts."""
     first, program = rows[0], program_of(rows[0].log)
     peaks: dict[int, dict[str, float]] = {}
     places = {}
@@ -166,7 +168,7 @@ def _earlier(rows: Sequence[NightRow]) -> EarlierLog | None:
             places[contact.number] = contact.place_m
     if first.verdict == "not_judged" and not peaks:
         return None
-    contacts = (EarlierContact(first.night, program, own, places[k]) for k, own in sorted(peaks.items()))
+    contacts = (EarlierContact(first.night, program, own, places[k], stored) for k, own in sorted(peaks.items()))
     return EarlierLog(first.robot or None, first.night, program, tuple(contacts))
 
 

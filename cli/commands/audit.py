@@ -188,7 +188,8 @@ def audit_command(
     if nights is not None:
         found = [job._replace(robot=robot_of(job, robot)) for job in found]
         ResultStore(nights).check()
-    history = [one for place in dict.fromkeys([baseline, nights]) if place is not None for one in read_history(place)]
+    places = [place for place in dict.fromkeys([baseline, nights]) if place is not None]
+    history = [one for place in places for one in read_history(place, counts_to)]
     today = (as_of or datetime.now(UTC)).date()
     work = with_precedents(found, history, accepted, today, counts_to)
     work = work if nights is None else with_references(work, nights)

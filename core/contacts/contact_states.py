@@ -78,12 +78,14 @@ class EarlierContact:
         program: of its log, as :func:`program_of` gives it.
         peak_nm: highest residual by joint that alarmed, N·m.
         place_m: (x, y, z) of the tool at the peak, in the base; None where it is not known.
+        stored: of a store of nights: only later nights know it. A baseline is known, whatever its date.
     """
 
     night: str
     program: str
     peak_nm: Mapping[str, float]
     place_m: Place | None
+    stored: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +152,8 @@ def with_states(
 def _seen(contact: Contact, known: Precedents, tonight: str) -> Contact:
     """New, known or back: since when it is there goes by its fingerprint, and one that became harder is new."""
     mine = EarlierContact(tonight, program_of(known.log), contact.peak_nm, tool_place(contact))
-    alike = [one for one in known.contacts if is_alike(mine, one)]
+    before = (one for one in known.contacts if not one.stored or one.night < tonight)
+    alike = [one for one in before if is_alike(mine, one)]
     if not alike:
         return contact
     nights = sorted({one.night for one in alike})

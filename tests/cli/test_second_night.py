@@ -70,6 +70,18 @@ def test_the_same_recording_twice_with_a_store_still_fails(arm, night, tmp_path:
     assert (third["contacts"][0]["known_nights"], third["verdict"]) == (2, "fail")
 
 
+def test_a_night_that_is_judged_again_is_no_earlier_one(arm, night, tmp_path: Path) -> None:
+    """A nightly job that is started twice, or late for an older night: its own contact is new each time."""
+    flags, allow = ("--store", tmp_path / "store", "--robot", "cell-1", "--night"), '[policy]\nknown = "allow"\n'
+    for day in ("2026-06-02", "2026-06-02", "2026-06-01"):
+        done, summary, (audit,) = night([arm.pushed], *flags, day, text=allow)
+        assert done.code == 1 and [c["state"] for c in audit["contacts"]] == ["new"], day
+        assert [group["nights"] for group in summary["groups"]] == [1]
+    done, _, _ = night([arm.pushed], *flags, "2026-06-01", "--resume", text=allow)
+    assert done.code == 1 and "1 of 1 logs were finished earlier" in done.err
+    assert night([arm.pushed], *flags, "2026-06-03", text=allow)[0].code == 0
+
+
 def test_a_folder_as_baseline_excuses_nothing(arm, night, tmp_path: Path) -> None:
     assert night([arm.pushed], out="before")[0].code == 1
     for baseline in (tmp_path / "before", tmp_path / "before" / arm.run(arm.pushed)):

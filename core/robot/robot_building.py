@@ -76,7 +76,10 @@ def _model(
     follow = [joint for joint in description.joints if joint.leader in led]
     moving = {*names, *(joint.name for joint in follow)}
     _check_parked(config, description, moving)
-    locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
+    at = {**dict.fromkeys((joint.name for joint in description.joints), 0.0), **config.parked}
+    still = [joint for joint in description.joints if joint.name not in moving]
+    locked = {j.name: at[j.name] if j.leader is None else j.multiplier * at[j.leader] + j.offset for j in still}
+    parked = tuple(joint.name for joint in still if {joint.name, joint.leader} & config.parked.keys())
     base_gravity = rotation_rpy(config.base_rpy_deg).T @ np.array(GRAVITY_M_S2)
     model = whole.locked(locked).under_gravity(base_gravity)
     expansion, offset = _expansion(model.joint_names, names, follow)
@@ -92,7 +95,7 @@ def _model(
     if gripper:
         findings = (*findings, _of_a_gripper(gripper, description.where))
     if absent:
-        findings = (*findings, *_locked_findings(description, absent, tuple(config.parked), names, whole))
+        findings = (*findings, *_locked_findings(description, absent, parked, names, whole))
     tool, tool_findings = _add_tool(config, model, kept[-1].link)
     return RobotModel(
         joint_names=names,
@@ -259,7 +262,7 @@ def _locked_findings(
     Args:
         description: the robot's.
         locked: joints that are held, and where.
-        parked: those of them whose place was stated.
+        parked: those of them whose place was stated, by themselves or by the joint that they follow.
         names: joints of the log.
         whole: the model with all joints free.
     """

@@ -115,6 +115,15 @@ def test_a_gripper_is_judged_only_if_it_is_named(
     assert told == [True] * (joints is None)
 
 
+def test_what_follows_a_parked_joint_is_parked_with_it(gripper: RobotModel, tmp_path: Path) -> None:
+    config = RobotConfig(urdf=Path("g.urdf"), joints=["turn"], parked={"finger": 0.03})
+    parked = build_robot(config, tmp_path, ["turn"])
+    ends = ["left", "right"]
+    expected = gripper.frame_positions(np.array([0.4, 0.03]), ends)
+    np.testing.assert_allclose(parked.frame_positions(np.array([0.4]), ends), expected, atol=1e-12)
+    assert not any("held at zero" in finding.text for finding in parked.findings)
+
+
 def test_a_log_of_a_gripper_alone_is_judged(tmp_path: Path) -> None:
     (tmp_path / "g.urdf").write_text(FINGERS.replace('name="turn"', 'name="gripper_turn"'))
     robot = build_robot(RobotConfig(urdf=Path("g.urdf")), tmp_path, ["gripper_turn", "finger"])

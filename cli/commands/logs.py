@@ -258,7 +258,7 @@ def explain_command(logs: tuple[str, ...], as_json: bool) -> int:
     width = terminal_width()
     say_result(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n")
     passed = "It passes: there is nothing to explain."
-    nothing = passed if result.verdict == "pass" else "Its residual is not off for long enough for a cause."
+    nothing = passed if result.verdict == "pass" else "No single cause explains enough of its residual to be named."
     say_result(f"{wrapped(cause_sentence(result) or nothing, width, '  ')}\n")
     say(causes_text(result, width), nl=False)
     return exit_code([result.verdict])

@@ -13,7 +13,7 @@ import numpy as np
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.errors import LogError
+from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_formats import (
     check_there,
@@ -151,11 +151,16 @@ def part_of_log(log: JointLog, from_s: float | None, to_s: float | None) -> Join
         from_s, to_s: bounds, s from the log's first sample; None: none.
 
     Raises:
-        LogError: there is no sample between them.
+        ConfigError: the first is not before the second. LogError: there is no sample between them.
     """
     if from_s is None and to_s is None:
         return log
     start, end = from_s or 0.0, np.inf if to_s is None else to_s
+    if start >= end:
+        where, expected = "[log] from_s, to_s (--from, --to)", "a part that begins before it ends"
+        raise ConfigError(
+            "nothing lies between these times", where=where, found=f"{start:g} to {end:g} s", expected=expected
+        )
     rows = np.asarray((log.time_s >= start) & (log.time_s < end))
     whole = float(np.nanmax(log.time_s))
     asked = f"{start:g} to {min(end, whole):g} s"

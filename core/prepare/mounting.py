@@ -61,7 +61,7 @@ class Mounting:
         """The value of ``[robot] base_rpy_deg`` with this gravity; yaw turns about gravity and is kept."""
         x, y, z = -self.gravity_m_s2 / np.linalg.norm(self.gravity_m_s2)  # the world's z: the last row of Rz Ry Rx
         pitch, roll = np.degrees(np.arcsin(np.clip(-x, -1.0, 1.0))), np.degrees(np.arctan2(y, z))
-        return f"[{roll:.1f}, {pitch:.1f}, {yaw_deg:g}]"
+        return f"[{round(roll, 1) + 0.0:.1f}, {round(pitch, 1) + 0.0:.1f}, {yaw_deg:g}]"  # -0.0 is 0.0
 
 
 def mounting(log: TorqueTable | None, robot: RobotModel) -> Mounting | None:

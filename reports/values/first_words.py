@@ -15,6 +15,8 @@ from collaudit.reports.values.visible_text import joint_lines
 from collaudit.reports.values.words import after_text, cause_sentence, clock_text, noticed_line, plural, speaking
 
 MOST_WORDS = 120
+#: Words that the first line has at least, and what counts the statements left out.
+_FOR_FIRST = 24
 _REST = "More statements below: {}."
 #: Contacts that are told one by one, those furthest above their thresholds.
 _MOST_CONTACTS = 2
@@ -131,8 +133,20 @@ def more_reasons(result: AuditResult, lines: Sequence[str]) -> list[str]:
     return unsaid(_reasons(result), lines)
 
 
+def _cut(line: str, words: int) -> str:
+    """A line of so many words, with a mark that some are left out."""
+    return " ".join([*line.split()[: max(words - 1, 1)], "…"])
+
+
 def _fitting(first: Sequence[str], more: Sequence[str], last: Sequence[str]) -> tuple[str, ...]:
-    """The first and last lines, and of those between as many as fit; the first are cut where even they do not."""
+    """The first and last lines, and of those between as many as fit; the first are cut where even they do not.
+
+    The longest of the last leaves room for the first to be understood.
+    """
+    over = sum(len(line.split()) for line in last) - MOST_WORDS + _FOR_FIRST
+    if over > 0:
+        longest = max(last, key=lambda line: len(line.split()))
+        last = [_cut(line, len(line.split()) - over) if line is longest else line for line in last]
     room = MOST_WORDS - sum(len(line.split()) for line in last)
     lines = [*first, *more]
     if sum(len(line.split()) for line in lines) <= room:
@@ -142,7 +156,7 @@ def _fitting(first: Sequence[str], more: Sequence[str], last: Sequence[str]) -> 
     for number, line in enumerate(lines):
         words = line.split()
         if number == 0 and len(words) > room:
-            line = " ".join([*words[: max(room - 1, 1)], "…"])
+            line = _cut(line, room)
         elif len(words) > room:
             break
         out.append(line)

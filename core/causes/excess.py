@@ -12,7 +12,7 @@ import numpy as np
 from collaudit.core.data.recommendation_result import FittedThresholds
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.core.friction.friction_model import FrictionModel, load_torque, temperature_share
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
@@ -102,16 +102,6 @@ def rms(square: FloatArray, count: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(mean))
 
 
-def _sliding(law: FrictionModel, velocity: FloatArray, load_nm: FloatArray, heat_c: FloatArray | None) -> FloatArray:
-    """(n,) steady friction as the residual takes it off: by speed, load and temperature."""
-    torque = law.torque(velocity)
-    if law.load is not None:
-        torque = torque + load_torque(law.load, load_nm, velocity)
-    if law.temperature_trend is not None and heat_c is not None:
-        torque = torque * temperature_share(law.temperature_trend, heat_c)
-    return torque
-
-
 def excess_of(
     prepared: Prepared,
     run: DetectorRun,
@@ -153,7 +143,7 @@ def excess_of(
     friction, faster = (
         np.column_stack(
             [
-                _sliding(laws[name], speed, np.abs(load), None if heat is None else heat[:, c])
+                laws[name].sliding(speed, np.abs(load), None if heat is None else heat[:, c])
                 for name, speed, load, c in zip(names, (v[:, columns] + more).T, explained.T, columns, strict=True)
             ]
         )

@@ -66,6 +66,21 @@ class FrictionModel:
         speed = np.maximum(np.abs(velocity), _STANDSTILL)
         return np.asarray(direction * law_named(self.name).curve(self.values, speed))
 
+    def sliding(self, velocity: FloatArray, load_nm: FloatArray | None, heat_c: FloatArray | None) -> FloatArray:
+        """(n,) steady friction by speed and, where the law goes with them and they are known, load and temperature.
+
+        Args:
+            velocity: (n,) of the joint.
+            load_nm: (n,) size of the torque on the gear.
+            heat_c: (n,) temperatures.
+        """
+        torque = self.torque(velocity)
+        if self.load is not None and load_nm is not None:
+            torque = torque + load_torque(self.load, load_nm, velocity)
+        if self.temperature_trend is not None and heat_c is not None:
+            torque = torque * temperature_share(self.temperature_trend, heat_c)
+        return torque
+
     @property
     def hold(self) -> float:
         """Largest friction of a joint at rest or presliding: breakaway, or a stated factor above the slowest."""

@@ -17,7 +17,6 @@ from collaudit.core.data.joint_log import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import (
     UNKNOWN_BREAKAWAY,
     FrictionModel,
-    load_torque,
     temperature_doubt,
     temperature_share,
 )
@@ -69,9 +68,7 @@ def friction_bounds(
     slowest = _BELOW_RANGE * law.speed_range[0]
     steady, travel = settled(series.segments, series.position_rad[:, j], velocity, min(MOVING_RAD_S, slowest))
     steady &= np.abs(velocity) >= slowest
-    sliding = law.torque(velocity)
-    if load_nm is not None and law.load is not None:
-        sliding = sliding + load_torque(law.load, load_nm, velocity)
+    sliding = law.sliding(velocity, load_nm, None)
     if not np.isfinite(sliding.sum()):
         steady &= np.isfinite(sliding)
     low, high = sliding.copy(), sliding.copy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from datetime import date, timedelta
 
 import pytest
@@ -54,6 +55,13 @@ def earlier(night="2026-06-10", program="A/cell/pick_#.csv", peaks=PEAKS, place=
 )
 def test_what_is_known_again(before: EarlierContact, state: str) -> None:
     assert judged(contact(), known(contacts=(before,))).state == state
+
+
+@pytest.mark.parametrize(("night", "state"), [("2026-06-14", "known"), ("2026-06-15", "new"), ("2026-06-20", "new")])
+def test_nights_of_a_store_are_known_to_later_ones_only(night: str, state: str) -> None:
+    before = replace(earlier(night=night), stored=True)
+    assert judged(contact(), known(contacts=(before,))).state == state
+    assert judged(contact(), known(contacts=(earlier(night=night),))).state == "known", "a baseline is named as earlier"
 
 
 def test_since_when_and_back() -> None:

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from repeated_program import GAMMA, Push, judged, program
 
+from collaudit.core.cycles.cycle_reference import _as_fast
+from collaudit.core.cycles.path_place import CyclePath, Placed, SpeedClass
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.signals import CycleFacts, CycleReference
+from collaudit.core.numeric.arrays import Span
 from collaudit.reports.files.event_recount import check_events
 from collaudit.reports.files.run_files import open_run, read_reference, reference_bytes, write_run
 
@@ -140,3 +143,16 @@ def test_a_label_of_the_log_states_its_cycles() -> None:
         found = facts(judged(marked, cycles={"label": label}))
         assert found.stated and found.starts_s == pytest.approx(starts, abs=0.01)
     assert judged(marked, cycles={"label": "another"}).result.cycles is None
+
+
+def test_a_sample_that_goes_slower_than_its_class_is_not_compared() -> None:
+    """A wait in one cycle: friction and inertia are others there."""
+    places = np.arange(200.0)
+    path = CyclePath(np.zeros((200, 1)), np.linspace(0.0, 1.0, 200))
+    on_path = Placed((Span(0, 200),), path, np.zeros(200, np.int32), places)
+    usual = SpeedClass(np.array([0]), np.array([0]), np.full(200, 100.0), [])
+    speed = np.full(200, 100.0)
+    speed[50:60], speed[120] = 50.0, np.nan
+    expected = np.ones(200, dtype=bool)
+    expected[50:60] = expected[120] = False
+    np.testing.assert_array_equal(_as_fast(on_path, speed, [usual]), expected)

@@ -220,6 +220,16 @@ def test_a_speed_that_settles_during_the_strokes_is_no_friction() -> None:
     assert any(p.friction_nm - lugre(np.array(p.speed_rad_s), *truth) > 8 * p.se_nm for p in raw)  # it did matter
 
 
+def test_sections_that_agree_best_are_a_pair() -> None:
+    """Of speeds that differ by less than a pair's may, each goes with its own way back."""
+    speeds = (0.30, 0.309, 0.60, 0.618, 1.0)
+    q, v = strokes(speeds)
+    log = make_log(PERIOD * np.arange(v.size), q[:, None], v[:, None], lugre(v, 6.0, 0.0, 0.0, 4.0)[:, None])
+    series = condition(log, ConditioningConfig())
+    points = friction_points(series, find_sections(series, SectionsConfig()).of("joint1"), None)
+    assert [p.speed_rad_s for p in points] == pytest.approx(speeds, rel=0.005)
+
+
 def test_the_torque_of_a_commanded_force_is_no_friction(made: Callable[..., SimulatedFiles]) -> None:
     """A tool that presses harder and less hard meanwhile leaves the sections' friction as it is."""
     files = made("friction", "paper6", speeds=TEN_SPEEDS)

@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from collaudit.core.api import load_robot, open_log
 from collaudit.core.config import load_config
+from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.logs.log_reading import part_of_log
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.prepare.preparation import prepare
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -31,3 +34,12 @@ def test_spans_become_stretches_of_one_log(made: Made) -> None:
     assert part.rigid_nm is not None and whole.rigid_nm is not None
     np.testing.assert_array_equal(part.rigid_nm, whole.rigid_nm[rows])
     assert whole.part(Span(0, n)) is whole
+
+
+def test_times_in_the_wrong_order_are_a_fault_of_the_settings_and_not_of_the_log(made: Made) -> None:
+    files = made("free-clean", "paper6", duration_s=20.0)
+    log = open_log(files.log, load_config(files.config))
+    with pytest.raises(ConfigError, match="between these times"):
+        part_of_log(log, 10.0, 3.0)
+    with pytest.raises(LogError, match="no sample there"):
+        part_of_log(log, 30.0, 40.0)

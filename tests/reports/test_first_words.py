@@ -14,7 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.reports.formats.night_texts import escaped, markdown_text
 from collaudit.reports.page.html import html_text
 from collaudit.reports.terminal.screen_text import screen_text
-from collaudit.reports.values.first_words import MOST_WORDS, first_lines
+from collaudit.reports.values.first_words import MOST_WORDS, _fitting, first_lines
 
 TOOL = NoticedForce("tool", "link6", "tool0", samples.JOINTS, (ForceLevel(0.9, 61.2),), 0.0)
 SENSITIVITY = Sensitivity({}, (TOOL,), ForceTime(0.2, 0.9, True, 100.0))
@@ -96,3 +96,9 @@ def test_contacts_that_are_not_told_are_counted_as_contacts() -> None:
     lines = first_lines(long)
     assert "23 more contacts: below." in lines
     assert _words(long) <= MOST_WORDS
+
+
+def test_a_long_cause_leaves_room_for_what_happened() -> None:
+    long = " ".join(["cause"] * 140)
+    first, *_, cause = _fitting(["1 contact of the arm, new, at 12.3 s, on the elbow."], ["and more"], [long])
+    assert first == "1 contact of the arm, new, at 12.3 s, on the elbow." and cause.endswith("…")

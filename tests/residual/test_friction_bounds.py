@@ -201,6 +201,7 @@ def test_friction_of_the_load_goes_with_the_temperature_too() -> None:
     carried = np.full(v.size, 25.0)
     bounds = friction_bounds(series, 0, v, warm, carried)
     assert bounds.sliding_nm[-1] == pytest.approx(0.8 * (law().torque(v)[-1] + 0.1 * 15.0))
+    np.testing.assert_allclose(warm.sliding(v, carried, series.temperature_c[:, 0]), bounds.sliding_nm)
 
 
 def test_the_way_since_the_last_rest_is_that_of_each_stretch() -> None:
